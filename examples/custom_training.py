@@ -7,8 +7,8 @@ import sys
 
 import torch
 
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.worlds.environment import FingerEnvironment
 
 
 def train(

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from hardware.control.operator import SilentOperator
+from tendon_hardware.control.operator import SilentOperator
 from tendon_newton.cli import main as run
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import NamedValues, write_model
@@ -29,14 +29,14 @@ from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
+from tendon_train.refresh.ledger import Ledger
+from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
+from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear
+from tendon_train.reproduction.physical import starting_model
 from tests.physics.runs import ideal_model
 from tests.train.actuator.without_cell.pulled_benches import pulled_log
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
 from tests.train.refresh.test_drift import FITTED, log_of
-from train.refresh.ledger import Ledger
-from train.refresh.logs import BEGINNING, HELD_OUT
-from train.refresh.outcome import CHANGED, WORN, Drift, FoundWear
-from train.reproduction.physical import starting_model
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
 SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")
@@ -205,7 +205,7 @@ def servo_dataset(folder: Path, noisy: bool) -> Path:
 
 def evaluate_force(folder: Path, noisy: bool) -> Made:
     """Nothing is fitted but the gain of the ideal source that a network has to beat."""
-    from train.actuator.models import compare
+    from tendon_train.actuator.models import compare
 
     data = load_dataset(servo_dataset(folder, noisy))
     models = {model.name: model for model in compare([], data, data.test)}
@@ -282,10 +282,10 @@ def reproduce(folder: Path, noisy: bool) -> Made:
     Commands stay, since test recordings are told apart by them.
     """
     from tendon_newton.scheduler import InTurn
+    from tendon_train.reproduction.reproduction import Reproduction
+    from tendon_train.reproduction.steps.stage_list import run_stages
+    from tendon_train.reproduction.unit import EXPERIMENTS, RECORDINGS
     from tests.train.reproduction.tiny import SETTINGS, TinyBench
-    from train.reproduction.reproduction import Reproduction
-    from train.reproduction.steps.stages import run_stages
-    from train.reproduction.unit import EXPERIMENTS, RECORDINGS
 
     TinyBench().record(0, folder / "recorded", seed=0, most=None)
     for part in (RECORDINGS, EXPERIMENTS):

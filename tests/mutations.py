@@ -19,6 +19,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.search_path import search_path
+
 ROOT = Path(__file__).resolve().parents[1]
 NOT_COPIED = (".git", ".venv", "build", "dist", "*.egg-info", ".*_cache", "__pycache__")
 NOT_NOTICED, NOTICED = 0, 1
@@ -73,28 +75,28 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="tendon-decided-by-test",
-        file="train/tendon/tendon_fit.py",
+        file="train/tendon_train/tendon/tendon_fit.py",
         old="return self.unseen_after < self.unseen_before",
         new="return self.error_after < self.error_before",
         tests=f"{HELD_OUT} fit-tendon",
     ),
     Mutation(
         name="string-judged-on-what-it-was-fitted-to",
-        file="train/tendon/tendon_fit.py",
+        file="train/tendon_train/tendon/tendon_fit.py",
         old="fitted = others or own",
         new="fitted = [piece for part in parts for piece in part]",
         tests="tests/train/tendon/test_tendon_fit.py -k unseen",
     ),
     Mutation(
         name="drift-decided-by-held-out-ends",
-        file="train/refresh/drift.py",
+        file="train/tendon_train/refresh/drift.py",
         old="(now.train, model) / max(model_error(earlier.train, model)",
         new="(now.test, model) / max(model_error(earlier.test, model)",
         tests=f"{HELD_OUT} refresh",
     ),
     Mutation(
         name="refresh-fits-whole-logs",
-        file="train/refresh/logs.py",
+        file="train/tendon_train/refresh/refresh_logs.py",
         old="    return cut(recordings)[0]\n",
         new="    return tuple(without_beginning(recording) for recording in recordings)\n",
         tests=f"{HELD_OUT} refresh",
@@ -108,7 +110,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="validation-recordings-fitted",
-        file="train/actuator/samples/folds.py",
+        file="train/tendon_train/actuator/samples/folds.py",
         old="fit=tuple(r for r in recordings if r.name not in held)",
         new="fit=tuple(recordings)",
         tests="tests/train/actuator/test_windows.py -k validation",
@@ -172,7 +174,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="stated-numbers-are-free",
-        file="tendon_newton/diagnosis/search/worlds.py",
+        file="tendon_newton/diagnosis/search/search_worlds.py",
         old="return stated - WITHIN * spread, stated + WITHIN * spread",
         new="return stated - 99.0 * spread, stated + 99.0 * spread",
         tests=f"{SETS} beyond_its_tolerance",
@@ -228,7 +230,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="run-of-a-further-attempt-counts-as-missing",
-        file="hardware/collection/collect_plan.py",
+        file="hardware/tendon_hardware/collection/collect_plan.py",
         old='    return {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}',
         new="    return {Path(file).stem for file in listed_files(out)}",
         tests="tests/diagnosis/next_experiment/test_investigation.py -k 'fault_ends and alive'",
@@ -338,42 +340,42 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="smoothness-free",
-        file="train/policy/worlds/reward.py",
+        file="train/tendon_train/policy/worlds/reward.py",
         old="config.smooth_weight * action_change.abs().sum(dim=-1)",
         new="0.0 * action_change.abs().sum(dim=-1)",
         tests="tests/train/policy/test_environment.py -k stated_sum",
     ),
     Mutation(
         name="turning-back-is-paid",
-        file="train/policy/worlds/turning.py",
+        file="train/tendon_train/policy/worlds/turning.py",
         old="self.rate.mul_(self._kept).add_((1.0 - self._kept) * rate)",
         new="self.rate.mul_(self._kept).sub_((1.0 - self._kept) * rate)",
         tests=f"{TURNING} paid",
     ),
     Mutation(
         name="pay-for-turning-is-a-price",
-        file="train/policy/worlds/turning.py",
+        file="train/tendon_train/policy/worlds/turning.py",
         old="((self.goal - self.rate).abs() - self.goal)",
         new="(self.goal - (self.goal - self.rate).abs())",
         tests=f"{TURNING} paid",
     ),
     Mutation(
         name="drop-free",
-        file="train/policy/worlds/turning.py",
+        file="train/tendon_train/policy/worlds/turning.py",
         old="price = price + own.drop_price * dropped",
         new="price = price + 0.0 * dropped",
         tests=f"{TURNING} drop",
     ),
     Mutation(
         name="balls-rub-alike",
-        file="train/policy/worlds/turning.py",
+        file="train/tendon_train/policy/worlds/turning.py",
         old="rubbing = 1.0 + spread * (2.0 * friction - 1.0)",
         new="rubbing = 1.0 + 0.0 * friction",
         tests=f"{TURNING} own_mass",
     ),
     Mutation(
         name="end-of-time-is-a-death",
-        file="train/policy/worlds/environment.py",
+        file="train/tendon_train/policy/worlds/environment.py",
         old='{"time_outs": time_outs.float(), "log": log}',
         new='{"time_outs": diverged.float(), "log": log}',
         tests="tests/train/policy/test_environment.py -k say_so",
@@ -409,21 +411,21 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="tension-rule-twice-as-high",
-        file="hardware/safety_rules/rules.py",
+        file="hardware/tendon_hardware/safety_rules/rules.py",
         old="bounds=at_most(lambda limits: limits.force),",
         new="bounds=at_most(lambda limits: 2.0 * limits.force),",
         tests="tests/hardware/deploy/test_safety.py",
     ),
     Mutation(
         name="current-that-brakes-is-free",
-        file="hardware/safety_rules/rules.py",
+        file="hardware/tendon_hardware/safety_rules/rules.py",
         old="bounds=lambda limits: (-limits.current, limits.current),",
         new="bounds=at_most(lambda limits: limits.current),",
         tests="tests/hardware/deploy/test_safety.py -k two_sides",
     ),
     Mutation(
         name="turn-lost-at-a-restart",
-        file="hardware/servos/spool_angle.py",
+        file="hardware/tendon_hardware/servos/spool_angle.py",
         old="(latest - counts) // self._turn * self._turn",
         new="0",
         tests="tests/hardware/servos/test_spool_angle.py",
@@ -473,7 +475,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="load-cell-without-gravity",
-        file="hardware/load_cells/calibration_fit.py",
+        file="hardware/tendon_hardware/load_cells/calibration_fit.py",
         old="slope, tare, error = line_through(points, gravity)",
         new="slope, tare, error = line_through(points, 9.7)",
         tests="tests/hardware/load_cells/test_calibration.py",
@@ -496,7 +498,7 @@ def run_tests(tree: Path, tests: str) -> tuple[int, str]:
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *shlex.split(tests)],
         cwd=tree,
-        env=os.environ | {"PYTHONPATH": str(tree)},
+        env=os.environ | {"PYTHONPATH": search_path(tree)},
         capture_output=True,
         text=True,
         check=False,

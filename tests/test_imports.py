@@ -1,6 +1,7 @@
 """What each part of the program loads, and where every module stands in the layers."""
 
 import ast
+import os
 import subprocess
 import sys
 import tomllib
@@ -11,8 +12,15 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from tests.search_path import search_path
+
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("tendon_newton", "train", "hardware")
+PACKAGES = {
+    "tendon_newton": "tendon_newton",
+    "tendon_train": "train/tendon_train",
+    "tendon_hardware": "hardware/tendon_hardware",
+}
+"""Where each package stands in a clone."""
 BROUGHT_BY_THE_USER = {"lgpio"}
 """Optional on a Pi: its wheels end at Python 3.12, and the system has a package of its own."""
 HEAVY = ("warp", "newton", "mujoco", "torch", "pxr", "matplotlib", "scipy")
@@ -31,7 +39,7 @@ def loaded_by(statement: str) -> set[str]:
 @pytest.mark.parametrize(
     "module",
     [
-        "hardware",
+        "tendon_hardware",
         "tendon_newton.cli",
         "tendon_newton.data.dataset",
         "tendon_newton.data.importers",
@@ -74,7 +82,8 @@ def layers_of_packages() -> dict[str, set[str]]:
 @pytest.mark.parametrize("package", layers_of_packages())
 def test_every_module_has_a_place_in_the_layers(package: str) -> None:
     """A module that no layer names would escape the rule."""
-    folder = ROOT / package.replace(".", "/")
+    top, *inner = package.split(".")
+    folder = ROOT.joinpath(PACKAGES[top], *inner)
     modules = {
         path.stem
         for path in folder.iterdir()
@@ -92,8 +101,8 @@ def test_every_imported_package_is_declared() -> None:
     imported = set().union(
         *(
             top_level_imports(path)
-            for package in PACKAGES
-            for path in (ROOT / package).rglob("*.py")
+            for folder in PACKAGES.values()
+            for path in (ROOT / folder).rglob("*.py")
         )
     )
     undeclared = {
@@ -113,3 +122,20 @@ def top_level_imports(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             names.add(node.module.split(".")[0])
     return names
+
+
+@pytest.mark.parametrize("verb", ["train-policy", "deploy", "collect"])
+def test_a_script_called_train_or_hardware_shadows_nothing(verb: str, tmp_path: Path) -> None:
+    """`python -m` puts the folder of the user first; a train.py there is never imported."""
+    for name in ("train", "hardware"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('shadowed')\n")
+    said = subprocess.run(
+        [sys.executable, "-m", "tendon_newton", verb, "--help"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": search_path(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert said.returncode == 0, said.stderr
+    assert "usage" in said.stdout

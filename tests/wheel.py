@@ -67,6 +67,9 @@ def build(folder: Path) -> Path:
 def check(python: str, folder: Path) -> None:
     """Run the demo in a folder that is no clone, and look at its answer."""
     program = str(Path(python).with_name("tendon-newton"))
+    names = "from importlib.util import find_spec; "
+    names += "assert not find_spec('train') and not find_spec('hardware')"
+    run([python, "-I", "-c", names], cwd=folder)
     run([program, "demo", "--out", "demo"], cwd=folder, WARP_CACHE_PATH=str(folder / "kernels"))
     told = folder / "kernels" / wp.__version__ / TIMES
     assert not told.exists(), f"the demo compiled: {told.read_text(encoding='utf-8')}"

@@ -20,18 +20,18 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.benches.bench import open_bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.control.goals import FixedGoal
-from hardware.control.keyboard import Keyboard
-from hardware.control.operator import Progress, SilentOperator
-from hardware.control.pilot import PolicyPilot
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy import Deployment, deploy
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.servos.base import ServoState
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench import Faults, VirtualPorts
+from tendon_hardware.benches.bench import open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.control.goals import FixedGoal
+from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.control.operator import OperatorProgress, SilentOperator
+from tendon_hardware.control.pilot import PolicyPilot
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy import Deployment, deploy
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.servos.base import ServoState
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench import Faults, VirtualPorts
 
 LOSS = Faults(dropped_replies=0.01)
 BURN = "while True: pass"
@@ -76,7 +76,7 @@ class MemoryWatch(SilentOperator):
         self.memory: list[tuple[float, float]] = []
         """Time [s] and resident memory [MB], every five seconds."""
 
-    def show(self, progress: Progress) -> None:
+    def show(self, progress: OperatorProgress) -> None:
         """Look at the memory now and then."""
         self.goals.key("7" if progress.elapsed % (2.0 * GOAL_PERIOD) < GOAL_PERIOD else "2")
         if not self.memory or progress.elapsed >= self.memory[-1][0] + 5.0:

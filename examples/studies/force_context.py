@@ -21,13 +21,13 @@ from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.data.recording import Recording
 from tendon_newton.force_networks.force_network import ForceNetwork
-from train.actuator.fitting.export import make_card
-from train.actuator.fitting.training import train_network
-from train.actuator.prediction import Prediction, predict
-from train.actuator.samples.folds import Fold, ForceData, prepare
-from train.actuator.samples.protocol import experiment_of
-from train.actuator.scoring.scores import score
-from train.actuator.training_config import TrainingConfig
+from tendon_train.actuator.fitting.force_export import make_card
+from tendon_train.actuator.fitting.training import train_network
+from tendon_train.actuator.prediction import ForcePrediction, predict
+from tendon_train.actuator.samples.folds import Fold, ForceData, prepare
+from tendon_train.actuator.samples.sample_protocol import experiment_of
+from tendon_train.actuator.scoring.scores import score
+from tendon_train.actuator.training_config import TrainingConfig
 
 HISTORIES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0)  # [s]
 RATE = 20.0  # [Hz]
@@ -163,7 +163,7 @@ def errors(
     unnamed = replace(data, fold=Fold(fit=(), validation=()))  # added recordings have no file here
     card = make_card(network, config, dataset, unnamed)
     predictions = predict(network, card, data.test)
-    groups: dict[str, dict[object, list[Prediction]]] = {"steps": {}, "ramps": {}}
+    groups: dict[str, dict[object, list[ForcePrediction]]] = {"steps": {}, "ramps": {}}
     for prediction in predictions:
         experiment = experiment_of(prediction.recording)
         if experiment.hold is not None:

@@ -29,12 +29,12 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.hosts.rollout import Rollout
-from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT
-from train.reproduction.closed_loop import Replayed, replayed
-from train.reproduction.physical import SPOOL_RADIUS
-from train.reproduction.steps.network_stage import learned_model
-from train.reproduction.steps.tip_stage import SINES
-from train.reproduction.unit import Unit
+from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT
+from tendon_train.reproduction.closed_loop import Replayed, replayed
+from tendon_train.reproduction.physical import SPOOL_RADIUS
+from tendon_train.reproduction.steps.network_stage import learned_model
+from tendon_train.reproduction.steps.tip_stage import SINES
+from tendon_train.reproduction.unit import Unit
 
 TIME_STEP = 5.0e-4  # s
 FASTEST = 5.0

@@ -13,10 +13,10 @@ import numpy as np
 
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.recording import Array, Mask
-from train.actuator.models import load_networks
-from train.actuator.prediction import Prediction, predict
-from train.actuator.samples.folds import usable
-from train.actuator.samples.protocol import experiment_of
+from tendon_train.actuator.models import load_networks
+from tendon_train.actuator.prediction import ForcePrediction, predict
+from tendon_train.actuator.samples.folds import usable
+from tendon_train.actuator.samples.sample_protocol import experiment_of
 
 MOVED = 0.01
 """A motor whose angle spans less within a window has stuck [rad]: six counts of its encoder."""
@@ -46,7 +46,7 @@ def main() -> None:
             )
 
 
-def stuck(prediction: Prediction, window: float) -> Mask:
+def stuck(prediction: ForcePrediction, window: float) -> Mask:
     """Say for each row whether the motor had stuck for a whole window [s]."""
     time = prediction.recording.time
     angle = prediction.recording.motor_position[:, prediction.tendon]

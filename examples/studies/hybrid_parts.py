@@ -18,10 +18,10 @@ import numpy as np
 from tendon_newton.actuators.networks.artifact import load_network, write_network
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.scheduler import JobOptions, open_executor
-from train.reproduction.closed_loop import OBSTACLES, replayed
-from train.reproduction.reproduction import Reproduction
-from train.reproduction.settings import FULL
-from train.reproduction.unit import Unit
+from tendon_train.reproduction.closed_loop import OBSTACLES, replayed
+from tendon_train.reproduction.reproduction import Reproduction
+from tendon_train.reproduction.settings import FULL
+from tendon_train.reproduction.unit import Unit
 
 PARTS = {
     "nominal": "servo with friction, network, nominal tendon",

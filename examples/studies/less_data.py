@@ -23,19 +23,23 @@ from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.scheduler import JobOptions, open_executor
 from tendon_newton.workflows.virtual_benches import VirtualBenches
-from train.actuator.scoring.figures import new_figure, save, tidy
-from train.reproduction.closed_loop import OBSTACLES, replayed
-from train.reproduction.outcome import Outcome, row
-from train.reproduction.physical import refit
-from train.reproduction.report import rows_table
-from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
-from train.reproduction.settings import PolicyEffort, ReproductionSettings
-from train.reproduction.steps.hybrid_stage import hybrid_of
-from train.reproduction.steps.network_stage import Aim, train
-from train.reproduction.steps.stages import MODELS as MADE
-from train.reproduction.steps.stages import REPRODUCTION_STAGES, Stage, run_stages
-from train.reproduction.steps.tip_stage import COLOURS, SINES
-from train.reproduction.unit import (
+from tendon_train.actuator.scoring.figures import new_figure, save, tidy
+from tendon_train.reproduction.closed_loop import OBSTACLES, replayed
+from tendon_train.reproduction.outcome import Outcome, row
+from tendon_train.reproduction.physical import refit
+from tendon_train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
+from tendon_train.reproduction.reproduction_report import rows_table
+from tendon_train.reproduction.settings import PolicyEffort, ReproductionSettings
+from tendon_train.reproduction.steps.hybrid_stage import hybrid_of
+from tendon_train.reproduction.steps.network_stage import Aim, train
+from tendon_train.reproduction.steps.stage_list import MODELS as MADE
+from tendon_train.reproduction.steps.stage_list import (
+    REPRODUCTION_STAGES,
+    ReproductionStage,
+    run_stages,
+)
+from tendon_train.reproduction.steps.tip_stage import COLOURS, SINES
+from tendon_train.reproduction.unit import (
     Unit,
     beginning,
     interleaved,
@@ -292,11 +296,11 @@ def draw(found: Sequence[dict[str, dict[str, float]]], reproduction: Reproductio
     save(figure, reproduction.folder("figures") / "data_curve.png")
 
 
-LESS: dict[str, Stage] = {
-    "parts": Stage(title="Networks on parts of the data", run=train_parts),
-    "curve": Stage(title="How much data", run=curve, needs=("parts", *MADE)),
-    "spring": Stage(title="A spring never seen", run=spring, needs=("parts", *MADE)),
-    "contact": Stage(title="Contact never seen", run=contact, needs=("parts", *MADE)),
+LESS: dict[str, ReproductionStage] = {
+    "parts": ReproductionStage(title="Networks on parts of the data", run=train_parts),
+    "curve": ReproductionStage(title="How much data", run=curve, needs=("parts", *MADE)),
+    "spring": ReproductionStage(title="A spring never seen", run=spring, needs=("parts", *MADE)),
+    "contact": ReproductionStage(title="Contact never seen", run=contact, needs=("parts", *MADE)),
 }
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.exports.configs.mjlab_target import write_mjlab_target
 from tendon_newton.exports.departure import standard_runs
 from tendon_newton.exports.model_numbers import angle_shift, command_lead, spool_of
-from tendon_newton.exports.mujoco.target import placed_tendons
+from tendon_newton.exports.mujoco.mujoco_target import placed_tendons
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 
 CASES = (

@@ -14,14 +14,18 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from hardware.control.policy_runner import load_policy
+from tendon_hardware.control.policy_runner import load_policy
 from tendon_newton.mechanisms.loading import load_mechanism
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.export import export_policy
-from train.policy.runs.training import train_policy
-from train.policy.scoring.evaluation import RunnablePolicy, climb_stairs, reachable_error
-from train.policy.scoring.evaluation_scores import score
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_export import export_policy
+from tendon_train.policy.runs.policy_training import train_policy
+from tendon_train.policy.scoring.evaluation_scores import score
+from tendon_train.policy.scoring.policy_evaluation import (
+    RunnablePolicy,
+    climb_stairs,
+    reachable_error,
+)
 
 GREATEST = {"finger_routed": 1.88, "finger_antagonist": 1.88, "thumb": 1.7, "hand": 1.88}
 """Greatest goal of each asset [rad]; the thumb's path ends at 1.78. A hand's tip is its index."""

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.benches.bench import open_bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.clock import MonotonicClock
-from hardware.collection.collect import record_run
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun
-from hardware.control.operator import SilentOperator
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench import open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.clock import MonotonicClock
+from tendon_hardware.collection.collect import record_run
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.formats.mcap_file import read_mcap
 
 SPINS = (0.0, 2e-4, 1e-3)

@@ -29,13 +29,13 @@ from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.effects import find_effect
 from tendon_newton.exports.source import read_source
-from train.actuator.scoring.figures import COLOURS, new_figure, save, tidy
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.curve import read_curve
-from train.policy.runs.export import export_policy
-from train.policy.runs.training import train_policy
-from train.reproduction.physical import refit
+from tendon_train.actuator.scoring.figures import COLOURS, new_figure, save, tidy
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.curve import read_curve
+from tendon_train.policy.runs.policy_export import export_policy
+from tendon_train.policy.runs.policy_training import train_policy
+from tendon_train.reproduction.physical import refit
 
 STEPS = {"ours": 2.0e-3, "program": 5.0e-4, "file": 1.0e-3}
 """Step of each simulator [s]."""

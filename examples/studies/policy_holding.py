@@ -19,11 +19,11 @@ import warp as wp
 from tensordict import TensorDict
 
 from tendon_newton.data.recording import Array
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.training import train_policy
-from train.policy.worlds.environment import FingerEnvironment
-from train.policy.worlds.tip_goal import TipGoal
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_training import train_policy
+from tendon_train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.worlds.tip_goal import TipGoal
 
 CLOSED, OPEN = 1.8, 0.1  # rad, goals behind the ball and before it
 HOLD, RELEASE, LATE = 80, 40, 40  # policy steps of 50 ms: 4 s, 2 s, and the last 2 s of the hold

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import warp as wp
 
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.training import train_policy
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_training import train_policy
 
 HORIZONS = ((0.95, 0.95), (0.8, 0.9))  # discount and trace: the authors', and the finger's own
 LAST = 10  # iterations

@@ -12,9 +12,9 @@ from pathlib import Path
 import torch
 import warp as wp
 
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.training import train_policy
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_training import train_policy
 
 DEVICE = "cuda:0"
 

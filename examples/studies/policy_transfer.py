@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from hardware.virtual_bench.physics.constants import BENCH_SEEDS
+from tendon_hardware.virtual_bench.physics.constants import BENCH_SEEDS
 from tendon_newton.cli import main as run_verb
 from tendon_newton.scheduler import JobOptions, completed
 

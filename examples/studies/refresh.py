@@ -21,30 +21,30 @@ from typing import Any
 
 import numpy as np
 
-from hardware.control.operator import SilentOperator
-from hardware.deployment.deploy_log import policy_span
-from hardware.virtual_bench.physics.constants import BENCH_SEEDS
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.deployment.deploy_log import policy_span
+from tendon_hardware.virtual_bench.physics.constants import BENCH_SEEDS
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import DeployOptions, RefreshOptions
 from tendon_newton.workflows.refreshing import refresh
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.export import export_policy
-from train.policy.runs.training import train_policy
-from train.refresh.drift import find_drift, growth, model_error
-from train.refresh.fit_all_numbers import tune
-from train.refresh.logs import (
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_export import export_policy
+from tendon_train.policy.runs.policy_training import train_policy
+from tendon_train.refresh.drift import find_drift, growth, model_error
+from tendon_train.refresh.fit_all_numbers import tune
+from tendon_train.refresh.refresh_logs import (
     fitted_parts,
     logs_as_dataset,
     read_logs,
     taut_parts,
     without_beginning,
 )
-from train.refresh.outcome import judge_drift
-from train.refresh.slip import taut_from
-from train.refresh.slip_by_reference import slip_since
+from tendon_train.refresh.refresh_outcome import judge_drift
+from tendon_train.refresh.slip import taut_from
+from tendon_train.refresh.slip_by_reference import slip_since
 
 STATES = ("new", "friction", "spool")
 ANSWERS: dict[str, tuple[str, ...]] = {

@@ -10,7 +10,7 @@ import warp as wp
 
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
-from tendon_newton.diagnosis.unexplained.structure import find_structure
+from tendon_newton.diagnosis.unexplained.remainder_structure import find_structure
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 from tests.planted.generator import Recipe, make_dataset

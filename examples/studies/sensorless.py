@@ -21,16 +21,16 @@ from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.statics import gravity_torque
-from train.actuator.fitting.run import train_to_file
-from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
-from train.actuator.prediction import predict
-from train.actuator.samples.folds import usable
-from train.actuator.samples.protocol import step_hold
-from train.actuator.samples.servo_law import SLIDING
-from train.actuator.training_config import TrainingConfig
-from train.actuator.without_cell.sensorless import IMPLIED_WORDS, imply_forces, write_lines
-from train.actuator.without_cell.sensorless_line import Line, nominal_line
-from train.actuator.without_cell.sensorless_motion import Motion, motions_of
+from tendon_train.actuator.fitting.run import train_to_file
+from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
+from tendon_train.actuator.prediction import predict
+from tendon_train.actuator.samples.folds import usable
+from tendon_train.actuator.samples.sample_protocol import step_hold
+from tendon_train.actuator.samples.servo_law import SLIDING
+from tendon_train.actuator.training_config import TrainingConfig
+from tendon_train.actuator.without_cell.sensorless import IMPLIED_WORDS, imply_forces, write_lines
+from tendon_train.actuator.without_cell.sensorless_line import Line, nominal_line
+from tendon_train.actuator.without_cell.sensorless_motion import SensorlessMotion, motions_of
 
 BENCHES = ("finger", "spring_strong", "spring_weak")
 PHASES = ("winds in", "driven back", "rests")
@@ -225,7 +225,7 @@ def measured(recording: Recording) -> Array:
 
 def nominal_lines(dataset: Dataset) -> list[Line]:
     """Return what assets and handbook promise of every bench."""
-    motions: dict[str, Motion] = {m.recording.bench: m for m in motions_of(dataset.train)}
+    motions: dict[str, SensorlessMotion] = {m.recording.bench: m for m in motions_of(dataset.train)}
     return [nominal_line(bench, motion.mechanism) for bench, motion in motions.items()]
 
 

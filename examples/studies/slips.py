@@ -17,19 +17,19 @@ import onnx
 from onnx import numpy_helper
 
 from examples.studies.refresh import DURATION, STAIRS, fly, random_goals
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_log import policy_span, step_table
-from hardware.virtual_bench.physics.unit import draw_unit
-from hardware.virtual_bench.physics.wear import worn
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_log import policy_span, step_table
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
+from tendon_hardware.virtual_bench.physics.wear import worn
 from tendon_newton.data.model_file import load_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.mechanisms.loading import load_mechanism
-from train.policy.scoring.bench_climb import climb_on_bench
-from train.policy.scoring.evaluation import reachable_error
-from train.policy.scoring.evaluation_scores import score
-from train.refresh.logs import read_logs, without_beginning
-from train.refresh.slip import find_slip
-from train.refresh.slip_by_reference import slip_since
+from tendon_train.policy.scoring.bench_climb import climb_on_bench
+from tendon_train.policy.scoring.evaluation_scores import score
+from tendon_train.policy.scoring.policy_evaluation import reachable_error
+from tendon_train.refresh.refresh_logs import read_logs, without_beginning
+from tendon_train.refresh.slip import find_slip
+from tendon_train.refresh.slip_by_reference import slip_since
 
 
 def main() -> None:

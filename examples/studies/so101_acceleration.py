@@ -18,7 +18,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
@@ -69,7 +69,7 @@ def fitted(
     sweep: Study, every: Study, model: Model, effects: Sequence[str]
 ) -> tuple[str, list[np.ndarray]]:
     """Fit effects to a sweep; return their numbers in words and the errors of all motions [rad]."""
-    worlds = Worlds(sweep)
+    worlds = SearchWorlds(sweep)
     found = fit_set_anew(worlds, model, effects)
     values = values_of(worlds, found.columns, found.place)
     owners = sweep.table.owners

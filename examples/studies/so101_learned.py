@@ -19,7 +19,7 @@ from torch import Tensor, nn
 from examples.studies.so101 import joints, split, training_motions
 from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.recording import Array, Recording
-from train.actuator.samples.windows import nearest_rows
+from tendon_train.actuator.samples.windows import nearest_rows
 
 PAST = np.concatenate([np.arange(0.0, 0.201, 0.02), np.arange(0.25, 1.51, 0.05)])
 """How long ago the commands are that the network sees [s]: row by row where it matters most."""

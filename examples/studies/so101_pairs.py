@@ -29,7 +29,7 @@ from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
@@ -139,7 +139,7 @@ def one_pair(
 
 def fixed_fit(model: Model, train: Study) -> dict[int, float]:
     """Fit the model that chooses nothing to the training motions (column -> value)."""
-    worlds = Worlds(train)
+    worlds = SearchWorlds(train)
     found = fit_set_anew(worlds, model, FIXED)
     return values_of(worlds, found.columns, found.place)
 

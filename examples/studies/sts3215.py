@@ -20,7 +20,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.fixed_set import fit_set
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.study import Study
 
 TERMS: dict[str, dict[str, float]] = {
@@ -116,7 +116,7 @@ def model_of(start: Model, terms: Sequence[str]) -> Model:
 
 def fitted(logs: Sequence[ImportedLog], model: Model, terms: Sequence[str]) -> dict[int, float]:
     """Return the numbers of the motor and of the terms that fit some logs (column -> value)."""
-    worlds = Worlds(study_of(logs, model))
+    worlds = SearchWorlds(study_of(logs, model))
     found = fit_set(worlds, model, terms)
     return values_of(worlds, found.columns, found.place)
 

@@ -24,9 +24,9 @@ import warp as wp
 from torch import Tensor
 
 from tendon_newton.data.recording import Array
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.scoring.turning import turning_worlds, watch
-from train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.scoring.turning_score import turning_worlds, watch
+from tendon_train.policy.worlds.environment import FingerEnvironment
 
 GAITS = Path(__file__).with_suffix(".json")
 MODELS = Path(__file__).with_name("turning_models")

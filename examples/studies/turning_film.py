@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from hardware.deployment.turning_report import read_truth
-from hardware.virtual_bench.physics.scene import SCENES, import_mujoco
+from tendon_hardware.deployment.turning_report import read_truth
+from tendon_hardware.virtual_bench.physics.scene import SCENES, import_mujoco
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import MissingDependency
 

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.turning_report import log_figures
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.turning_report import log_figures
 from tendon_newton.cli import main as tendon_newton
 from tendon_newton.data.cards.turning_task import TurningTask
 from tendon_newton.data.turning_figures import TurningFigures

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from hardware.benches.bench import bench_of
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun, find_plan
-from hardware.virtual_bench import LockstepBench
-from hardware.virtual_bench.emulation.truth import sensor_effects
-from hardware.virtual_bench.physics.obstacle import NOMINAL_SPOOL
-from hardware.virtual_bench.physics.unit import BENCHES, Unit, draw_unit
-from hardware.virtual_bench.physics.wear import worn
+from tendon_hardware.benches.bench import bench_of
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun, find_plan
+from tendon_hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench.emulation.truth import sensor_effects
+from tendon_hardware.virtual_bench.physics.obstacle import NOMINAL_SPOOL
+from tendon_hardware.virtual_bench.physics.unit import BENCHES, BenchUnit, draw_unit
+from tendon_hardware.virtual_bench.physics.wear import worn
 from tendon_newton.data.recording import Array
 
 STIFF = 1.0e5
@@ -29,7 +29,7 @@ Signals = Mapping[str, float]
 """Signal, ``theta`` or ``force`` -> mean squared change [rad2, N2]."""
 
 
-def mended(unit: Unit, part: str, **constants: Any) -> Unit:
+def mended(unit: BenchUnit, part: str, **constants: Any) -> BenchUnit:
     """Return a unit with other constants of a part, of which a mechanism has only some."""
     own = getattr(unit, part)
     known = {field.name for field in fields(own)}
@@ -37,25 +37,25 @@ def mended(unit: Unit, part: str, **constants: Any) -> Unit:
     return replace(unit, **{part: replace(own, **there)})
 
 
-def as_drawn_up(unit: Unit, *names: str) -> Unit:
+def as_drawn_up(unit: BenchUnit, *names: str) -> BenchUnit:
     """Return a unit with constants of its mechanism as the nominal bench has them."""
     nominal = BENCHES[unit.bench]
     own = {name: getattr(nominal, name) for name in names if hasattr(nominal, name)}
     return mended(unit, "mechanism", **own)
 
 
-def calibrated(unit: Unit) -> Unit:
+def calibrated(unit: BenchUnit) -> BenchUnit:
     """Return a unit whose load cell gives what it gave when it was calibrated."""
     cell = draw_unit(unit.bench, unit.seed).load_cell
     return mended(unit, "load_cell", counts_per_newton=cell.counts_per_newton)
 
 
-def part(name: str, **constants: Any) -> Callable[[Unit], Unit]:
+def part(name: str, **constants: Any) -> Callable[[BenchUnit], BenchUnit]:
     """Return what mends a part of a unit."""
     return partial(mended, part=name, **constants)
 
 
-MENDS: dict[tuple[str, ...], Callable[[Unit], Unit]] = {
+MENDS: dict[tuple[str, ...], Callable[[BenchUnit], BenchUnit]] = {
     ("stribeck_friction",): part("servo", dry_friction=0.0),
     ("viscous_friction",): part("servo", viscous_friction=0.0),
     ("load_dependent_friction", "gear_load_friction", "holding_friction"): part(
@@ -119,7 +119,7 @@ def change(before: Readings, after: Readings) -> Signals:
     }
 
 
-def replay(unit: int, plan: str, wear: str, mend: Callable[[Unit], Unit]) -> Readings:
+def replay(unit: int, plan: str, wear: str, mend: Callable[[BenchUnit], BenchUnit]) -> Readings:
     """Drive a unit through its plan's test runs once more, with something mended."""
     columns = [
         driven(run, mend(worn(draw_unit(run.bench, unit), wear)))
@@ -130,7 +130,7 @@ def replay(unit: int, plan: str, wear: str, mend: Callable[[Unit], Unit]) -> Rea
     return Readings(theta=theta, force=force, late=late)
 
 
-def driven(run: PlannedRun, unit: Unit) -> tuple[Array, Array, Array]:
+def driven(run: PlannedRun, unit: BenchUnit) -> tuple[Array, Array, Array]:
     """Return angle, force and late force of a run, without the rules that end a real one."""
     twin = LockstepBench(run.bench, unit.seed, unit=unit)
     twin.set_obstacle(run.obstacle)

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.servos.host_position_loop import HostPositionLoop
-from hardware.virtual_bench import BENCH_SEEDS, LockstepBench
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.servos.host_position_loop import HostPositionLoop
+from tendon_hardware.virtual_bench import BENCH_SEEDS, LockstepBench
 from tendon_newton.data.excitations import excite
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording

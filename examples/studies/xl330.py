@@ -24,7 +24,7 @@ from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Worlds
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
@@ -87,7 +87,7 @@ def errors(dataset: Dataset, model: Model, *, diagnosed: bool) -> dict[str, floa
     """Return the held-out mean absolute error of each model [mrad]; print what was fitted."""
     train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP)
     test = Study(dataset.test, model, tuple(EFFECTS))
-    worlds = Worlds(train)
+    worlds = SearchWorlds(train)
     fitted = {"nominal": {}, "torque constant, resistance, armature": fit(worlds, model, ())}
     for effects in COMPARED:
         fitted[" + ".join(effects)] = fit(worlds, model, effects)
@@ -114,7 +114,7 @@ def by_log(study: Study, values: Mapping[int, float]) -> list[str]:
     ]
 
 
-def fit(worlds: Worlds, model: Model, effects: tuple[str, ...]) -> dict[int, float]:
+def fit(worlds: SearchWorlds, model: Model, effects: tuple[str, ...]) -> dict[int, float]:
     """Fit some effects and the motor's numbers together."""
     found = fit_set_anew(worlds, model, effects)
     return values_of(worlds, found.columns, found.place)

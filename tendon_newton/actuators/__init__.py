@@ -1,6 +1,6 @@
 """Actuator models: one file each, one line each in the table."""
 
-from tendon_newton.actuators.base import Actuator
+from tendon_newton.actuators.actuator_type import Actuator
 from tendon_newton.actuators.ideal import Ideal
 from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.actuators.learned import Learned

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.actuators.base import Actuator
+from tendon_newton.actuators.actuator_type import Actuator
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.structs import Tendon

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tendon_newton.actuators.base import Actuator
+from tendon_newton.actuators.actuator_type import Actuator
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template

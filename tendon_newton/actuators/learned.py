@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.actuators.base import Actuator
+from tendon_newton.actuators.actuator_type import Actuator
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import HELD_MEMORY, TENDONS, Jet, ParameterVector, real
 from tendon_newton.device_code.structs import Tendon

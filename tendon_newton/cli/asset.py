@@ -14,7 +14,7 @@ from tendon_newton.device_code.quiet import quiet_warp
 
 if TYPE_CHECKING:
     from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan
-    from tendon_newton.mechanisms.rules.findings import AssetFinding
+    from tendon_newton.mechanisms.rules.rule_findings import AssetFinding
 
 FINGER = {
     "length": (0.030,),

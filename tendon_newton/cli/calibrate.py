@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING
 from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
-    from hardware.clock import Clock
-    from hardware.load_cells.base import LoadCell
-    from hardware.load_cells.calibration import LoadCellCalibration
-    from hardware.load_cells.steadiness import CalibrationOperator
+    from tendon_hardware.clock import Clock
+    from tendon_hardware.load_cells.calibration import LoadCellCalibration
+    from tendon_hardware.load_cells.load_cell_type import LoadCell
+    from tendon_hardware.load_cells.steadiness import CalibrationOperator
 
 EXIT_DRIFT = 1
 """Exit code where zero has moved further than a recording should bear."""
@@ -110,9 +110,9 @@ def end_line() -> None:
 
 def main(config: Calibrate) -> None:
     """Calibrate, or look at zero."""
-    from hardware.load_cells.calibrating import CalibrationPlan
-    from hardware.load_cells.calibration_file import load_calibration
-    from hardware.load_cells.calibration_session import CalibrationSession
+    from tendon_hardware.load_cells.calibrating import CalibrationPlan
+    from tendon_hardware.load_cells.calibration_file import load_calibration
+    from tendon_hardware.load_cells.calibration_session import CalibrationSession
 
     if config.retare is not None:
         retare(config, load_calibration(config.retare))
@@ -137,8 +137,8 @@ def main(config: Calibrate) -> None:
 
 def retare(config: Calibrate, calibration: LoadCellCalibration) -> None:
     """Measure zero, and leave with code 1 where it has moved too far."""
-    from hardware.load_cells.calibration import DRIFT_LIMIT
-    from hardware.load_cells.calibration_session import measure_drift
+    from tendon_hardware.load_cells.calibration import DRIFT_LIMIT
+    from tendon_hardware.load_cells.calibration_session import measure_drift
 
     with opened(config) as (cell, clock, operator):
         drift = measure_drift(calibration, cell, clock, operator, config.tare_s)
@@ -165,8 +165,8 @@ def read_masses(text: str) -> tuple[float, ...]:
 @contextmanager
 def opened(config: Calibrate) -> Generator[tuple[LoadCell, Clock, CalibrationOperator]]:
     """Open the load cell that is named, with its clock and whoever hangs its masses."""
-    from hardware.clock import MonotonicClock
-    from hardware.load_cells import LOAD_CELLS
+    from tendon_hardware.clock import MonotonicClock
+    from tendon_hardware.load_cells import LOAD_CELLS
 
     with ExitStack() as stack:
         clock: Clock = MonotonicClock()
@@ -191,10 +191,10 @@ def virtual(
     config: Calibrate, word: str, stack: ExitStack
 ) -> tuple[LoadCell, Clock, CalibrationOperator]:
     """Make the load cell of a virtual bench, in real time or as fast as it can be."""
-    from hardware.clock import MonotonicClock
-    from hardware.load_cells.hx711_serial import Hx711Serial
-    from hardware.virtual_bench import LockstepBench, open_virtual
-    from hardware.virtual_bench.process import parse_word
+    from tendon_hardware.clock import MonotonicClock
+    from tendon_hardware.load_cells.hx711_serial import Hx711Serial
+    from tendon_hardware.virtual_bench import LockstepBench, open_virtual
+    from tendon_hardware.virtual_bench.process import parse_word
 
     if config.faster_than_real_time:
         bench = LockstepBench(*parse_word(word))
@@ -206,7 +206,7 @@ def virtual(
 
 def report(path: Path, calibration: LoadCellCalibration) -> None:
     """Print the points and what speaks for the line."""
-    from hardware.load_cells.calibration_session import points_text
+    from tendon_hardware.load_cells.calibration_session import points_text
 
     print("\n".join(points_text(calibration, lambda force: f"{force:8.4f} N")))
     print(

@@ -23,7 +23,7 @@ from tendon_newton.cli.terminal import Terminal
 from tendon_newton.workflows.options import CollectOptions
 
 if TYPE_CHECKING:
-    from hardware.collection.collect_plan import Collection
+    from tendon_hardware.collection.collect_plan import Collection
 
 
 def main(config: CollectOptions) -> None:

@@ -75,7 +75,7 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.diagnosis.reporting.report import Origin
     from tendon_newton.workflows.diagnosing import diagnose_into
 
-    progress = Progress(sys.stderr if config.json else sys.stdout, start)
+    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     progress.show_findings(dataset)
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
     if budget is not None:
@@ -96,7 +96,7 @@ def main(config: DiagnoseConfig) -> None:
             print(f"  to tell apart   {shlex.join([*words, '--out', 'run.csv'])}")
 
 
-class Progress:
+class DiagnosisProgress:
     """Tells what is being done, since when, and how much time is left.
 
     Args:

@@ -26,7 +26,7 @@ import tyro
 from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
-    from hardware.doctor import Observation
+    from tendon_hardware.doctor import Observation
 
 EXIT_FIX = 1
 """Exit code where something must be mended."""
@@ -64,8 +64,8 @@ def main(config: Doctor) -> None:
     if config.dataset is not None:
         examine_joints(config, config.dataset)
         return
-    from hardware.doctor import examine, ports_of
-    from hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
+    from tendon_hardware.doctor import examine, ports_of
+    from tendon_hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
 
     clock, port, cell_port = ports_of(config.port, config.load_cell_port, config.servo)
     changes = config.reboot or config.set_baud is not None or config.set_id is not None
@@ -89,7 +89,7 @@ def main(config: Doctor) -> None:
 def examine_joints(config: Doctor, folder: Path) -> None:
     """Examine a LeRobotDataset, print a row for each joint and what to type next."""
     from tendon_newton.data.importers.lerobot import LeRobotUnits
-    from tendon_newton.data.importers.lerobot.examination import HEADINGS, examine_dataset
+    from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS, examine_dataset
 
     if config.port is not None:
         raise InvalidParameter("a dataset is examined alone; --port names a bench beside it")

@@ -27,7 +27,7 @@ from tendon_newton.cli.terminal import Terminal
 from tendon_newton.workflows.options import ClimbOptions
 
 if TYPE_CHECKING:
-    from train.policy.scoring.evaluation_scores import ClimbScore
+    from tendon_train.policy.scoring.evaluation_scores import ClimbScore
 
 
 def main(config: ClimbOptions) -> None:

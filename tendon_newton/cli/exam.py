@@ -43,9 +43,9 @@ def main(config: ExamConfig) -> None:
     from tendon_newton.data.files.json_file import write_json
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.diagnosis.time_left import time_text
-    from tendon_newton.exam.exam import read_truths, take_exam
     from tendon_newton.exam.exam_rates import by_strength, confusion, rates
     from tendon_newton.exam.exam_report import write_exam_report
+    from tendon_newton.exam.run_exam import read_truths, take_exam
 
     out = make_folder(config.out)
     total = len(config.only or read_truths(config.folder))

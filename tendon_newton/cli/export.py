@@ -40,7 +40,7 @@ def main(config: ExportConfig) -> None:
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
     from tendon_newton.exports import find_export
-    from tendon_newton.exports.page import measure, write_page
+    from tendon_newton.exports.export_page import measure, write_page
     from tendon_newton.exports.source import read_source
 
     quiet_warp()

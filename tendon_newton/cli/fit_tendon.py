@@ -22,7 +22,7 @@ import tyro
 
 if TYPE_CHECKING:
     from tendon_newton.data.model_file import Model
-    from train.tendon.tendon_fit import TendonFit
+    from tendon_train.tendon.tendon_fit import TendonFit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +48,7 @@ def main(config: FitTendonConfig) -> None:
 
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.model_file import write_model
-    from train.tendon.tendon_fit import fit_tendon
+    from tendon_train.tendon.tendon_fit import fit_tendon
 
     dataset = load_dataset(config.dataset, require_test=False)
     fit, model = fit_tendon(dataset, read_model(config.force))
@@ -66,7 +66,7 @@ def read_model(force: str) -> Model:
     """Return the model of a word or a file, whole."""
     from tendon_newton.data.model_file import load_model
     from tendon_newton.mechanisms.loading import load_mechanism
-    from train.policy.worlds.force_model import open_force_model
+    from tendon_train.policy.worlds.force_model import open_force_model
 
     if Path(force).suffix == ".toml":
         return load_model(Path(force))

@@ -25,8 +25,8 @@ class PlotConfig:
 
 def main(config: PlotConfig) -> None:
     """Draw it."""
-    from hardware.deployment.deploy_plot import panels_of, title_of
-    from hardware.deployment.svg_panels import draw
+    from tendon_hardware.deployment.deploy_plot import panels_of, title_of
+    from tendon_hardware.deployment.svg_panels import draw
     from tendon_newton.data.files.text_file import write_text
     from tendon_newton.errors import InvalidParameter
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self, TextIO
 from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
-    from hardware.control.operator import Progress
+    from tendon_hardware.control.operator import OperatorProgress
 
 
 def audible() -> TextIO:
@@ -55,7 +55,7 @@ class Terminal:
         self.end_line()
         print(f"!! {text}", flush=True, file=audible())
 
-    def show(self, progress: Progress) -> None:
+    def show(self, progress: OperatorProgress) -> None:
         """Show the figures on one line that changes, or now and then a new one."""
         now = time.monotonic()
         if now < self.next:

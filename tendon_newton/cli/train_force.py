@@ -27,11 +27,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from train.actuator.training_config import TrainingConfig
+from tendon_train.actuator.training_config import TrainingConfig
 
 if TYPE_CHECKING:
     from tendon_newton.data.dataset import Dataset
-    from train.actuator.fitting.training import Progress
+    from tendon_train.actuator.fitting.training import FittingProgress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,10 +53,10 @@ def main(config: TrainForceConfig) -> None:
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
-    from train.actuator.fitting.run import train_to_file
-    from train.actuator.ideal import SERVO_LIMIT
-    from train.actuator.samples.folds import SPLIT_WORDS
-    from train.actuator.without_cell.sensorless import IMPLIED_WORDS
+    from tendon_train.actuator.fitting.run import train_to_file
+    from tendon_train.actuator.ideal_baseline import SERVO_LIMIT
+    from tendon_train.actuator.samples.folds import SPLIT_WORDS
+    from tendon_train.actuator.without_cell.sensorless import IMPLIED_WORDS
 
     quiet_warp()
     dataset = load_dataset(config.dataset, require_test=False)
@@ -87,7 +87,7 @@ def main(config: TrainForceConfig) -> None:
 
 def imply(dataset: Dataset, file: Path) -> Dataset:
     """Put implied forces in place of measured ones; write and print what implies them."""
-    from train.actuator.without_cell.sensorless import imply_forces, write_lines
+    from tendon_train.actuator.without_cell.sensorless import imply_forces, write_lines
 
     print("finding what each bench's tendon gives, from encoders and tip ...", flush=True)
     implied = imply_forces(dataset)
@@ -100,7 +100,7 @@ def imply(dataset: Dataset, file: Path) -> Dataset:
     return implied.dataset
 
 
-def show(progress: Progress) -> None:
+def show(progress: FittingProgress) -> None:
     """Print a line about an epoch."""
     print(
         f"  epoch {progress.epoch:4d} of {progress.epochs}   train {progress.train_rmse:.3f} N   "

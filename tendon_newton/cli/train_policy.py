@@ -32,10 +32,10 @@ from typing import TYPE_CHECKING
 
 import tyro
 
-from train.policy.config.training_config import PolicyTrainingConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 
 if TYPE_CHECKING:
-    from train.policy.runs.forecast import Forecast
+    from tendon_train.policy.runs.forecast import Forecast
 
 LONG = 1800.0
 """Time from which on a shorter training is proposed [s]."""
@@ -62,11 +62,11 @@ def main(config: TrainPolicyConfig) -> None:
 
     quiet_warp()
 
-    from train.policy.runs.export import export_policy
-    from train.policy.runs.process import Process
-    from train.policy.runs.training import train_policy
-    from train.policy.worlds.force_model import trust_force
-    from train.policy.worlds.randomisation import on_diagnosed_finger
+    from tendon_train.policy.runs.policy_export import export_policy
+    from tendon_train.policy.runs.policy_training import train_policy
+    from tendon_train.policy.runs.training_process import Process
+    from tendon_train.policy.worlds.force_model import trust_force
+    from tendon_train.policy.worlds.randomisation import on_diagnosed_finger
 
     own = replace(config.training, environment=on_diagnosed_finger(config.training.environment))
     if own != config.training:

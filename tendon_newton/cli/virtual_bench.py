@@ -37,7 +37,7 @@ def main(config: VirtualBenchConfig) -> None:
     import signal
     from contextlib import suppress
 
-    from hardware.virtual_bench import VirtualPorts
+    from tendon_hardware.virtual_bench import VirtualPorts
 
     for request in (signal.SIGINT, signal.SIGTERM):  # a shell may ignore them for us
         signal.signal(request, signal.default_int_handler)

@@ -42,7 +42,7 @@ from tendon_newton.diagnosis.result import (
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.account import OPEN
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
-from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import (
     Progress,
     expectation,
@@ -52,7 +52,7 @@ from tendon_newton.diagnosis.time_left import (
     notebook_progress,
 )
 from tendon_newton.diagnosis.unblocked import unblocked
-from tendon_newton.diagnosis.unexplained.structure import find_structure
+from tendon_newton.diagnosis.unexplained.remainder_structure import find_structure
 from tendon_newton.effects import EFFECTS, law_of
 from tendon_newton.identification.study import Study, benches_of, servo_count
 from tendon_newton.identification.testable import (

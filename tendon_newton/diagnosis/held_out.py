@@ -20,7 +20,7 @@ GAP_STEPS = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class HeldOutComparison:
     """One held-out recording beside the two models."""
 
     recording: Recording
@@ -50,7 +50,7 @@ class Comparison:
 class Window:
     """A few telling seconds of a recording."""
 
-    comparison: Comparison
+    comparison: HeldOutComparison
     start: float
     """Since the recording's first row [s]."""
 
@@ -61,7 +61,7 @@ class Window:
         return (time >= self.start) & (time <= self.start + WINDOW)
 
 
-def compare(evidence: Evidence) -> tuple[Comparison, ...]:
+def compare(evidence: Evidence) -> tuple[HeldOutComparison, ...]:
     """Simulate the held-out recordings with the starting and the extended model."""
     residuals = evidence.test.residuals(*replacements((evidence.baseline, evidence.extended)))
     return tuple(
@@ -70,17 +70,17 @@ def compare(evidence: Evidence) -> tuple[Comparison, ...]:
     )
 
 
-def comparison_of(recording: Recording, residual: Residual) -> Comparison:
+def comparison_of(recording: Recording, residual: Residual) -> HeldOutComparison:
     """Put a recording beside its residuals."""
     force = residual.force
-    return Comparison(
+    return HeldOutComparison(
         recording=recording,
         theta=(residual.theta[0], residual.theta[1]),
         force=None if force is None else (force[0], force[1]),
     )
 
 
-def telling_windows(comparisons: tuple[Comparison, ...], *, gap: bool) -> tuple[Window, ...]:
+def telling_windows(comparisons: tuple[HeldOutComparison, ...], *, gap: bool) -> tuple[Window, ...]:
     """Choose a window per bench: where the starting model errs most, or else most moves."""
     sizes = {s: pooled_rms(comparisons, s, 0) or 1.0 for s in ("theta", "force")}
     best: dict[str, tuple[float, Window]] = {}
@@ -98,7 +98,7 @@ def telling_windows(comparisons: tuple[Comparison, ...], *, gap: bool) -> tuple[
     return tuple(window for _, window in ranked[:MOST_WINDOWS])
 
 
-def row_weights(comparison: Comparison, sizes: dict[str, float]) -> Array:
+def row_weights(comparison: HeldOutComparison, sizes: dict[str, float]) -> Array:
     """Return each row's squared error before, signals counting alike, shape (T,)."""
     weight = (comparison.theta[0] / sizes["theta"]) ** 2
     if comparison.force is not None:
@@ -115,13 +115,13 @@ def busiest_window(time: Array, weight: Array) -> tuple[float, float]:
     return float(inside[k]), float(time[k])
 
 
-def pooled(comparisons: tuple[Comparison, ...], signal: str, which: int) -> Array:
+def pooled(comparisons: tuple[HeldOutComparison, ...], signal: str, which: int) -> Array:
     """Return the residuals of all recordings in one array; empty without the signal."""
     parts = [r[which] for c in comparisons if (r := c.residual(signal)) is not None]
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
-def pooled_rms(comparisons: tuple[Comparison, ...], signal: str, which: int) -> float:
+def pooled_rms(comparisons: tuple[HeldOutComparison, ...], signal: str, which: int) -> float:
     """Return the root mean square over all rows of all recordings."""
     values = pooled(comparisons, signal, which)
     return rms(values) if len(values) else 0.0

@@ -43,7 +43,7 @@ class Likeness:
     """Loss that the imitated cause removes."""
 
 
-class Trial:
+class ImitationTrial:
     """One explanation as models to simulate: itself, and each of its numbers moved a little.
 
     Args:
@@ -91,7 +91,7 @@ class Trial:
 
 
 def find_likenesses(
-    residual: Residual, trials: Sequence[Trial], noise: NoiseFloor, form: Scales
+    residual: Residual, trials: Sequence[ImitationTrial], noise: NoiseFloor, form: Scales
 ) -> tuple[Likeness, ...]:
     """Return for each two causes how well the better imitator of them imitates, on one run.
 
@@ -135,7 +135,7 @@ def find_likenesses(
 
 
 def imitate(
-    imitator: Trial, models: Array, imitated: Array, pair: tuple[str, str]
+    imitator: ImitationTrial, models: Array, imitated: Array, pair: tuple[str, str]
 ) -> tuple[tuple[str, str], Array, Array]:
     """Return the pair, what the imitator cannot imitate, and the signals that it should."""
     jacobian = (models[1:] - models[0]).T / imitator.steps

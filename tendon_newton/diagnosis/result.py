@@ -18,7 +18,7 @@ from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
-from tendon_newton.diagnosis.unexplained.structure import Structure
+from tendon_newton.diagnosis.unexplained.remainder_structure import RemainderStructure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,7 +148,7 @@ class Unexplained:
     """Share of the held-out squared error above the noise."""
     depends_on: tuple[str, ...] = ()
     """Signals that it depends on, strongest first."""
-    structure: Structure | None = None
+    structure: RemainderStructure | None = None
     """What a flexible learner makes of it."""
 
     def to_json(self) -> dict[str, Any]:

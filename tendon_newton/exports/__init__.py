@@ -6,12 +6,12 @@ own simulation of the same commands, and what it leaves out.
 
 from tendon_newton.errors import unknown_name
 from tendon_newton.exports.bam_target import BAM
-from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
 from tendon_newton.exports.configs.mjlab_target import MJLAB
-from tendon_newton.exports.mujoco.target import MUJOCO
-from tendon_newton.exports.networks.target import NETWORKS
-from tendon_newton.exports.newton.target import NEWTON
+from tendon_newton.exports.export_target import Exported, ExportTarget
+from tendon_newton.exports.mujoco.mujoco_target import MUJOCO
+from tendon_newton.exports.networks.network_target import NETWORKS
+from tendon_newton.exports.newton.newton_target import NEWTON
 from tendon_newton.exports.urdf_target import URDF
 from tendon_newton.exports.usd_target import USD
 

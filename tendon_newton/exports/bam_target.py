@@ -18,7 +18,7 @@ from tendon_newton.data.importers.bam.motors import XL330
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidModelFile, InvalidOutput
-from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.model_numbers import (
     coverage_of,
     not_exact,
@@ -27,7 +27,7 @@ from tendon_newton.exports.model_numbers import (
     spool_of,
 )
 from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME
-from tendon_newton.exports.mujoco.target import change_mechanism
+from tendon_newton.exports.mujoco.mujoco_target import change_mechanism
 from tendon_newton.mechanisms.authoring.mujoco_file import (
     mujoco_spec,
     newton_s_mujoco,

@@ -21,7 +21,7 @@ COLORS = ("#1f6f8b", "#b8860b", "#8a3b5c", "#4b7f3a", "#8a8f98")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class ModelComparison:
     """What several simulators make of the same commands."""
 
     recordings: tuple[Recording, ...]
@@ -74,7 +74,7 @@ def compare(
     recordings: Sequence[Recording],
     *,
     trust: bool = False,
-) -> Comparison:
+) -> ModelComparison:
     """Run recordings in our own simulator and in others.
 
     Args:
@@ -94,7 +94,7 @@ def compare(
     trajectories = {OURS: TendonSimulator(trust=trust).simulate(recordings, model)}
     for name in names:
         trajectories[name] = COMPARED[name](mechanism, model, recordings)
-    return Comparison(
+    return ModelComparison(
         recordings=tuple(recordings),
         trajectories=trajectories,
         departures={
@@ -103,14 +103,14 @@ def compare(
     )
 
 
-def comparison_table(comparison: Comparison) -> str:
+def comparison_table(comparison: ModelComparison) -> str:
     """Return how far the others stray from ours, in Markdown."""
     lines = ["| simulator | motor angle | force | tip |", "|---|---|---|---|"]
     lines += [f"| {name} | {found.text} |" for name, found in comparison.departures.items()]
     return "\n".join(lines)
 
 
-def plot_comparison(path: Path, comparison: Comparison) -> None:
+def plot_comparison(path: Path, comparison: ModelComparison) -> None:
     """Draw angle and force of the first recording's first tendon by all simulators.
 
     Raises:

@@ -11,7 +11,7 @@ from tendon_newton.data.excitations import RATE
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
-from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism

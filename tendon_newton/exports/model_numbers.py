@@ -10,7 +10,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.base import Coverage
+from tendon_newton.exports.export_target import Coverage
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of

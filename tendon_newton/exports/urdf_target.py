@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.model_numbers import coverage_of, not_exact, refuse_damaged
 from tendon_newton.mechanisms.authoring.correction import correct
 from tendon_newton.mechanisms.geometry.joints import Joint

@@ -6,8 +6,8 @@ from pathlib import Path
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
-from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.bench_file import write_bench
+from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.model_numbers import refuse_damaged
 from tendon_newton.mechanisms.authoring.correction import HOMES, correct
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism

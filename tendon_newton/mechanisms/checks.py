@@ -11,8 +11,8 @@ from typing import Any
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.mechanism_rules import mechanism_findings
+from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.stage_rules import stage_findings
 from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
 

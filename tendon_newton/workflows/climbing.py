@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.control.goals import stairs
-from hardware.control.operator import Operator
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_log import step_table
-from hardware.virtual_bench.process import DEFAULT_BENCH
+from tendon_hardware.control.goals import stairs
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_log import step_table
+from tendon_hardware.virtual_bench.process import DEFAULT_BENCH
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.text_file import make_folder, write_text
 from tendon_newton.data.recording import Array
@@ -30,12 +30,17 @@ from tendon_newton.workflows.options import (
 )
 from tendon_newton.workflows.packaged_policies import policy_file
 from tendon_newton.workflows.turning_comparison import compare_turning
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.scoring.bench_climb import climb_on_bench
-from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
-from train.policy.scoring.evaluation_figure import draw_climbs
-from train.policy.scoring.evaluation_scores import ClimbScore, score, to_markdown
-from train.policy.worlds.force_model import trust_force
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.scoring.bench_climb import climb_on_bench
+from tendon_train.policy.scoring.evaluation_figure import draw_climbs
+from tendon_train.policy.scoring.evaluation_scores import ClimbScore, score, to_markdown
+from tendon_train.policy.scoring.policy_evaluation import (
+    Climb,
+    RunnablePolicy,
+    climb_stairs,
+    reachable_error,
+)
+from tendon_train.policy.worlds.force_model import trust_force
 
 BENCH_DURATION = 16.5
 """Length of the paper's stairs: eleven of 1.5 s [s]."""
@@ -44,7 +49,7 @@ NO_OTHERS = FurtherLoadCells()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class ClimbComparison:
     """Climbs of all policies, what they are worth, and the files that say so."""
 
     scores: tuple[ClimbScore, ...]
@@ -54,7 +59,7 @@ class Comparison:
     files: tuple[Path, ...]
 
 
-def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
+def compare_policies(options: ClimbOptions, operator: Operator) -> ClimbComparison:
     """Let policies climb, and write ``evaluation.json``, ``evaluation.md`` and ``climb.png``.
 
     Policies that turn a ball do so instead, and have no picture.
@@ -72,7 +77,7 @@ def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
     out = make_folder(options.out)
     if any(policy.card.task == "turn" for policy in policies):
         text, files = compare_turning(options, policies, finger, out)
-        return Comparison(scores=(), text=text, files=files)
+        return ClimbComparison(scores=(), text=text, files=files)
     climbs = [
         *climbs_in_simulation(options, policies, finger),
         *climbs_on_bench(options, policies, finger, out, operator),
@@ -92,7 +97,7 @@ def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
     write_text(files[1], text)
     if options.plots:
         files = (*files, draw_climbs(climbs, scores, out / "climb.png"))
-    return Comparison(scores=scores, text=text, files=files)
+    return ClimbComparison(scores=scores, text=text, files=files)
 
 
 def load_policies(options: ClimbOptions) -> list[RunnablePolicy]:

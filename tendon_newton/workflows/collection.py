@@ -1,14 +1,14 @@
 """Record a plan or a single run on the bench that options name."""
 
-from hardware.benches.bench_address import BenchAddress, DriveAddress
-from hardware.collection.collect_plan import SINGLE_RUNS, Collection, collect, free_name
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun, find_plan
-from hardware.control.operator import Operator
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.servos import find_servo
-from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
+from tendon_hardware.collection.collect_plan import SINGLE_RUNS, Collection, collect, free_name
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun, find_plan
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.servos import find_servo
+from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.workflows.options import BenchOptions, CollectOptions
 
 

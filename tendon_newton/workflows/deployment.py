@@ -6,27 +6,27 @@ from dataclasses import replace
 from math import pi
 from pathlib import Path
 
-from hardware.benches.bench import Bench, open_bench
-from hardware.benches.bench_address import BenchAddress, DriveAddress
-from hardware.collection.collect_plan import free_name, mount
-from hardware.control.ball_pilot import BallPilot
-from hardware.control.goals import FixedGoal, Goals, open_goals
-from hardware.control.keyboard import Keyboard
-from hardware.control.operator import Operator
-from hardware.control.pilot import JogPilot, Pilot, PolicyPilot
-from hardware.control.policy_runner import Policy, load_policy
-from hardware.deployment.ball_watch import BallWatch
-from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
-from hardware.deployment.deploy_replay import DIFFERENCE, replay_log
-from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
-from hardware.deployment.turning_report import turning_text
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
-from hardware.safety_rules.rule_limits import limits_for
-from hardware.servos import find_servo
-from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench.process import DEFAULT_BENCH, WORD
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
+from tendon_hardware.collection.collect_plan import free_name, mount
+from tendon_hardware.control.ball_pilot import BallPilot
+from tendon_hardware.control.goals import FixedGoal, Goals, open_goals
+from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.control.pilot import JogPilot, Pilot, PolicyPilot
+from tendon_hardware.control.policy_runner import Policy, load_policy
+from tendon_hardware.deployment.ball_watch import BallWatch
+from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy
+from tendon_hardware.deployment.deploy_replay import DIFFERENCE, replay_log
+from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from tendon_hardware.deployment.turning_report import turning_text
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
+from tendon_hardware.safety_rules.rule_limits import limits_for
+from tendon_hardware.servos import find_servo
+from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.dataset import list_recording
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name

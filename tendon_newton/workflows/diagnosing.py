@@ -14,7 +14,7 @@ from tendon_newton.diagnosis.result import Diagnosis, write_diagnosis
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answer:
+class DiagnosisAnswer:
     """A diagnosis and where it was written."""
 
     diagnosis: Diagnosis
@@ -30,7 +30,7 @@ def diagnose_into(
     *,
     progress: Callable[[str], None],
     budget: float | None = None,
-) -> Answer:
+) -> DiagnosisAnswer:
     """Diagnose, and write ``diagnosis.json`` last: where it stands, all else stands.
 
     Args:
@@ -47,4 +47,4 @@ def diagnose_into(
     write_report(out / "report.html", diagnosis, evidence, origin)
     layers = write_identified(out, diagnosis, dataset)
     write_diagnosis(out / "diagnosis.json", diagnosis)
-    return Answer(diagnosis=diagnosis, layers=layers)
+    return DiagnosisAnswer(diagnosis=diagnosis, layers=layers)

@@ -31,7 +31,7 @@ REACH = 5.0  # [1] times the bench's range, which no spool misses by
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rest:
+class ImportedRest:
     """A bench's friction-free equilibria under its only tendon."""
 
     angle: Array
@@ -104,7 +104,9 @@ def away_from_rest(recording: Recording, imported: Imported) -> str | None:
 
 
 @cache
-def rest_of(bench: str, overrides: BenchOverrides, radius: float | str | None) -> Rest | None:
+def rest_of(
+    bench: str, overrides: BenchOverrides, radius: float | str | None
+) -> ImportedRest | None:
     """Return where a bench rests; None where that is not known."""
     from tendon_newton.mechanisms.geometry.overrides import override_mechanism
     from tendon_newton.mechanisms.geometry.statics import closing_path
@@ -118,7 +120,7 @@ def rest_of(bench: str, overrides: BenchOverrides, radius: float | str | None) -
         return None
     radius = radius if isinstance(radius, float) else mechanism.tendons[0].spool_radius
     order = np.argsort(path.excursion)
-    return Rest(angle=path.excursion[order] / radius, tension=path.tension[order])
+    return ImportedRest(angle=path.excursion[order] / radius, tension=path.tension[order])
 
 
 def spool_radius(bench: str) -> float:

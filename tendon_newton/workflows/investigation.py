@@ -4,10 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hardware.collection.collect_plan import SINGLE_RUNS, collect, recorded_runs
-from hardware.collection.excitation_plan import DesignedRun, PlannedRun
-from hardware.control.operator import Operator
-from hardware.stop_request import StopRequest
+from tendon_hardware.collection.collect_plan import SINGLE_RUNS, collect, recorded_runs
+from tendon_hardware.collection.excitation_plan import DesignedRun, PlannedRun
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED
 from tendon_newton.data.files.text_file import make_folder

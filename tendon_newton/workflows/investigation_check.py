@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import BENCHES
-from hardware.control.operator import Operator
-from hardware.doctor import examine, ports_of
-from hardware.errors import BenchNotReady
-from hardware.load_cells.calibration_file import load_calibration
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import BENCHES
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.doctor import examine, ports_of
+from tendon_hardware.errors import BenchNotReady
+from tendon_hardware.load_cells.calibration_file import load_calibration
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length
 from tendon_newton.errors import InvalidParameter, listed, unknown_name

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hardware.control.operator import Operator
+from tendon_hardware.control.operator import Operator
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED, EXCITATIONS
 from tendon_newton.diagnosis.explanation import OpenClass, Setting

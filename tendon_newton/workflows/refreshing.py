@@ -4,10 +4,10 @@ import time
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from hardware.control.goals import DWELL
-from hardware.control.operator import Operator
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_log import policy_span, step_table
+from tendon_hardware.control.goals import DWELL
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_log import policy_span, step_table
 from tendon_newton import __version__
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import make_folder
@@ -20,16 +20,27 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.climbing import climbed, stair_levels
 from tendon_newton.workflows.options import RefreshOptions
-from train.policy.scoring.bench_climb import climb_on_bench
-from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
-from train.policy.scoring.evaluation_figure import draw_climbs
-from train.policy.scoring.evaluation_scores import ClimbScore, score
-from train.policy.worlds.force_model import hashes
-from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
-from train.refresh.fit_all_numbers import tune
-from train.refresh.ledger import Ledger
-from train.refresh.logs import fitted_parts, log_files, logs_as_dataset, read_logs, taut_parts
-from train.refresh.outcome import (
+from tendon_train.policy.scoring.bench_climb import climb_on_bench
+from tendon_train.policy.scoring.evaluation_figure import draw_climbs
+from tendon_train.policy.scoring.evaluation_scores import ClimbScore, score
+from tendon_train.policy.scoring.policy_evaluation import (
+    Climb,
+    RunnablePolicy,
+    climb_stairs,
+    reachable_error,
+)
+from tendon_train.policy.worlds.force_model import hashes
+from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+from tendon_train.refresh.fit_all_numbers import tune
+from tendon_train.refresh.ledger import Ledger
+from tendon_train.refresh.refresh_logs import (
+    fitted_parts,
+    log_files,
+    logs_as_dataset,
+    read_logs,
+    taut_parts,
+)
+from tendon_train.refresh.refresh_outcome import (
     AGREES,
     Drift,
     TipFigure,
@@ -38,9 +49,9 @@ from train.refresh.outcome import (
     read_drift,
     write_page,
 )
-from train.refresh.retraining import find_training, retrain
-from train.refresh.slip import SLIP, SLIPS, taut_from, with_slip
-from train.refresh.slip_by_reference import slip_since
+from tendon_train.refresh.retraining import find_training, retrain
+from tendon_train.refresh.slip import SLIP, SLIPS, taut_from, with_slip
+from tendon_train.refresh.slip_by_reference import slip_since
 
 POLICY_ENDINGS = (".onnx", ".pt")
 """Endings of the two files that a training writes of the same policy."""

@@ -28,7 +28,7 @@ MARGIN = 0.15
 """Room around all postures as a share of the finger's length [1]."""
 
 
-class Scene:
+class BenchScene:
     """One recording in rerun.
 
     Args:

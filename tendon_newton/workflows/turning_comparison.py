@@ -13,9 +13,9 @@ from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.turning_figures import TurningFigures
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.workflows.options import ClimbOptions
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.scoring.evaluation import RunnablePolicy
-from train.policy.scoring.turning import as_trained, on_tensors, turning_worlds, watch
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.scoring.policy_evaluation import RunnablePolicy
+from tendon_train.policy.scoring.turning_score import as_trained, on_tensors, turning_worlds, watch
 
 Row = tuple[str, str, TurningFigures]
 """Policy, force model and figures."""

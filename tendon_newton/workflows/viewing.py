@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from hardware.deployment.deploy_log import STEP_TOPIC
-from hardware.deployment.deploy_plot import goal_place
+from tendon_hardware.deployment.deploy_log import STEP_TOPIC
+from tendon_hardware.deployment.deploy_plot import goal_place
 from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.data.formats.topic_mapping import (
     COMMAND_TOPIC,
@@ -25,7 +25,7 @@ from tendon_newton.data.formats.topic_mapping import (
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.simulation.hosts.rollout import Trajectory
-from tendon_newton.workflows.scene import Scene, View
+from tendon_newton.workflows.scene import BenchScene, View
 
 TOPICS = frozenset(
     {COMMAND_TOPIC, STATE_TOPIC, FORCE_TOPIC, TIP_TOPIC, DIAGNOSTICS_TOPIC, STEP_TOPIC}
@@ -76,7 +76,7 @@ class GrowingFile:
         self._file.close()
 
 
-def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> Scene:
+def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> BenchScene:
     """Show a log, as far as it is written and until it is over.
 
     Args:
@@ -90,7 +90,7 @@ def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> S
     try:
         session = first_session(file, path.name)
         bench, goals = session.get("bench", "finger"), "policy.file" in session
-        scene = Scene(path.stem, bench, to, path, goals=goals)
+        scene = BenchScene(path.stem, bench, to, path, goals=goals)
         first: int | None = None
         for topic, stamp, message in McapReading(file, path.name).messages(TOPICS):
             first = stamp if first is None else first
@@ -112,7 +112,7 @@ def first_session(file: Any, name: str) -> dict[str, str]:
     return {}
 
 
-def show_message(scene: Scene, topic: str, message: Any) -> None:
+def show_message(scene: BenchScene, topic: str, message: Any) -> None:
     """Show one message."""
     if topic in (STATE_TOPIC, COMMAND_TOPIC):
         who = "measured" if topic == STATE_TOPIC else "command"
@@ -144,7 +144,7 @@ def show_simulated(recording: Recording, trajectory: Trajectory, to: View, file:
         to: A window or a file.
         file: File of the simulated recording.
     """
-    scene = Scene(Path(recording.name).stem, recording.bench, to, file)
+    scene = BenchScene(Path(recording.name).stem, recording.bench, to, file)
     for row, instant in enumerate(recording.time - recording.time[0]):
         scene.at(float(instant))
         scene.bones("simulated", trajectory.joint_position[row])

@@ -3,19 +3,19 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.excitation_plan import find_plan
-from hardware.collection.experiment_plan import record_unit, thinned
-from hardware.control.operator import Operator
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_log import step_table
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.excitation_plan import find_plan
+from tendon_hardware.collection.experiment_plan import record_unit, thinned
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_log import step_table
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.climbing import climbed
 from tendon_newton.workflows.options import BenchPorts
-from train.policy.scoring.bench_climb import climb_on_bench
-from train.policy.scoring.evaluation import reachable_error
-from train.policy.scoring.evaluation_scores import score
+from tendon_train.policy.scoring.bench_climb import climb_on_bench
+from tendon_train.policy.scoring.evaluation_scores import score
+from tendon_train.policy.scoring.policy_evaluation import reachable_error
 
 BENCH = "finger"
 

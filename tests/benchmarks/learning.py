@@ -15,13 +15,13 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_training import train_policy
+from tendon_train.policy.worlds.environment import FingerEnvironment
 from tests.benchmarks.timing import Row, best_time, memory_in_use, say
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import ROWS, ideal_model, run_of, stairs
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.training import train_policy
-from train.policy.worlds.environment import FingerEnvironment
 
 GRADIENT_WORLDS = (1, 64, 1024, 4096, 8192, 16384)
 GRADIENT_STEP = 1.0e-3  # s

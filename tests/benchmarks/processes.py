@@ -15,11 +15,11 @@ from pathlib import Path
 import torch
 import warp as wp
 
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.runs.training_process import Process
 from tests.benchmarks.gpu import RESULT
 from tests.benchmarks.learning import ITERATION_STEPS, iteration_time
 from tests.benchmarks.timing import circumstances, say
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.runs.process import Process
 
 WORLDS = 8192
 

@@ -28,6 +28,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.benchmarks.timing import RESULTS, Row, circumstances, commit, say
+from tests.search_path import search_path
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "hidden_friction"
@@ -69,8 +70,8 @@ ENVIRONMENT = """
 import gc, sys, time
 from tendon_newton.cli import COLLECT_AFTER
 gc.set_threshold(COLLECT_AFTER)
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.worlds.environment import FingerEnvironment
 begun = time.process_time()
 FingerEnvironment(EnvironmentConfig(worlds=int(sys.argv[1])))
 print(time.process_time() - begun)
@@ -162,7 +163,7 @@ def fresh_rows(checkout: Path) -> Iterator[Row]:
 
 def costs(command: list[str], folder: Path, cache: Path) -> Row:
     """Run a command; return what it took, and how busy the machine was meanwhile."""
-    environment = {**os.environ, "WARP_CACHE_PATH": str(cache), "PYTHONPATH": str(folder)}
+    environment = {**os.environ, "WARP_CACHE_PATH": str(cache), "PYTHONPATH": search_path(folder)}
     begun = time.perf_counter()
     run = subprocess.Popen(
         command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT

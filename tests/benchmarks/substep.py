@@ -15,8 +15,8 @@ from pathlib import Path
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.diagnosis.search.spans import beginnings
-from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
+from tendon_newton.diagnosis.search.search_spans import beginnings
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import nearly_alike
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements

@@ -10,7 +10,7 @@ import pytest
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.diagnosis.search.worlds import FINER, SEARCH_STEP
+from tendon_newton.diagnosis.search.search_worlds import FINER, SEARCH_STEP
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import bench_scale
 from tendon_newton.mechanisms.loading import load_mechanism

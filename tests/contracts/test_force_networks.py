@@ -33,12 +33,12 @@ from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
 from tendon_newton.force_networks.weights_file import write_weights
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tendon_train.actuator.fitting.training import train_network
+from tendon_train.actuator.samples.servo_law import NO_LAW
+from tendon_train.actuator.samples.windows import Windows
+from tendon_train.actuator.training_config import TrainingConfig
 from tests.physics.learned.networks import LIMIT, force_network, learned_model, write_force_network
 from tests.train.actuator.network_files import card_of
-from train.actuator.fitting.training import train_network
-from train.actuator.samples.servo_law import NO_LAW
-from train.actuator.samples.windows import Windows
-from train.actuator.training_config import TrainingConfig
 
 EVERY = [(of_set, kind) for of_set in SETS for kind in kinds_in(of_set)]
 every_network = pytest.mark.parametrize(("of_set", "kind"), EVERY)

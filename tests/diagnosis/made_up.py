@@ -19,8 +19,8 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from tendon_newton.diagnosis.unexplained.equation import Equation, Term
-from tendon_newton.diagnosis.unexplained.structure import Profile, Structure
+from tendon_newton.diagnosis.unexplained.equation import FoundEquation, Term
+from tendon_newton.diagnosis.unexplained.remainder_structure import Profile, RemainderStructure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.study import Study
 
@@ -79,14 +79,14 @@ def named(effect: str, value: float | None = None, **changes: Any) -> NamedEffec
     return replace(cause, **changes)
 
 
-def structure(*, found: bool) -> Structure:
+def structure(*, found: bool) -> RemainderStructure:
     """A made-up ripple over the motor angle, or nothing."""
     x = np.linspace(0.0, 3.0, 20)
     ripple = Profile(
         signal="theta", center=x, mean=np.sin(9.0 * x), error=0.1 + 0.0 * x, learned=np.sin(9.0 * x)
     )
     terms = (Term(function="", coefficient=0.01), Term(function="sin(9 theta)", coefficient=1.0))
-    return Structure(
+    return RemainderStructure(
         side="servo",
         found=found,
         held_out_r2=0.8 if found else -0.02,
@@ -94,7 +94,7 @@ def structure(*, found: bool) -> Structure:
         size=0.7,
         importance={"theta": 1.0, "t": 0.3} if found else {},
         profiles=(ripple, replace(ripple, signal="t")) if found else (),
-        equation=Equation(side="servo", terms=terms, held_out_r2=0.9) if found else None,
+        equation=FoundEquation(side="servo", terms=terms, held_out_r2=0.9) if found else None,
     )
 
 

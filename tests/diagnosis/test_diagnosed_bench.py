@@ -11,9 +11,9 @@ from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.source import read_source
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.worlds.randomisation import on_diagnosed_finger, ranges_of
 from tests.importers.logs import recording
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.worlds.randomisation import on_diagnosed_finger, ranges_of
 
 
 @pytest.fixture

@@ -17,8 +17,8 @@ from tendon_newton.diagnosis.owner import with_owner
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, start_fits
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.diagnosis.search.survey import look_around
-from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.effects import EFFECTS, are_one_law, are_related, special_cases
 from tendon_newton.errors import InvalidModelFile, InvalidParameter
 from tendon_newton.identification import testable
@@ -210,7 +210,7 @@ def test_a_survey_adds_up_what_each_servo_does() -> None:
     A quarter more gain of both differs from that sum by less than a tenth of it.
     """
     moving = {n: np.linspace([1.0, 0.5], [2.0, 1.0], 20) for n in ("command", "motor_position")}
-    worlds = Worlds(study_of([recording("a.csv", **(TWO | moving))], EFFECTS_HERE))
+    worlds = SearchWorlds(study_of([recording("a.csv", **(TWO | moving))], EFFECTS_HERE))
     names = ("gain_error", *OWN)
     floors = floors_of(worlds, ())
     empty, one = start_fits(
@@ -229,7 +229,7 @@ def test_a_survey_adds_up_what_each_servo_does() -> None:
     assert beside["gain_error"] == pytest.approx(beside[OWN[0]], abs=1e-9)
 
 
-def directions(worlds: Worlds, fit: Fit, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+def directions(worlds: SearchWorlds, fit: Fit, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     """Return how residuals change as each effect appears at each typical size, shape (A, M)."""
     columns, changes = look_around(worlds, fit, names)
     found = [c.name for c in columns if c.kind == "atom"]

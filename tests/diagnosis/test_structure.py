@@ -9,12 +9,12 @@ import pytest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.identifiability import find_confounded, is_flat
-from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.diagnosis.unexplained.equation import find_equation
 from tendon_newton.diagnosis.unexplained.remainder import Remainder, find_remainders
-from tendon_newton.diagnosis.unexplained.structure import (
+from tendon_newton.diagnosis.unexplained.remainder_structure import (
     LEAST_R2,
-    Structure,
+    RemainderStructure,
     find_structure,
     look,
     make_folds,
@@ -73,7 +73,7 @@ def test_a_dead_spot_is_seen_but_not_put_into_words(tmp_path: Path) -> None:
     assert worst_place(seen) < 1.6  # [rad]: dead spots are planted at 0.5 to 1.0, 0.2 wide
 
 
-def worst_place(seen: Structure) -> float:
+def worst_place(seen: RemainderStructure) -> float:
     """Where in the first signal the remainder is largest."""
     profile = seen.profiles[0]
     return float(profile.center[np.argmax(np.abs(profile.mean))])

@@ -25,7 +25,7 @@ from tendon_newton.diagnosis.search.decide import decision
 from tendon_newton.diagnosis.search.decide import find_causes as finding
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
-from tendon_newton.diagnosis.search.spans import SEARCHED_SECONDS
+from tendon_newton.diagnosis.search.search_spans import SEARCHED_SECONDS
 from tendon_newton.diagnosis.time_left import (
     expected_times,
     finishing_time,

@@ -12,6 +12,7 @@ import pytest
 import tyro
 
 from tendon_newton.cli import VERBS, main
+from tests.search_path import search_path
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"```(sh|python)\n(.*?)```", re.DOTALL)
@@ -70,7 +71,7 @@ def test_the_readme_runs_from_top_to_bottom(tmp_path: Path) -> None:
     """In one empty folder, by a shell, without any change."""
     python = Path(sys.executable)
     path = os.pathsep.join([str(python.parent), os.environ["PATH"]])
-    known = {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    known = {**os.environ, "PATH": path, "PYTHONPATH": search_path(ROOT), "OMP_NUM_THREADS": "1"}
     said = ""
     for kind, text in blocks():
         program = ["bash", "-ec"] if kind == "sh" else [sys.executable, "-c"]

@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 from tests.diagnosis.reporting.browser import find_browser, opened
+from tests.search_path import search_path
 from tests.test_repository import anchors
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -83,7 +84,7 @@ def test_the_sites_of_two_versions_stand_side_by_side(tmp_path: Path) -> None:
     clone = tmp_path / "clone"
     subprocess.run(["git", "clone", "--quiet", "--depth", "1", ROOT.as_uri(), clone], check=True)
     programs = Path(sys.executable).parent
-    own = {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(clone)}
+    own = {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": search_path(clone)}
     for version in ("1.0", "1.1"):
         subprocess.run(
             [programs / "mike", "--quiet", "deploy", "--update-aliases", version, "latest"],

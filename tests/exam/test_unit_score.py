@@ -9,9 +9,9 @@ import pytest
 
 from examples.studies.unit_faults import LATE, MENDS
 from examples.studies.unit_score import Mark, leaves_null, mark, summary
-from hardware.virtual_bench.emulation.truth import write_plant_file
-from hardware.virtual_bench.physics.unit import draw_unit
-from hardware.virtual_bench.physics.wear import worn
+from tendon_hardware.virtual_bench.emulation.truth import write_plant_file
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
+from tendon_hardware.virtual_bench.physics.wear import worn
 
 TRUTH = {"tendon_slack": [{"length": 2e-3}], "load_dependent_friction": [{"coefficient": 0.4}]}
 FAULTS = {

@@ -9,7 +9,7 @@ from examples.studies.exports import RESULTS, cases
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import UnknownName
 from tendon_newton.exports import EXPORTS, find_export
-from tendon_newton.exports.mujoco.target import IN_THE_FILE
+from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tendon_newton.exports.newton.plain import IN_THE_PRIMS
 from tests.exports.models import ANGLE, FORCE
 

@@ -17,15 +17,15 @@ from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidAsset, InvalidModelFile
 from tendon_newton.exports.bam_target import write_bam_target
-from tendon_newton.exports.mujoco.program import program_text, servo_numbers
-from tendon_newton.exports.mujoco.target import (
+from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
+from tendon_newton.exports.mujoco.mujoco_target import (
     IN_THE_FILE,
     MODEL_FILE,
     PROGRAM_FILE,
     write_model_file,
     write_mujoco_target,
 )
-from tendon_newton.exports.newton.target import write_newton_target
+from tendon_newton.exports.newton.newton_target import write_newton_target
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.exports.models import ANGLE, FORCE, strays, strays_of
 

@@ -16,6 +16,7 @@ from tendon_newton.exports.networks.files import (
     write_mlp_onnx,
     write_torchscript,
 )
+from tendon_newton.exports.networks.network_target import loading_text
 from tendon_newton.exports.networks.students import (
     HELD_OUT,
     HISTORY,
@@ -27,7 +28,6 @@ from tendon_newton.exports.networks.students import (
     fit_mlp,
     lessons_of,
 )
-from tendon_newton.exports.networks.target import loading_text
 from tendon_newton.simulation.hosts.replay import bench_of
 
 SAME = 2.0e-6  # N: float32 through two runtimes

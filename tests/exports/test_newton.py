@@ -17,14 +17,14 @@ from newton.actuators import (
 from examples.studies.exports import PWM, TYPICAL, model_of
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.departure import standard_runs
-from tendon_newton.exports.newton.path import path_of
-from tendon_newton.exports.newton.plain import PlainBench, targets
-from tendon_newton.exports.newton.target import (
+from tendon_newton.exports.newton.newton_target import (
     DRIVE_FILE,
     PLAIN_FILE,
     PROGRAM_FILE,
     write_newton_target,
 )
+from tendon_newton.exports.newton.path import path_of
+from tendon_newton.exports.newton.plain import PlainBench, targets
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism

@@ -19,9 +19,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hardware.servos import SERVOS
-from hardware.servos.families import FAMILIES
-from hardware.virtual_bench import VirtualPorts
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.families import FAMILIES
+from tendon_hardware.virtual_bench import VirtualPorts
 from tendon_newton.data.files.origin import git_commit
 from tests.faults.calm import calm
 from tests.faults.camera import CAMERA

@@ -13,20 +13,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hardware.benches.bench import open_bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect import record_run
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun
-from hardware.control.goals import FixedGoal, stairs
-from hardware.control.operator import SilentOperator
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.errors import HardwareFault
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.servos import SERVOS
-from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench.physics.obstacle import OBSTACLES
+from tendon_hardware.benches.bench import open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect import record_run
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun
+from tendon_hardware.control.goals import FixedGoal, stairs
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.errors import HardwareFault
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS
 from tests.hardware.deploy.runs import Flight
 

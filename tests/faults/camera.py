@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hardware.benches.bench import Bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.cameras.line_camera import LineCamera
-from hardware.control.operator import SilentOperator
-from hardware.deployment.ball_watch import BLIND, BallWatch
-from hardware.load_cells.framing import crc8
+from tendon_hardware.benches.bench import Bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.cameras.line_camera import LineCamera
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.deployment.ball_watch import BLIND, BallWatch
+from tendon_hardware.load_cells.framing import crc8
 from tendon_newton.data.cards.turning_task import TurningTask
 
 PERIOD = 1.0 / 30.0

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from hardware.benches.bench import Bench
-from hardware.control.goals import FixedGoal
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.errors import SafetyStop
-from hardware.safety_rules.rule_limits import DeployLimits
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench.faults import ALERT_BITS
+from tendon_hardware.benches.bench import Bench
+from tendon_hardware.control.goals import FixedGoal
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.errors import SafetyStop
+from tendon_hardware.safety_rules.rule_limits import DeployLimits
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench.faults import ALERT_BITS
 from tests.faults import injections as on
 from tests.faults.injections import FULL, LONG, let
 from tests.hardware.deploy.policies import policy_of

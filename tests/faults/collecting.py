@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hardware.benches.bench import Bench, open_bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect import record_run
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun
-from hardware.control.operator import SilentOperator
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect import record_run
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.stop_request import StopRequest
 from tests.faults import injections as on
 from tests.faults.injections import FULL, LONG, let
 from tests.hardware.deploy.runs import at_instant

@@ -7,9 +7,9 @@ from dataclasses import replace
 from itertools import count
 from typing import Any
 
-from hardware.benches.bench import Bench
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench import FaultEvent, Faults
+from tendon_hardware.benches.bench import Bench
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench import FaultEvent, Faults
 
 FULL = 2**23 - 1
 """Greatest counts of the load cell's converter."""

@@ -18,12 +18,12 @@ from pathlib import Path
 from threading import Timer
 from typing import Self
 
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.servos.families import FAMILIES
-from hardware.servos.family import ServoFamily
-from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
-from hardware.virtual_bench import FaultEvent, VirtualPorts
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.servos.families import FAMILIES
+from tendon_hardware.servos.family import ServoFamily
+from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
+from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
 from tests.hardware.deploy.policies import Proportional, card_of, write_onnx
 from tests.hardware.deploy.runs import calibration_files
 

@@ -18,23 +18,23 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect_plan import COLLECTION_FILE, collect
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun
-from hardware.control.datagram_goals import DatagramGoals
-from hardware.control.keyboard import Keyboard
-from hardware.control.operator import SilentOperator
-from hardware.control.signed_goals import signed_goal
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.errors import RuleOutOfReach, SharedIdentifier
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.safety_rules.rule_limits import DeployLimits
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench import Faults, LockstepBench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect_plan import COLLECTION_FILE, collect
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun
+from tendon_hardware.control.datagram_goals import DatagramGoals
+from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.control.signed_goals import signed_goal
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.errors import RuleOutOfReach, SharedIdentifier
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.safety_rules.force_estimate import ForceEstimate
+from tendon_hardware.safety_rules.rule_limits import DeployLimits
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench import Faults, LockstepBench
 from tendon_newton.errors import InvalidOutput, InvalidParameter
 from tests.faults import injections as on
 from tests.faults.cases import ALLOWED, SETTINGS

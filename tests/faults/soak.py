@@ -16,10 +16,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hardware.benches.bench import Bench
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench.faults import ALERT_BITS
+from tendon_hardware.benches.bench import Bench
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench.faults import ALERT_BITS
 from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 from tests.faults import injections as on

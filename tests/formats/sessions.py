@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.load_cells.base import LoadCellReading
-from hardware.logs import ros_messages as ros
-from hardware.logs.mcap_file import McapFile
-from hardware.logs.session_log import SessionLog, TimeBase
-from hardware.servos.base import ServoCounters, ServoHealth, ServoState
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
+from tendon_hardware.logs import ros_messages as ros
+from tendon_hardware.logs.mcap_file import McapFile
+from tendon_hardware.logs.session_log import SessionLog, TimeBase
+from tendon_hardware.servos.base import ServoCounters, ServoHealth, ServoState
 from tendon_newton.data.formats.topic_mapping import (
     COMMAND_TOPIC,
     FORCE_TOPIC,

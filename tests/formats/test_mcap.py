@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware.logs import ros_messages as ros
+from tendon_hardware.logs import ros_messages as ros
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.formats import many_files
 from tendon_newton.data.formats.many_files import process_count

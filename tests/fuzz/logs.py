@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from hardware.deployment.deploy_log import STEP_TOPIC
-from hardware.deployment.deploy_log import read_steps as read_logged_steps
-from hardware.logs.mcap_file import McapFile
+from tendon_hardware.deployment.deploy_log import STEP_TOPIC
+from tendon_hardware.deployment.deploy_log import read_steps as read_logged_steps
+from tendon_hardware.logs.mcap_file import McapFile
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
@@ -109,7 +109,7 @@ def mcap_file(folder: Path) -> Path:
 
 def plain_mcap_file(folder: Path) -> Path:
     """Write messages as they are, so that a change meets names and definitions."""
-    from hardware.logs import ros_messages as ros
+    from tendon_hardware.logs import ros_messages as ros
 
     file = McapFile(folder / "run.mcap", {}, endless=True)
     for k in range(40):

@@ -9,24 +9,24 @@ from typing import Any
 import numpy as np
 import torch
 
-from hardware.control.policy_runner import load_policy
-from hardware.safety_rules.force_estimate import load_estimate
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.safety_rules.force_estimate import load_estimate
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.actuators.networks.onnx_file import write_onnx as write_force_onnx
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.weights_file import write_weights
-from tests.fuzz.mutations import flip
-from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
-from tests.train.actuator.network_files import card_of as force_card_of
-from tests.train.actuator.network_files import write_file
-from train.actuator.fitting.checkpoint import (
+from tendon_train.actuator.fitting.checkpoint import (
     Checkpoint,
     TrainingState,
     load_checkpoint,
     save_checkpoint,
 )
-from train.actuator.fitting.descent import Descent
-from train.policy.runs.checkpoint import load_start
+from tendon_train.actuator.fitting.descent import Descent
+from tendon_train.policy.runs.policy_checkpoint import load_start
+from tests.fuzz.mutations import flip
+from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
+from tests.train.actuator.network_files import card_of as force_card_of
+from tests.train.actuator.network_files import write_file
 
 BACK = 4000
 """Bytes at the end of an ONNX file, where nodes, names and metadata stand behind the weights."""

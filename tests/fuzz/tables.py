@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from hardware.control.goals import read_goals
-from hardware.load_cells.calibration_file import load_calibration, write_calibration
+from tendon_hardware.control.goals import read_goals
+from tendon_hardware.load_cells.calibration_file import load_calibration, write_calibration
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.model_file import load_model, write_model

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hardware.benches.bench import Bench, open_bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect import RunOutcome, record_run
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun
-from hardware.control.operator import Progress, SilentOperator
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench import FaultEvent, Faults
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect import RunOutcome, record_run
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun
+from tendon_hardware.control.operator import OperatorProgress, SilentOperator
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench import FaultEvent, Faults
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.recording import Recording
 
@@ -31,9 +31,9 @@ class Watcher(SilentOperator):
         super().__init__()
         self.after = after
         self.act = act
-        self.shown: list[Progress] = []
+        self.shown: list[OperatorProgress] = []
 
-    def show(self, progress: Progress) -> None:
+    def show(self, progress: OperatorProgress) -> None:
         """Keep the figures and act when it is time."""
         self.shown.append(progress)
         if self.act is not None and progress.elapsed >= self.after:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hardware.load_cells.calibration_file import load_calibration
+from tendon_hardware.load_cells.calibration_file import load_calibration
 from tendon_newton.cli import main
 
 MASSES = ["--masses", "0.2,0.5,1,2"]
@@ -111,7 +111,7 @@ def test_an_operator_who_is_not_there_is_missed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A real cell needs somebody at the keyboard."""
-    from hardware.virtual_bench import VirtualPorts
+    from tendon_hardware.virtual_bench import VirtualPorts
 
     def end_of_input(prompt: str) -> str:
         raise EOFError(prompt)

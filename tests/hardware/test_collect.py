@@ -12,11 +12,11 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.benches.virtual_calibration import calibrated_twins
-from hardware.collection.collect_plan import collect
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import (
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.benches.virtual_calibration import calibrated_twins
+from tendon_hardware.collection.collect_plan import collect
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import (
     BENCHES,
     OBSTACLES,
     PLANS,
@@ -24,15 +24,15 @@ from hardware.collection.excitation_plan import (
     find_plan,
     paper_plan,
 )
-from hardware.control.operator import SilentOperator
-from hardware.errors import SafetyStop
-from hardware.load_cells.calibration_file import write_calibration
-from hardware.logs.session import software
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.servos.host_position_loop import HostPositionLoop
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench import VirtualPorts
-from hardware.virtual_bench.physics.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.errors import SafetyStop
+from tendon_hardware.load_cells.calibration_file import write_calibration
+from tendon_hardware.logs.session import software
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.servos.host_position_loop import HostPositionLoop
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench import VirtualPorts
+from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
 from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
@@ -366,7 +366,7 @@ def test_a_limit_ends_the_run_and_keeps_its_rows(
 
 def test_an_alert_is_cleared_and_the_run_made_anew(tmp_path: Path) -> None:
     """After an alert the operator is asked, the servo restarted, and the run recorded again."""
-    from hardware.virtual_bench import FaultEvent, LockstepBench
+    from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
 
     operator, benches = Watcher(0.5), []
     made = LockstepBench.__init__

@@ -13,26 +13,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.clock import MonotonicClock
-from hardware.doctor import Observation, examine, port_checks
-from hardware.doctor.examination import check_waiting
-from hardware.doctor.load_cell_checks import check_counts, check_load_cell, check_stream
-from hardware.doctor.port_checks import check_latency, check_port, check_search
-from hardware.doctor.servo_checks import check_health, check_rate, check_servo, check_speed
-from hardware.doctor.servo_search import (
-    Found,
+from tendon_hardware.clock import MonotonicClock
+from tendon_hardware.doctor import Observation, examine, port_checks
+from tendon_hardware.doctor.examination import check_waiting
+from tendon_hardware.doctor.load_cell_checks import check_counts, check_load_cell, check_stream
+from tendon_hardware.doctor.port_checks import check_latency, check_port, check_search
+from tendon_hardware.doctor.servo_checks import check_health, check_rate, check_servo, check_speed
+from tendon_hardware.doctor.servo_search import (
+    FoundServo,
     find_servos,
     reboot_servos,
     set_baud,
     set_identifier,
 )
-from hardware.errors import ServoSilent
-from hardware.load_cells.base import LoadCellReading
-from hardware.load_cells.hx711_serial import Hx711Serial
-from hardware.servos import SERVOS
-from hardware.servos.base import ServoHealth
-from hardware.servos.bus_servo import BusServo
-from hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
+from tendon_hardware.errors import ServoSilent
+from tendon_hardware.load_cells.hx711_serial import Hx711Serial
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.base import ServoHealth
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
 from tendon_newton.cli import main
 from tendon_newton.cli.doctor import coloured
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
@@ -176,7 +176,7 @@ def test_the_latency_timer_is_read_where_there_is_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, timer: str, verdict: str
 ) -> None:
     """16 ms make 80 Hz impossible; the remedy is a command and a rule."""
-    monkeypatch.setattr("hardware.serial_ports.LATENCY_TIMERS", tmp_path)
+    monkeypatch.setattr("tendon_hardware.serial_ports.LATENCY_TIMERS", tmp_path)
     monkeypatch.setattr(port_checks, "LATENCY_TIMERS", tmp_path)
     (tmp_path / "ttyUSB7").mkdir()
     (tmp_path / "ttyUSB7" / "latency_timer").write_text(timer)
@@ -196,7 +196,7 @@ def test_a_servo_at_the_factorys_rate_is_found_and_set(bench: LockstepBench) -> 
     """57600 baud is too slow for 80 Hz; the rate is set, and the servo answers at it."""
     port, clock = bench.servo_port(), bench.clock
     assert set_baud(port, 57_600, clock, quiet).verdict == "good"
-    assert find_servos(port, clock, quiet) == Found(
+    assert find_servos(port, clock, quiet) == FoundServo(
         family="dynamixel", rate=57_600, models={1: 1220}
     )
     (observation,) = check_rate("servo 1", SPEC, 57_600)
@@ -212,7 +212,7 @@ def test_a_servo_is_given_an_id_of_its_own(bench: LockstepBench) -> None:
     """It answers by the new one alone, and keeps it; where two answer neither is changed."""
     port, clock = bench.servo_port(), bench.clock
     assert "has the ID 7, and answers" in set_identifier(port, 7, clock, quiet).found
-    assert find_servos(port, clock, quiet) == Found(
+    assert find_servos(port, clock, quiet) == FoundServo(
         family="dynamixel", rate=1_000_000, models={7: 1220}
     )
     set_identifier(port, 1, clock, quiet)

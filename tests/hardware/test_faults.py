@@ -19,19 +19,19 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from hardware.benches.bench import open_bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect import record_run
-from hardware.collection.collect_settings import CollectSettings
-from hardware.collection.excitation_plan import PlannedRun
-from hardware.errors import LogNotWritten, SafetyStop, ServoAlert
-from hardware.logs.background_log import BackgroundLog
-from hardware.logs.mcap_file import McapFile
-from hardware.logs.session_log import SessionLog, TimeBase
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.servos.base import ServoState
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench import FaultEvent, Faults
+from tendon_hardware.benches.bench import open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect import record_run
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import PlannedRun
+from tendon_hardware.errors import LogNotWritten, SafetyStop, ServoAlert
+from tendon_hardware.logs.background_log import BackgroundLog
+from tendon_hardware.logs.mcap_file import McapFile
+from tendon_hardware.logs.session_log import SessionLog, TimeBase
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.servos.base import ServoState
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench import FaultEvent, Faults
 from tendon_newton.data.formats.mcap_file import read_mcap
 from tests.hardware.recording import Trial, Watcher
 
@@ -247,15 +247,15 @@ def fill(log: SessionLog, rng: np.random.Generator) -> None:
 CHILDREN = """
 import json, os, sys, time
 from pathlib import Path
-from hardware.logs.background_log import BackgroundLog
-from hardware.benches.bench import open_bench
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.collect import record_run
-from hardware.collection.collect_settings import CollectSettings
-from hardware.logs.mcap_file import McapFile
-from hardware.logs.ros_messages import DEFINITIONS
-from hardware.servos.base import ServoState
-from hardware.logs.session_log import SessionLog, TimeBase
+from tendon_hardware.logs.background_log import BackgroundLog
+from tendon_hardware.benches.bench import open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect import record_run
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.logs.mcap_file import McapFile
+from tendon_hardware.logs.ros_messages import DEFINITIONS
+from tendon_hardware.servos.base import ServoState
+from tendon_hardware.logs.session_log import SessionLog, TimeBase
 import mcap_ros2.writer
 folder = Path(sys.argv[1])
 children = []

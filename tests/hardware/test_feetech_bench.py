@@ -5,18 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.doctor.observation import Observation
-from hardware.doctor.servo_checks import check_servo
-from hardware.doctor.servo_search import (
-    Found,
+from tendon_hardware.doctor.observation import Observation
+from tendon_hardware.doctor.servo_checks import check_servo
+from tendon_hardware.doctor.servo_search import (
+    FoundServo,
     find_servos,
     reboot_servos,
     set_baud,
     set_identifier,
 )
-from hardware.errors import ServoRefused
-from hardware.virtual_bench import FaultEvent, LockstepBench
-from hardware.virtual_bench.process import lockstep_of
+from tendon_hardware.errors import ServoRefused
+from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
+from tendon_hardware.virtual_bench.process import lockstep_of
 from tendon_newton.cli import main
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 
@@ -98,4 +98,6 @@ def test_id_and_rate_are_kept_without_the_supply(bench: LockstepBench) -> None:
     assert "from 1000000 to 500000" in set_baud(port, 500_000, clock, quiet).found
     bench.plan(FaultEvent(name="reboot"))
     clock.sleep_until(clock.now() + 1.0)
-    assert find_servos(port, clock, quiet) == Found(family="feetech", rate=500_000, models={7: 777})
+    assert find_servos(port, clock, quiet) == FoundServo(
+        family="feetech", rate=500_000, models={7: 777}
+    )

@@ -32,11 +32,11 @@ def run(code: str) -> str:
 @pytest.mark.parametrize(
     "module",
     [
-        "hardware.collection.collect_plan",
-        "hardware.virtual_bench",
-        "hardware.doctor",
-        "hardware.servos",
-        "hardware.load_cells",
+        "tendon_hardware.collection.collect_plan",
+        "tendon_hardware.virtual_bench",
+        "tendon_hardware.doctor",
+        "tendon_hardware.servos",
+        "tendon_hardware.load_cells",
         "tendon_newton.cli.collect",
         "tendon_newton.workflows.collection",
         "tendon_newton.data.dataset",

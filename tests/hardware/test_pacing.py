@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from hardware.clock import MonotonicClock
-from hardware.pacing import Ticker
+from tendon_hardware.clock import MonotonicClock
+from tendon_hardware.pacing import Ticker
 
 
 class ModelClock:

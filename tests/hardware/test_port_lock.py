@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from hardware import serial_ports
-from hardware.doctor.port_checks import check_port
-from hardware.errors import PortBusy, PortUnavailable
-from hardware.serial_ports import PortLock, lock_fault, lock_path
+from tendon_hardware import serial_ports
+from tendon_hardware.doctor.port_checks import check_port
+from tendon_hardware.errors import PortBusy, PortUnavailable
+from tendon_hardware.serial_ports import PortLock, lock_fault, lock_path
 
 NOBODY = 65534
 PORT = "/dev/ptmx"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hardware.load_cells.base import LoadCellReading
-from hardware.load_cells.clock_fit import ReadingDates
+from tendon_hardware.load_cells.clock_fit import ReadingDates
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
 
 
 def readings(

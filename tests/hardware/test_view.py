@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.deployment.deploy_log import read_steps
+from tendon_hardware.deployment.deploy_log import read_steps
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading

@@ -11,7 +11,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.errors import InvalidModelFile, UnknownName
 from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -36,7 +36,7 @@ def measured(bench: str, overrides: BenchOverrides, command: np.ndarray) -> Reco
 def fitted(recordings: list[Recording], model: Model) -> tuple[dict[str, float], Model]:
     """The model's unknown numbers by name, and the model that has them."""
     study = Study(recordings, model, (), time_step=STEP)
-    worlds = Worlds(study)
+    worlds = SearchWorlds(study)
     found = fit_set_anew(worlds, model, ())
     values = values_of(worlds, found.columns, found.place)
     names = {study.table.owners[c][1].name: v for c, v in values.items()}
@@ -131,7 +131,7 @@ def test_a_bench_may_differ_a_little_from_its_drawing() -> None:
         parameter = study.parameter(c)
         ends = sorted((parameter.lower / parameter.nominal, parameter.upper / parameter.nominal))
         assert ends == pytest.approx([1.0 / 1.05, 1.05])
-    worlds = Worlds(study)
+    worlds = SearchWorlds(study)
     floors = floors_of(worlds, ())
     start = ((), {c: study.base_value(c) for c in study.tolerated_columns})
     found = start_fits(worlds, [start], floors)

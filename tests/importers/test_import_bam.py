@@ -10,8 +10,8 @@ import pytest
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.gear_friction import quasi_static_gear
+from tendon_newton.data.importers.bam.bam_parameters import read_parameters
 from tendon_newton.data.importers.bam.motors import STS3215
-from tendon_newton.data.importers.bam.parameters import read_parameters
 from tendon_newton.data.model_file import load_model
 from tests.importers.bam_files import bam_log, bam_parameters
 

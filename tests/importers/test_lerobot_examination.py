@@ -10,7 +10,10 @@ import pytest
 from pyarrow import parquet
 
 from tendon_newton.cli import main
-from tendon_newton.data.importers.lerobot.examination import JointExamination, examine_dataset
+from tendon_newton.data.importers.lerobot.lerobot_examination import (
+    JointExamination,
+    examine_dataset,
+)
 from tests.importers.lerobot_files import lists
 
 DEGREE = pi / 180.0

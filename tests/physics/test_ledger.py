@@ -19,10 +19,10 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.simulators import find_simulator
+from tendon_train.reproduction.physical import DATA_SHEET
 from tests.physics.learned.networks import LIMIT, RATE, force_network, write_force_network
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
 from tests.physics.runs import RADIUS, ideal_model, run_of
-from train.reproduction.physical import DATA_SHEET
 
 ROWS = 4000.0  # Hz, so fine that a spline through the rows has the slider's acceleration
 STEPS = {"tendon": 1.25e-4, "mujoco": 1.25e-5}  # s

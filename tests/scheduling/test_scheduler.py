@@ -17,11 +17,12 @@ from tendon_newton import scheduler
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter, TendonNewtonError
 from tendon_newton.scheduler import InTurn, JobOptions, completed, core_count, open_executor
+from tendon_train.actuator.fitting.sweep import SweepConfig
+from tendon_train.actuator.fitting.sweep import main as train_all
 from tests.scheduling.jobs import refuse, squared
+from tests.search_path import search_path
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
 from tests.train.reproduction.tiny import TinyBench
-from train.actuator.fitting.sweep import SweepConfig
-from train.actuator.fitting.sweep import main as train_all
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     pytest.importorskip("distributed", reason="pip install 'tendon-newton[cluster]'")
     folder = tmp_path_factory.mktemp("cluster")
     file = folder / "scheduler.json"
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = os.environ | {"PYTHONPATH": search_path(Path(__file__).parents[2])}
     scheduler = ["scheduler", "--port", "0", "--no-dashboard", "--host", "127.0.0.1"]
     worker = ["worker", "--nworkers", "2", "--nthreads", "1", "--no-dashboard"]
     processes = [
@@ -86,7 +87,7 @@ def test_a_killed_program_leaves_no_workers(tmp_path: Path) -> None:
     """Whoever is killed without a word takes those that it began with it."""
     (tmp_path / "killed.py").write_text(KILLED)
     words = [sys.executable, str(tmp_path / "killed.py")]
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = os.environ | {"PYTHONPATH": search_path(Path(__file__).parents[2])}
     with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE) as program:
         assert program.stdout is not None
         workers = [int(word) for word in program.stdout.readline().split()]

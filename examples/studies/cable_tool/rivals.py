@@ -12,9 +12,9 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.study import Residual, Study, replacements
-from train.actuator.samples.windows import nearest_rows
+from tendon_train.actuator.samples.windows import nearest_rows
 
 BESIDE = ("position_offset", "load_cell_bias")
 """Zeros of both signals, which every fit has."""
@@ -28,7 +28,7 @@ def fitted_law(
     """Return the residuals of test runs [rad, N] by friction at the spindle and a stiff cable."""
     effects = (*BESIDE, *frictions)
     study = Study([run.recording for run in train], start, effects)
-    worlds = Worlds(study)
+    worlds = SearchWorlds(study)
     found = fit_set_anew(worlds, start, effects)
     held = Study([run.recording for run in test], start, effects, like=study)
     return held.residuals(*replacements([values_of(worlds, found.columns, found.place)]))

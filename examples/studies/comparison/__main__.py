@@ -27,7 +27,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Worlds
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
@@ -68,7 +68,7 @@ def ours(split: Split, model: Model, effects: tuple[str, ...]) -> Row:
     train = study_of(split.train, model)
     values: dict[int, float] = {}
     if effects:
-        worlds = Worlds(train)
+        worlds = SearchWorlds(train)
         found = fit_set_anew(worlds, model, effects)
         values = values_of(worlds, found.columns, found.place)
     seconds = time.monotonic() - begun

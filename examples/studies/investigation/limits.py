@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 
 from examples.studies.so101_figure import AFTER, BEFORE, GREY, INK, dress
-from hardware.benches.bench import open_bench
-from hardware.collection.collect import record_run
-from hardware.collection.excitation_plan import BENCHES, DesignedRun
-from hardware.control.operator import SilentOperator
-from hardware.errors import SafetyStop
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench import open_bench
+from tendon_hardware.collection.collect import record_run
+from tendon_hardware.collection.excitation_plan import BENCHES, DesignedRun
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.errors import SafetyStop
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED, LARGEST_COMMAND
 from tendon_newton.data.files.json_file import read_json, write_json

@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hardware.collection.excitation_plan import find_plan
-from hardware.control.operator import SilentOperator
-from hardware.virtual_bench.physics.planted import planted_causes
+from tendon_hardware.collection.excitation_plan import find_plan
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.virtual_bench.physics.planted import planted_causes
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.model_file import load_model

@@ -37,7 +37,7 @@ class Sample(Placeholder):
     """Three lanes: a sample."""
 
 
-class Samples(Placeholder):
+class FusedSamples(Placeholder):
     """Three times WINDOW lanes: all samples, the oldest first."""
 
 
@@ -161,9 +161,9 @@ def plain(x: wp.float32) -> Lane:
 @device_template
 def all_samples(
     ring: DeviceBlock[wp.float32], newest: DeviceArray[int], group: int, count: int
-) -> Samples:
+) -> FusedSamples:
     """Return the samples of the servos of a group, the oldest first."""
-    out = Samples()
+    out = FusedSamples()
     for lane in range(LANES):
         servo = wp.min(group * LANES + lane, count - 1)
         oldest = newest[servo] + 1
@@ -239,7 +239,7 @@ def logit(
 
 
 @device_template
-def attended_sample(w: DeviceArray[wp.float32], samples: Samples, i: int) -> Token:
+def attended_sample(w: DeviceArray[wp.float32], samples: FusedSamples, i: int) -> Token:
     """Return the first layer's attention of sample i, all heads."""
     seen = int(WINDOW)
     if wp.static(CAUSAL):
@@ -291,7 +291,7 @@ def attended_sample(w: DeviceArray[wp.float32], samples: Samples, i: int) -> Tok
 
 
 @device_template
-def encoded_sample(w: DeviceArray[wp.float32], samples: Samples, i: int) -> Token:
+def encoded_sample(w: DeviceArray[wp.float32], samples: FusedSamples, i: int) -> Token:
     """Return sample i after the first encoder layer."""
     x = Token()
     for k in range(WIDTH):

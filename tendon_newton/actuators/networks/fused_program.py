@@ -23,7 +23,7 @@ def transformer(shape: Shape, lanes: int) -> wp.Kernel:
     bindings: dict[Any, Any] = {
         fused_kernels.Lane: wp.types.vector(length=lanes, dtype=wp.float32),
         fused_kernels.Sample: rows(3),
-        fused_kernels.Samples: rows(3 * window),
+        fused_kernels.FusedSamples: rows(3 * window),
         fused_kernels.Token: rows(width),
         fused_kernels.Head: rows(width // heads),
         fused_kernels.Heads: rows(heads),

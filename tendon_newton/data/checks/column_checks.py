@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tendon_newton.data.checks.finding import Finding
-from tendon_newton.data.checks.registers import lag_between
+from tendon_newton.data.checks.register_checks import lag_between
 from tendon_newton.data.recording import Recording
 
 LEAST_TIME = 1.0  # [s] the slowest servo here answers a step in half of it

@@ -27,7 +27,7 @@ ROUNDS = 12
 
 
 @dataclass(frozen=True, kw_only=True)
-class Motion:
+class FollowedMotion:
     """One uninterrupted stretch of a joint."""
 
     time: Array
@@ -54,7 +54,7 @@ class Following:
     """Standard deviation of the positions [rad]."""
 
 
-def follow(motions: Sequence[Motion]) -> Following:
+def follow(motions: Sequence[FollowedMotion]) -> Following:
     """Fit delay, lag and play; rows in which something holds the joint do not count.
 
     Args:
@@ -88,14 +88,14 @@ def follow(motions: Sequence[Motion]) -> Following:
     )
 
 
-def offset_of(motion: Motion, following: Following) -> float:
+def offset_of(motion: FollowedMotion, following: Following) -> float:
     """Return the median of position minus what delay, lag and play make of the command [rad]."""
     numbers = np.array([following.delay, following.lag, following.play])
     free = free_rows(motion)
     return float(np.median(residual_of(motion, numbers)[free if free.any() else slice(None)]))
 
 
-def free_rows(motion: Motion) -> Mask:
+def free_rows(motion: FollowedMotion) -> Mask:
     """Tell which rows lie some time after the first one and away from all in which it is held."""
     time = motion.time
     begin = time[np.r_[True, held_rows(motion)[1:]]]  # the first row has no past
@@ -123,13 +123,13 @@ def refine(residual: Callable[[Array], Array], start: Array) -> Array:
     return best
 
 
-def residual_of(motion: Motion, numbers: Array) -> Array:
+def residual_of(motion: FollowedMotion, numbers: Array) -> Array:
     """Return position minus what delay [s], lag [s] and play [rad] make of the command."""
     delay, lag, width = numbers
     return motion.position - play(lagged(motion, delay, lag), 0.5 * width)
 
 
-def lagged(motion: Motion, delay: float, lag: float) -> Array:
+def lagged(motion: FollowedMotion, delay: float, lag: float) -> Array:
     """Return a held command behind a delay and a first-order lag [rad], shape (T,), exactly."""
     time, command = motion.time, motion.command
     lag = max(lag, 1.0e-6)
@@ -161,7 +161,7 @@ def play(drive: Array, half: float) -> Array:
     return np.clip(drive[0], low, high)
 
 
-def held_rows(motion: Motion) -> Mask:
+def held_rows(motion: FollowedMotion) -> Mask:
     """Tell in which rows a joint stands far from its command, or falls back, for long.
 
     Something solid is in the way there, or the servo has let go. A constant offset does not count.

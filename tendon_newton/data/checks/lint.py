@@ -10,7 +10,7 @@ import numpy as np
 from tendon_newton.data.checks.column_checks import COLUMN_CHECKS, contradictions
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.lint_checks import CHECKS, CORRELATION_LIMIT, measured_channels
-from tendon_newton.data.checks.registers import correlations
+from tendon_newton.data.checks.register_checks import correlations
 from tendon_newton.data.recording import Recording
 
 __all__ = ["Finding", "lint_dataset", "lint_recording"]

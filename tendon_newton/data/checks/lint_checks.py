@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from tendon_newton.data.checks.finding import Finding
-from tendon_newton.data.checks.registers import lag_between, wrap_period
+from tendon_newton.data.checks.register_checks import lag_between, wrap_period
 from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
 from tendon_newton.data.recording import Array, Mask, Recording
 

@@ -7,7 +7,7 @@ from typing import Any
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import refuse_unknown_keys
 from tendon_newton.data.files.values import are_words
-from tendon_newton.data.formats.topic_mapping import Source
+from tendon_newton.data.formats.topic_mapping import TopicSource
 from tendon_newton.errors import InvalidMapping, shown, unknown_name
 
 DEGREE = pi / 180.0
@@ -78,7 +78,7 @@ class MappedColumn:
     """Our value where theirs is zero."""
 
 
-def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | Source:
+def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | TopicSource:
     """Read the table of one column: a column or path of theirs, or a topic and a field.
 
     Args:
@@ -107,7 +107,7 @@ def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | So
     return MappedColumn(source=row["column"], scale=scale, offset=offset)
 
 
-def read_topic(where: str, row: dict[str, Any], scale: float, offset: float) -> Source:
+def read_topic(where: str, row: dict[str, Any], scale: float, offset: float) -> TopicSource:
     """Read where in a ROS 2 recording a column stands."""
     for key in ("topic", "field"):
         if not isinstance(row.get(key), str) or not row[key]:
@@ -116,7 +116,7 @@ def read_topic(where: str, row: dict[str, Any], scale: float, offset: float) -> 
     if not are_words(joints):
         raise InvalidMapping(f"{where}: joints must be a list of names; it is {shown(joints)}")
     try:
-        return Source(
+        return TopicSource(
             topic=row["topic"],
             field=row["field"],
             joints=tuple(joints),

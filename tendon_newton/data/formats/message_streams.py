@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_newton.data.files.values import are_words
-from tendon_newton.data.formats.topic_mapping import Source, TopicMapping, field_steps
+from tendon_newton.data.formats.topic_mapping import TopicMapping, TopicSource, field_steps
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording
 
@@ -66,7 +66,7 @@ class Collector:
         name: The recording, for messages.
     """
 
-    def __init__(self, column: str, source: Source, clock: str, name: str) -> None:
+    def __init__(self, column: str, source: TopicSource, clock: str, name: str) -> None:
         self.column = column
         self.source = source
         self.steps = field_steps(source.field)

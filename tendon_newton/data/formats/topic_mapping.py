@@ -58,7 +58,7 @@ def field_steps(path: str) -> tuple[str | int, ...]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source:
+class TopicSource:
     """Source of one column: a field of the messages on a topic."""
 
     topic: str
@@ -86,7 +86,7 @@ class Source:
 class TopicMapping:
     """Sources of the columns of a recording."""
 
-    sources: Mapping[str, Source]
+    sources: Mapping[str, TopicSource]
     """Column -> source; a column without one is absent."""
     optional: frozenset[str] = frozenset()
     """Columns whose topic may be missing from a file."""
@@ -119,15 +119,15 @@ class TopicMapping:
 
 DEFAULT_MAPPING = TopicMapping(
     sources={
-        "theta_d": Source(topic=COMMAND_TOPIC, field="position"),
-        "theta": Source(topic=STATE_TOPIC, field="position"),
-        "theta_dot": Source(topic=STATE_TOPIC, field="velocity"),
-        "current": Source(topic=STATE_TOPIC, field="effort"),
-        "force": Source(topic=FORCE_TOPIC, field="wrench.force.x"),
-        "voltage": Source(topic=DIAGNOSTICS_TOPIC, field="status[0].values[voltage]"),
-        "temperature": Source(topic=DIAGNOSTICS_TOPIC, field="status[0].values[temperature]"),
-        "tip_x": Source(topic=TIP_TOPIC, field="point.x"),
-        "tip_z": Source(topic=TIP_TOPIC, field="point.z"),
+        "theta_d": TopicSource(topic=COMMAND_TOPIC, field="position"),
+        "theta": TopicSource(topic=STATE_TOPIC, field="position"),
+        "theta_dot": TopicSource(topic=STATE_TOPIC, field="velocity"),
+        "current": TopicSource(topic=STATE_TOPIC, field="effort"),
+        "force": TopicSource(topic=FORCE_TOPIC, field="wrench.force.x"),
+        "voltage": TopicSource(topic=DIAGNOSTICS_TOPIC, field="status[0].values[voltage]"),
+        "temperature": TopicSource(topic=DIAGNOSTICS_TOPIC, field="status[0].values[temperature]"),
+        "tip_x": TopicSource(topic=TIP_TOPIC, field="point.x"),
+        "tip_z": TopicSource(topic=TIP_TOPIC, field="point.z"),
     },
     optional=frozenset(set(COLUMNS) - set(MEASURED_COLUMNS)),
 )

@@ -7,12 +7,12 @@ from typing import Any
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
 from tendon_newton.data.files.values import are_tables, is_table
 from tendon_newton.data.formats.mapped_column import MappedColumn, read_column
-from tendon_newton.data.formats.topic_mapping import COLUMNS, Source, TopicMapping
+from tendon_newton.data.formats.topic_mapping import COLUMNS, TopicMapping, TopicSource
 from tendon_newton.errors import InvalidMapping, shown
 
 TOPIC_FILE_KEYS = ("clock", "columns")
 """Keys of a mapping that a dataset names; ``dataset.toml`` states bench, start and numbers."""
-Columns = Mapping[str, MappedColumn | Source]
+Columns = Mapping[str, MappedColumn | TopicSource]
 
 
 def read_topic_mapping(path: Path) -> TopicMapping:
@@ -42,7 +42,7 @@ def read_columns(path: Path, columns: Any) -> Columns:
 
 def read_topics(path: Path, mapped: Columns, clock: Any) -> TopicMapping | None:
     """Return the mapping of a ROS 2 recording's topics; None where no column is on a topic."""
-    sources = {name: column for name, column in mapped.items() if isinstance(column, Source)}
+    sources = {name: column for name, column in mapped.items() if isinstance(column, TopicSource)}
     if not sources:
         return None
     others = {n for n, column in mapped.items() if getattr(column, "source", None) is not None}

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
-from tendon_newton.diagnosis.imitation import Trial
+from tendon_newton.diagnosis.imitation import ImitationTrial
 from tendon_newton.diagnosis.next_experiment.separation import (
     Plan,
     Played,
@@ -144,7 +144,9 @@ class Posterior:
         row_worth: Independent witnesses per row in place of that [1].
     """
 
-    def __init__(self, trial: Trial, recorded: Array, row_worth: float | None = None) -> None:
+    def __init__(
+        self, trial: ImitationTrial, recorded: Array, row_worth: float | None = None
+    ) -> None:
         self._prior = np.diag((trial.upper - trial.lower) ** -2.0)
         self._recorded, self._names, self._spreads = recorded, trial.names, trial.spreads
         if row_worth is None:

@@ -14,9 +14,9 @@ from tendon_newton.data.excitations import EXCITATIONS, excite
 from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
-from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
+from tendon_newton.diagnosis.imitation import ImitationTrial, Likeness, find_likenesses
 from tendon_newton.diagnosis.search.floors import form_scales
-from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Residual, Study, replacements
@@ -160,7 +160,7 @@ class Played:
     """Planned runs as the model without a cause, and each explanation of the data, would run."""
 
     plans: tuple[Plan, ...]
-    trials: tuple[Trial, ...]
+    trials: tuple[ImitationTrial, ...]
     residuals: tuple[Residual, ...]
     """Of each run: less what is simulated by the model without a cause, then by the models of each
     trial."""
@@ -184,7 +184,7 @@ def play(question: OpenClass, plans: Sequence[Plan]) -> Played:
     study = Study(
         runs, question.without, tuple(EFFECTS), time_step=SEARCH_STEP, scale=question.scale
     )
-    trials = [Trial(study, explanation) for explanation in question.explanations]
+    trials = [ImitationTrial(study, explanation) for explanation in question.explanations]
     models = [{}, *(model for trial in trials for model in trial.models)]
     return Played(
         plans=tuple(plans),

@@ -13,7 +13,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.explanation import OpenClass
-from tendon_newton.diagnosis.imitation import Trial
+from tendon_newton.diagnosis.imitation import ImitationTrial
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Posterior, ranked
 from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording
 from tendon_newton.effects import EFFECTS
@@ -103,7 +103,7 @@ class WorstCase:
         runs = [blank_recording(plan, has_force=True) for plan in plans]
         question = self._question
         study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
-        trial = Trial(study, question.explanations[0])
+        trial = ImitationTrial(study, question.explanations[0])
         columns, middle = list(trial.models[0]), np.array(list(trial.models[0].values()))
         moves = np.clip(places @ self._root.T, trial.lower, trial.upper)
         models = [dict(zip(columns, middle + move, strict=True)) for move in moves]

@@ -11,7 +11,7 @@ from typing import Any
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.held_out import (
     WINDOW,
-    Comparison,
+    HeldOutComparison,
     compare,
     row_weights,
     telling_windows,
@@ -116,7 +116,7 @@ def count(number: int, thing: str) -> str:
 
 
 def pictures(
-    diagnosis: Diagnosis, evidence: Evidence, comparisons: tuple[Comparison, ...]
+    diagnosis: Diagnosis, evidence: Evidence, comparisons: tuple[HeldOutComparison, ...]
 ) -> Mapping[str, Any]:
     """Draw all panels."""
     panels = Panels(diagnosis, comparisons)

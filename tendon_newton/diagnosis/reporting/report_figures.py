@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_newton.data.plain_numbers import number
 from tendon_newton.diagnosis.held_out import (
-    Comparison,
+    HeldOutComparison,
     Window,
     broken_at_gaps,
     pooled,
@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.held_out import (
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, FAINT, GREY, INK, svg
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.unexplained.remainder import side_words
-from tendon_newton.diagnosis.unexplained.structure import Profile, Structure
+from tendon_newton.diagnosis.unexplained.remainder_structure import Profile, RemainderStructure
 
 PANEL = (4.6, 2.5)
 """Width and height of a panel [inch]."""
@@ -44,7 +44,7 @@ class Panels:
         comparisons: Held-out recordings beside the two models.
     """
 
-    def __init__(self, diagnosis: Diagnosis, comparisons: tuple[Comparison, ...]) -> None:
+    def __init__(self, diagnosis: Diagnosis, comparisons: tuple[HeldOutComparison, ...]) -> None:
         self.diagnosis = diagnosis
         self.comparisons = comparisons
         self.changed = bool(diagnosis.effects)
@@ -109,7 +109,7 @@ class Panels:
             name, f"{self.name(signal)} of {c.recording.name}, measured and simulated", PANEL, draw
         )
 
-    def residual_trace(self, name: str, comparison: Comparison, signal: str) -> str:
+    def residual_trace(self, name: str, comparison: HeldOutComparison, signal: str) -> str:
         """Draw a whole recording's residual against the noise floor."""
         scale, unit = self.unit(signal)
         residual = comparison.residual(signal)
@@ -233,7 +233,7 @@ class Panels:
 
         return svg(name, "candidate causes by score", (PANEL[0], 0.7 + 0.22 * len(rows)), draw)
 
-    def remainder(self, name: str, structure: Structure, profile: Profile) -> str:
+    def remainder(self, name: str, structure: RemainderStructure, profile: Profile) -> str:
         """Draw the mean of what remains where a signal has some value, and what was learned."""
         what, unit = side_words(structure.side, structure.scale)
         scale, shown = (1e3, "mrad") if unit == "rad" else (1.0, unit)

@@ -8,7 +8,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 
 STARTS = 3
 """Starts that are followed."""
@@ -16,7 +16,7 @@ FIRST_STEPS, LAST_STEPS = 4, 12
 """Steps of a refit while effects are added, and at the end."""
 
 
-def as_stated(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
+def as_stated(worlds: SearchWorlds, model: Model, effects: Sequence[str]) -> Fit:
     """Return a model as it is, its unknown numbers and those of some effects free to move."""
     study, names = worlds.study, tuple(effects)
     columns = [*study.fit_columns(model), *(c for n in names for c in study.table.columns(n))]
@@ -24,13 +24,13 @@ def as_stated(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
     return start_fits(worlds, [start], floors_of(worlds, names))[0]
 
 
-def fit_set(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
+def fit_set(worlds: SearchWorlds, model: Model, effects: Sequence[str]) -> Fit:
     """Fit a model's unknown numbers and those of some of its effects, from where it has them."""
     floors, start = floors_of(worlds, effects), as_stated(worlds, model, effects)
     return refit(worlds, [start], floors, iterations=2 * LAST_STEPS, coarse=2)[0]
 
 
-def fit_set_anew(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
+def fit_set_anew(worlds: SearchWorlds, model: Model, effects: Sequence[str]) -> Fit:
     """Fit a model's unknown numbers and effects that it has not, added one after the other.
 
     Each starts from the best of its typical values, whatever stands moves with it.

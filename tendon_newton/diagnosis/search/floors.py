@@ -8,12 +8,12 @@ import numpy as np
 
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.search.decide.rule import FORM_FORCE, FORM_THETA, LADDER, REST
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
 from tendon_newton.effects import law_of, special_cases
 from tendon_newton.identification.objective import Scales
 
 
-def floors_of(worlds: Worlds, names: Sequence[str], *, jumping: bool = True) -> Floors:
+def floors_of(worlds: SearchWorlds, names: Sequence[str], *, jumping: bool = True) -> Floors:
     """Return what noise and errors of form leave with some causes in the model.
 
     Args:
@@ -30,7 +30,7 @@ def floors_of(worlds: Worlds, names: Sequence[str], *, jumping: bool = True) -> 
     )
 
 
-def form_of(worlds: Worlds, names: Sequence[str]) -> Scales:
+def form_of(worlds: SearchWorlds, names: Sequence[str]) -> Scales:
     """Return by how much a model's laws miss where nothing jumps, some causes in the model."""
     form = form_scales(worlds.study.scale)
     laws = (*worlds.study.known, *names)

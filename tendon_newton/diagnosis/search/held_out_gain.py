@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.diagnosis.search.refit import LAST_SHARE, Fit, linearise, refit, row_units
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
 from tendon_newton.identification.objective import TAIL, group_sums, loss_weights
 
 FOLDS = 5
@@ -27,7 +27,7 @@ STEPS = 2
 """Steps of a refit from the optimum of all rows, with the derivatives there: it moves little."""
 
 
-def folds(worlds: Worlds) -> Indices:
+def folds(worlds: SearchWorlds) -> Indices:
     """Return the part that each row belongs to, shape (M,).
 
     Conditions are left out whole where there are several, else recordings. What is all of its
@@ -56,7 +56,9 @@ def groups_of(recordings: Sequence[Recording]) -> list[int]:
     return list(range(len(recordings)))
 
 
-def held_out_terms(worlds: Worlds, fit: Fit, floors: Floors, until: float = np.inf) -> Array | None:
+def held_out_terms(
+    worlds: SearchWorlds, fit: Fit, floors: Floors, until: float = np.inf
+) -> Array | None:
     """Return each row's share of the score under refits that did not see its part, shape (M,).
 
     A row's signal counts alike however many rows it has, as in `Worlds.score`; the sum over rows is
@@ -111,7 +113,7 @@ def untold(fit: Fit, slopes: Array, unit: Array, seen: Mask) -> Array:
     return HOLD * (kept @ kept.T) * np.outer(size, size)
 
 
-def terms(worlds: Worlds, residuals: Array, scales: Array, floors: Floors) -> Array:
+def terms(worlds: SearchWorlds, residuals: Array, scales: Array, floors: Floors) -> Array:
     """Return each row's share of the score at given scales of the signals, shape (N, M)."""
     weight, out = worlds.weights(floors), np.zeros_like(residuals)
     for (force, rows), own in zip(worlds.where.signals, scales.T, strict=True):
@@ -124,6 +126,6 @@ def terms(worlds: Worlds, residuals: Array, scales: Array, floors: Floors) -> Ar
     return out
 
 
-def by_block(worlds: Worlds, values: Array) -> Array:
+def by_block(worlds: SearchWorlds, values: Array) -> Array:
     """Sum values of rows by block of time, shape (B,)."""
     return group_sums(values, worlds.where.block, worlds.where.block_count)

@@ -11,7 +11,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise, values_of
-from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
+from tendon_newton.diagnosis.search.search_worlds import QUIET, Floors, SearchWorlds
 from tendon_newton.effects import are_related, law_of
 
 FOLLOWED = (12, 6, 3)
@@ -26,7 +26,7 @@ RENEWED = 4
 class Pool:
     """All sets that were fitted on one study, the best place of each."""
 
-    worlds: Worlds
+    worlds: SearchWorlds
     floors: Floors
     """Least scale of each signal; all scores are at these."""
     price: float

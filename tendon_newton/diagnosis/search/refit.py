@@ -11,7 +11,7 @@ from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.quadratic import bounded
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds, trimmed_size
+from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds, trimmed_size
 from tendon_newton.effects import law_of
 from tendon_newton.effects.base import Stage
 from tendon_newton.identification.objective import loss_terms, loss_weights
@@ -63,12 +63,14 @@ class Fit:
     """Whether no further step would lower its loss at these floors."""
 
 
-def values_of(worlds: Worlds, columns: Sequence[int], place: Array) -> dict[int, float]:
+def values_of(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> dict[int, float]:
     """Return column -> value of coordinates."""
     return {c: worlds.coordinate(c).value(float(u)) for c, u in zip(columns, place, strict=True)}
 
 
-def bounds_of(worlds: Worlds, columns: Sequence[int], names: Sequence[str]) -> tuple[Array, Array]:
+def bounds_of(
+    worlds: SearchWorlds, columns: Sequence[int], names: Sequence[str]
+) -> tuple[Array, Array]:
     """Return the least and greatest coordinates of columns, shape (F,) each.
 
     What is stated stays within its tolerance unless it is one of the causes.
@@ -83,7 +85,7 @@ def bounds_of(worlds: Worlds, columns: Sequence[int], names: Sequence[str]) -> t
 
 
 def start_fits(
-    worlds: Worlds,
+    worlds: SearchWorlds,
     starts: Sequence[tuple[tuple[str, ...], Mapping[int, float]]],
     floors: Floors,
     *,
@@ -129,7 +131,7 @@ def start_fits(
 
 
 def refit(
-    worlds: Worlds,
+    worlds: SearchWorlds,
     fits: Sequence[Fit],
     floors: Floors,
     *,
@@ -212,17 +214,17 @@ def refit(
     return current
 
 
-def strides(worlds: Worlds, names: Sequence[str]) -> tuple[float, float]:
+def strides(worlds: SearchWorlds, names: Sequence[str]) -> tuple[float, float]:
     """Return the least and the first stride of differences with some causes in the model."""
     return STICKING if is_dry((*worlds.study.known, *names)) else STRIDES
 
 
-def is_long(worlds: Worlds, fit: Fit) -> bool:
+def is_long(worlds: SearchWorlds, fit: Fit) -> bool:
     """Tell whether a fit's differences may still become shorter."""
     return bool(np.any(fit.stride > strides(worlds, fit.names)[0]))
 
 
-def shorter(worlds: Worlds, fit: Fit) -> Fit:
+def shorter(worlds: SearchWorlds, fit: Fit) -> Fit:
     """Return a fit that a step did not better: other derivatives may lead further."""
     if fit.slopes:
         return replace(fit, slopes={})
@@ -230,7 +232,7 @@ def shorter(worlds: Worlds, fit: Fit) -> Fit:
     return replace(fit, stride=np.maximum(least, SHORTER * fit.stride))
 
 
-def stepped(worlds: Worlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
+def stepped(worlds: SearchWorlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
     """Return where a step led, with its length for differences or what is known of them."""
     step = after.place - before.place
     share = np.abs(step) / (1.0 + np.abs(after.place))
@@ -243,7 +245,7 @@ def stepped(worlds: Worlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
     return replace(after, stride=stride, slopes=dict(zip(before.columns, better.T, strict=True)))
 
 
-def mean_loss(worlds: Worlds, fit: Fit, unit: Array, together: float) -> float:
+def mean_loss(worlds: SearchWorlds, fit: Fit, unit: Array, together: float) -> float:
     """Return the loss per row that counts; rows whose unit is infinite do not.
 
     What is stated counts as a row does that tells something of its own, and of which so many are
@@ -254,7 +256,7 @@ def mean_loss(worlds: Worlds, fit: Fit, unit: Array, together: float) -> float:
     return float((loss_terms(fit.residual[seen] / unit[seen]).sum() + stated) / seen.sum())
 
 
-def surprise(worlds: Worlds, columns: Sequence[int], place: Array) -> float:
+def surprise(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> float:
     """Return how unlikely it is that what is stated is as far off as a fit says [nat].
 
     Student's density with three degrees of freedom and the tolerance as its scale lets real faults
@@ -264,13 +266,15 @@ def surprise(worlds: Worlds, columns: Sequence[int], place: Array) -> float:
     return float(0.5 * (FREEDOM + 1.0) * np.log1p(off**2 / FREEDOM).sum())
 
 
-def offsets(worlds: Worlds, columns: Sequence[int], place: Array) -> Array:
+def offsets(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> Array:
     """Return how far numbers are from what is stated [tolerances], shape (F,)."""
     stated = np.array([worlds.stated_at(c) for c in columns]).reshape(-1, 2)
     return (place - stated[:, 0]) / stated[:, 1]
 
 
-def row_units(worlds: Worlds, fit: Fit, floors: Floors, share: float, rows: Mask | None) -> Array:
+def row_units(
+    worlds: SearchWorlds, fit: Fit, floors: Floors, share: float, rows: Mask | None
+) -> Array:
     """Return one unit of residual for each row, infinite where a fit may not look, shape (M,)."""
     unit = np.full(len(fit.residual), np.inf)
     for force, own in worlds.where.signals:
@@ -280,7 +284,7 @@ def row_units(worlds: Worlds, fit: Fit, floors: Floors, share: float, rows: Mask
     return unit / np.sqrt(worlds.weights(floors))
 
 
-def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
+def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
     """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
 
     They are differences over each fit's own strides, but for those that a fit brings with it, and
@@ -316,7 +320,7 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
 
 
 def damped(
-    worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: float,
+    worlds: SearchWorlds, fit: Fit, jacobian: Array, unit: Array, damping: float,
     together: float, *, hold: Array | float = 0.0,
 ) -> Array:  # fmt: skip
     """Return where one Marquardt step leads, inside the bounds, shape (F,).
@@ -354,7 +358,7 @@ def damped(
     return np.clip(fit.place + step, low, high)
 
 
-def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[int, float]]:
+def without(fit: Fit, name: str, worlds: SearchWorlds) -> tuple[tuple[str, ...], dict[int, float]]:
     """Return a fit's names and values less one effect.
 
     What was found beside a wrong clock was found in its seconds: without it, numbers with a time in
@@ -374,7 +378,7 @@ def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[
     return tuple(n for n in fit.names if n != name), rest
 
 
-def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:
+def rescored(worlds: SearchWorlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:
     """Return fits with their scores at other floors."""
     score = worlds.score(np.stack([f.residual for f in fits]), floors)
     return [

@@ -16,7 +16,7 @@ from tendon_newton.diagnosis.search.refit import (
     values_of,
     without,
 )
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds, trimmed_size
+from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds, trimmed_size
 from tendon_newton.identification.objective import loss_weights
 
 TRUST = 0.7
@@ -70,7 +70,9 @@ class Survey:
         }
 
 
-def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share: float) -> Survey:
+def survey(
+    worlds: SearchWorlds, fit: Fit, names: Sequence[str], floors: Floors, share: float
+) -> Survey:
     """Look at every effect around a fit.
 
     What was simulated around the same place before is not simulated again.
@@ -89,7 +91,9 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
     return assemble(worlds, fit, found, directions, floors, share)
 
 
-def look_around(worlds: Worlds, fit: Fit, names: Sequence[str]) -> tuple[tuple[Column, ...], Array]:
+def look_around(
+    worlds: SearchWorlds, fit: Fit, names: Sequence[str]
+) -> tuple[tuple[Column, ...], Array]:
     """Return the directions around a fit, and how residuals change along each, shape (C, M).
 
     An effect of all servos is not simulated: its direction is the sum of those of each servo, just
@@ -132,7 +136,7 @@ def look_around(worlds: Worlds, fit: Fit, names: Sequence[str]) -> tuple[tuple[C
     return tuple(found), directions
 
 
-def parts_of(worlds: Worlds, found: Sequence[Column]) -> list[list[int]]:
+def parts_of(worlds: SearchWorlds, found: Sequence[Column]) -> list[list[int]]:
     """Return for each atom the places of those whose sum it is: its own, or those of each servo."""
     place = {(a.name, *a.values.values()): i for i, a in enumerate(found)}
     parts = []
@@ -144,7 +148,7 @@ def parts_of(worlds: Worlds, found: Sequence[Column]) -> list[list[int]]:
 
 
 def assemble(
-    worlds: Worlds, fit: Fit, columns: tuple[Column, ...], directions: Array, floors: Floors,
+    worlds: SearchWorlds, fit: Fit, columns: tuple[Column, ...], directions: Array, floors: Floors,
     share: float,
 ) -> Survey:  # fmt: skip
     """Reduce directions to the products that a choice needs."""

@@ -47,7 +47,7 @@ class Term:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Equation:
+class FoundEquation:
     """A sparse formula for the remainder."""
 
     side: Side
@@ -92,7 +92,7 @@ class Atom:
 
 def find_equation(
     remainder: Remainder, strongest: Sequence[str], folds: Indices, reachable: float
-) -> Equation | None:
+) -> FoundEquation | None:
     """Return a formula that holds up on data it has not seen; None where none does.
 
     Terms and numbers are found anew without each fold, and judged on it.
@@ -119,7 +119,7 @@ def find_equation(
     terms = written(chosen, solve(chosen, y))
     if not chosen:
         return None
-    return Equation(side=remainder.side, terms=terms, held_out_r2=r2, scale=remainder.scale)
+    return FoundEquation(side=remainder.side, terms=terms, held_out_r2=r2, scale=remainder.scale)
 
 
 def library(signals: Mapping[str, Array], strongest: Sequence[str]) -> list[Atom]:

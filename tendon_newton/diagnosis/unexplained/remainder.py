@@ -52,7 +52,7 @@ def side_words(side: Side, scale: BenchScale) -> tuple[str, str]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rows:
+class RemainderRows:
     """Rows of one recording, beside those of the model."""
 
     recording: Recording
@@ -94,7 +94,7 @@ def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainde
     """
     residuals = study.residuals(*replacements([values]))
     rows = [
-        Rows(
+        RemainderRows(
             recording=recording,
             index=index,
             kept=residual.trusted,
@@ -116,7 +116,7 @@ def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainde
     )
 
 
-def servo_stiffness(rows: list[Rows], taut: float) -> float:
+def servo_stiffness(rows: list[RemainderRows], taut: float) -> float:
     """Return how the model's force falls with the angle [N/rad], its friction set aside.
 
     Taken from the simulated signals, so that it holds for every actuator model.
@@ -135,7 +135,7 @@ def servo_stiffness(rows: list[Rows], taut: float) -> float:
     return float(np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=None)[0][0])
 
 
-def mechanism_give(rows: list[Rows], bench: str) -> float:
+def mechanism_give(rows: list[RemainderRows], bench: str) -> float:
     """Return how the model's angle grows with the tension on a bench [rad/N]."""
     own = [r for r in rows if r.recording.bench == bench]
     angle = np.concatenate([r.angle for r in own])
@@ -144,7 +144,9 @@ def mechanism_give(rows: list[Rows], bench: str) -> float:
     return float(np.cov(tension, angle)[0, 1] / spread) if spread > 0.0 else 0.0
 
 
-def collect(side: Side, rows: list[Rows], residuals: list[Array], scale: BenchScale) -> Remainder:
+def collect(
+    side: Side, rows: list[RemainderRows], residuals: list[Array], scale: BenchScale
+) -> Remainder:
     """Put all recordings in a row; rows with an unknown past are left out."""
     tables = [signals_of(side, r) for r in rows]
     names = [name for name in tables[0] if all(name in table for table in tables)]
@@ -166,7 +168,7 @@ def collect(side: Side, rows: list[Rows], residuals: list[Array], scale: BenchSc
     )
 
 
-def signals_of(side: Side, rows: Rows) -> dict[str, Array]:
+def signals_of(side: Side, rows: RemainderRows) -> dict[str, Array]:
     """Return what a residual may depend on, shape (T,) each.
 
     No signal may hold the noise of the residual, or the signal would seem to explain that noise. So

@@ -10,7 +10,6 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.configs.text import (
     CONFIG_FILE,
@@ -22,6 +21,7 @@ from tendon_newton.exports.configs.text import (
     gravity_text,
     write_network,
 )
+from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.model_numbers import (
     dry_friction,
     force_limit_of,
@@ -32,9 +32,9 @@ from tendon_newton.exports.model_numbers import (
 )
 from tendon_newton.exports.networks.files import Scales
 from tendon_newton.exports.networks.students import HISTORY
+from tendon_newton.exports.newton.newton_target import corrected_bench
 from tendon_newton.exports.newton.plain import IN_THE_PRIMS
 from tendon_newton.exports.newton.prims import drives_one_joint, gearing_of, joint_drive
-from tendon_newton.exports.newton.target import corrected_bench
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 

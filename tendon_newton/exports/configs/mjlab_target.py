@@ -7,7 +7,6 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.configs.text import (
     CONFIG_FILE,
     FAST,
@@ -18,6 +17,7 @@ from tendon_newton.exports.configs.text import (
     gravity_text,
     write_network,
 )
+from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.model_numbers import (
     angle_shift,
     command_lead,
@@ -30,7 +30,7 @@ from tendon_newton.exports.model_numbers import (
     servo_gains,
     spool_of,
 )
-from tendon_newton.exports.mujoco.target import IN_THE_FILE, change_mechanism, placed_tendons
+from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE, change_mechanism, placed_tendons
 from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism

@@ -7,8 +7,8 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.exports.linking import literal
 from tendon_newton.exports.networks.files import Scales, write_torchscript
+from tendon_newton.exports.networks.network_target import MLP_STEPS
 from tendon_newton.exports.networks.students import RATE, fit_mlp, lessons_of
-from tendon_newton.exports.networks.target import MLP_STEPS
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 PHYSICS_STEP = 0.005

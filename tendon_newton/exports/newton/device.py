@@ -24,6 +24,13 @@ from tendon_newton.device_code.slots import (
 )
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.exports.newton.drive_spools import (
+    resting_lead,
+    seen,
+    spool_speed,
+    string_tension,
+)
+from tendon_newton.exports.newton.drive_structs import DriveAnswer, DriveBench, Kept
 from tendon_newton.exports.newton.grips import (
     bent_on,
     bent_share,
@@ -31,13 +38,6 @@ from tendon_newton.exports.newton.grips import (
     outrun_by,
     rebent,
 )
-from tendon_newton.exports.newton.spools import (
-    resting_lead,
-    seen,
-    spool_speed,
-    string_tension,
-)
-from tendon_newton.exports.newton.structs import Answer, Bench, Kept
 from tendon_newton.law.gear import gear_line, passed_share
 from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import SETTLED
@@ -62,7 +62,7 @@ def memory_between(tendon: Tendon, p: ParameterVector, share: real) -> MemoryVec
 
 
 @device_template
-def at_rest(tendon: Tendon, p: ParameterVector, bench: Bench) -> Kept:
+def at_rest(tendon: Tendon, p: ParameterVector, bench: DriveBench) -> Kept:
     """Return what a drive remembers that has been where it is for ever."""
     kept = Kept()
     resting = tendon
@@ -88,7 +88,7 @@ def at_rest(tendon: Tendon, p: ParameterVector, bench: Bench) -> Kept:
 
 
 @device_template
-def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> Answer:
+def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: DriveBench) -> DriveAnswer:
     """Return what a drive gives from now on, and what it remembers then.
 
     Args:
@@ -97,7 +97,7 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         before: What the drive remembered one step ago.
         bench: Numbers of bench and step.
     """
-    out = Answer()
+    out = DriveAnswer()
     here = tendon
     rate = tendon.velocity
     if wp.static(FREE_SPOOL):
@@ -179,7 +179,7 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
 
 
 @device_template
-def reported(answer: Answer, tendon: Tendon, p: ParameterVector) -> Answer:
+def reported(answer: DriveAnswer, tendon: Tendon, p: ParameterVector) -> DriveAnswer:
     """Add what the encoder reports."""
     out = answer
     side = real(1.0)

@@ -19,8 +19,8 @@ from tendon_newton.exports.newton.drive_kernels import (
     fresh_kernel,
     hold_kernel,
 )
+from tendon_newton.exports.newton.drive_structs import JointMore, Kept, Report, Way
 from tendon_newton.exports.newton.drive_types import ParameterVector, real
-from tendon_newton.exports.newton.structs import JointMore, Kept, Report, Way
 from tendon_newton.exports.runtime.facts import (
     COMMAND_DELAY,
     FOLDER,

@@ -22,8 +22,8 @@ from tendon_newton.device_code.slots import (
 from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.exports.newton.device import answered, at_rest
+from tendon_newton.exports.newton.drive_structs import DriveBench, JointMore, Kept, Report, Way
 from tendon_newton.exports.newton.grips import bent_on, joint_grip
-from tendon_newton.exports.newton.structs import Bench, JointMore, Kept, Report, Way
 from tendon_newton.law.joint import damping_torque, spring_torque
 from tendon_newton.law.spool import SETTLED
 
@@ -125,7 +125,7 @@ def drive_kernel(
         if k == j:
             arm = slope
     tendon.angle_rate = Jet(tendon.velocity, real(0.0), real(1.0)) * tendon.inverse_radius
-    bench = Bench()
+    bench = DriveBench()
     bench.inertia = path.inertia
     bench.rotor = path.rotor
     bench.step = step

@@ -8,7 +8,7 @@ from tendon_newton.device_code.placeholders import ParameterVector, real
 from tendon_newton.device_code.slots import speed_effects
 from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.exports.newton.structs import Bench, Kept
+from tendon_newton.exports.newton.drive_structs import DriveBench, Kept
 from tendon_newton.law.spool import UNBOUNDED
 
 GRIP = 0.3
@@ -41,7 +41,7 @@ def bent_on(bend: real, speed: real, half: real, inertia: real, step: real) -> r
 
 
 @device_template
-def rebent(before: Kept, inward: real, half: real, bench: Bench) -> real:
+def rebent(before: Kept, inward: real, half: real, bench: DriveBench) -> real:
     """Return how far dry friction is bent [m] under a new command.
 
     What sticks takes up what the motor gives more or less, as far as it can.
@@ -55,14 +55,14 @@ def rebent(before: Kept, inward: real, half: real, bench: Bench) -> real:
 
 
 @device_template
-def joint_grip(limit: real, joint: Joint, kept: Kept, bench: Bench) -> real:
+def joint_grip(limit: real, joint: Joint, kept: Kept, bench: DriveBench) -> real:
     """Return what dry friction of a joint gives [N m]."""
     share = bent_share(kept.joint_bend, joint.velocity, limit, bench.joint_inertia, bench.step)
     return (real(2.0) * share - real(1.0)) * limit
 
 
 @device_template
-def outrun_by(before: real, tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
+def outrun_by(before: real, tendon: Tendon, p: ParameterVector, bench: DriveBench) -> real:
     """Return how far a tendon has outrun its motor [m], which without a rotor has no speed."""
     most = speed_effects(real(UNBOUNDED), 0, p) * tendon.spool_radius
     after = real(0.0)
@@ -74,7 +74,7 @@ def outrun_by(before: real, tendon: Tendon, p: ParameterVector, bench: Bench) ->
 
 
 @device_template
-def held_back(outrun: real, tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
+def held_back(outrun: real, tendon: Tendon, p: ParameterVector, bench: DriveBench) -> real:
     """Return what holds a tendon back that has outrun its motor [N]."""
     most = speed_effects(real(UNBOUNDED), 0, p) * tendon.spool_radius
     force = real(0.0)

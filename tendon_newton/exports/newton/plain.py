@@ -13,9 +13,9 @@ from newton.solvers import SolverMuJoCo
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.exports.base import Coverage
+from tendon_newton.exports.export_target import Coverage
 from tendon_newton.exports.model_numbers import dry_friction, number
-from tendon_newton.exports.mujoco.target import IN_THE_FILE
+from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tendon_newton.exports.newton.prims import LONGEST_STEP, gearing_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 

@@ -12,7 +12,7 @@ import numpy as np
 from tendon_newton.device_code.placeholders import HAS_ROTOR
 from tendon_newton.exports.runtime.engine import mujoco
 from tendon_newton.exports.runtime.facts import PARAMETERS
-from tendon_newton.exports.runtime.servos import Now, Servo
+from tendon_newton.exports.runtime.servos import ExportedServo, Now
 from tendon_newton.law.joint import spring_torque
 from tendon_newton.law.spool import SETTLED
 
@@ -39,7 +39,7 @@ def balance(excess: Any, low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
-def resting_spool(servo: Servo, now: Now) -> tuple[float, float]:
+def resting_spool(servo: ExportedServo, now: Now) -> tuple[float, float]:
     """Return the tension [N] of a rotor's string at rest, and by how much its spool leads [m]."""
 
     def net(lead: float) -> float:
@@ -84,7 +84,7 @@ class Rest:
             out += hook.arms()[d] * self.pull(d, servo, now)
         return out[hook.dofs]
 
-    def pull(self, d: int, servo: Servo, now: Now) -> float:
+    def pull(self, d: int, servo: ExportedServo, now: Now) -> float:
         """Return the pull [N] of a tendon at rest."""
         if self.target is not None:
             angle = servo.motor_flow(now, 0.0).angle

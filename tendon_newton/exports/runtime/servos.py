@@ -50,7 +50,7 @@ class Now(NamedTuple):
     enabled: float = 1.0
 
 
-class Servo:
+class ExportedServo:
     """One motor with its spool, string and load cell.
 
     Args:

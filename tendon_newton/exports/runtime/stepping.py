@@ -30,7 +30,7 @@ from tendon_newton.exports.runtime.facts import (
 )
 from tendon_newton.exports.runtime.networks import open_network
 from tendon_newton.exports.runtime.resting import Rest, balance
-from tendon_newton.exports.runtime.servos import Now, Servo
+from tendon_newton.exports.runtime.servos import ExportedServo, Now
 from tendon_newton.law.joint import damping_torque, spring_torque
 
 INSTANT = 1.0e-6
@@ -61,7 +61,7 @@ class Hold(NamedTuple):
     """Rate of the excursion [m/s] at which it would be held."""
 
 
-class Reading(NamedTuple):
+class BenchReading(NamedTuple):
     """What the bench reports, one number per tendon."""
 
     angle: list[float]
@@ -100,7 +100,7 @@ class Hook:
 
     def __init__(self, model: Any, data: Any) -> None:
         self.model, self.data, self.network = model, data, open_network()
-        self.servos = [Servo(row) for row in SERVO_ROWS]
+        self.servos = [ExportedServo(row) for row in SERVO_ROWS]
         self.joints = [joint_of(j, row) for j, row in enumerate(JOINT_ROWS)]
         self.places = [int(model.joint(joint.name).qposadr[0]) for joint in self.joints]
         self.dofs = [int(model.joint(joint.name).dofadr[0]) for joint in self.joints]
@@ -276,7 +276,7 @@ class Hook:
             self.model.dof_armature[dof] = self.own_armature[dof] + h * damping
         return out
 
-    def hold_of(self, servo: Servo, now: Now, loose: bool) -> Hold:
+    def hold_of(self, servo: ExportedServo, now: Now, loose: bool) -> Hold:
         """Return between what a tendon may be held, and where its motion is nearest to that."""
         rate, bound = now.velocity, servo.greatest_speed
         sides, speed = (1.0, -1.0), 0.0
@@ -462,7 +462,7 @@ class Hook:
         torque = spring_torque(joint, PARAMETERS)
         joint.memory = spring_memory(torque, joint, PARAMETERS, joint.memory)
 
-    def move_spool(self, d: int, servo: Servo, now: Now, h: float) -> None:
+    def move_spool(self, d: int, servo: ExportedServo, now: Now, h: float) -> None:
         """Turn a spool whose string is slack or stretches; catch one that has wound it in."""
         length, rate = self.excursions()
         after = self.spool_speed(servo, now, now.velocity + now.lead_rate, h)
@@ -471,7 +471,7 @@ class Hook:
         if not servo.elastic and self.lead[d] > 0.0:
             self.catch(d, servo, after)
 
-    def spool_speed(self, servo: Servo, now: Now, speed: float, h: float) -> float:
+    def spool_speed(self, servo: ExportedServo, now: Now, speed: float, h: float) -> float:
         """Return a free spool's speed [m/s] after a step; dry friction may hold it."""
         bound = servo.greatest_speed
         damping = h * max(0.0, -servo.motor_flow(now, 0.0).motor_force[2])
@@ -487,7 +487,7 @@ class Hook:
             after = inward
         return min(max(after, -bound), bound)
 
-    def catch(self, d: int, servo: Servo, speed: float) -> None:
+    def catch(self, d: int, servo: ExportedServo, speed: float) -> None:
         """Let a string without slack stop its spool, without bounce."""
         arm = self.arms()[d]
         answer = np.zeros((1, self.model.nv))
@@ -523,7 +523,7 @@ class Hook:
             mujoco.mj_step1(self.model, self.data)
         return [max(t, s.least) for t, s in zip(tension, self.servos, strict=True)]
 
-    def read(self) -> Reading:
+    def read(self) -> BenchReading:
         """Return what encoders and load cells report just after a command took effect."""
         self.ask_network()
         tension = self.solved_tension()
@@ -539,7 +539,7 @@ class Hook:
             rate.append(reported[1] * (now.velocity + now.lead_rate))
             true = self.cell_value(d, at) if self.cell_is_slow else tension[d]
             force.append(cell_effects(true, self.time, 0, PARAMETERS))
-        return Reading(angle, rate, force, tension)
+        return BenchReading(angle, rate, force, tension)
 
     def note_cells(self) -> None:
         """Keep what slow cells showed at the start of a step."""

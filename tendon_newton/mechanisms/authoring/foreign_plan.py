@@ -31,7 +31,7 @@ LEAST_BONE = 1.0e-4
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bone:
+class ForeignBone:
     """A capsule from a joint to the next one or the tip, for the eye only."""
 
     length: float
@@ -70,7 +70,7 @@ class ForeignJoint:
     friction: float
     stiffness: float
     rest: float
-    bone: Bone | None
+    bone: ForeignBone | None
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -258,7 +258,7 @@ def moves(joints: tuple[Joint, ...], index: int, other: int) -> bool:
     return False
 
 
-def bone(joints: tuple[Joint, ...], index: int, tip: tuple[int, Array]) -> Bone | None:
+def bone(joints: tuple[Joint, ...], index: int, tip: tuple[int, Array]) -> ForeignBone | None:
     """Return a capsule from a joint to what comes next on its link."""
     start = joints[index].child_position
     ends = [joint.parent_position for joint in joints if joint.parent == index]
@@ -270,7 +270,7 @@ def bone(joints: tuple[Joint, ...], index: int, tip: tuple[int, Array]) -> Bone 
     length = float(np.linalg.norm(reach))
     if length < LEAST_BONE:
         return None
-    return Bone(
+    return ForeignBone(
         length=length,
         radius=SLENDERNESS * length,
         place=start + 0.5 * reach,

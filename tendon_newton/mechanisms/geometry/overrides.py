@@ -13,7 +13,7 @@ from tendon_newton.mechanisms.geometry.arms import with_arm, without_arm
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
-from tendon_newton.mechanisms.geometry.routing import Pulley, Route, RouteSite, Span
+from tendon_newton.mechanisms.geometry.routing import Pulley, Route, RoutedSpan, RouteSite
 
 Stop = TypeVar("Stop", RouteSite, Pulley)
 
@@ -128,7 +128,7 @@ def _moved_tendon(
         return replace(stop, point=anchor + stretch[stop.body] * (stop.point - anchor))
 
     spans = tuple(
-        Span(
+        RoutedSpan(
             start=moved(span.start),
             end=moved(span.end),
             pulley=None if span.pulley is None else moved(span.pulley),

@@ -74,7 +74,7 @@ class Pulley:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Span:
+class RoutedSpan:
     """A string from one site to the next, around a pulley or straight."""
 
     start: RouteSite
@@ -93,7 +93,7 @@ class Route:
 
     joints: tuple[Joint, ...]
     """All joints of the mechanism."""
-    spans: tuple[Span, ...]
+    spans: tuple[RoutedSpan, ...]
     """From the spool to the last site."""
 
     @property
@@ -168,13 +168,13 @@ class Route:
         return length, slope, bend
 
 
-def _frame(span: Span, frames: Posture) -> Array:
+def _frame(span: RoutedSpan, frames: Posture) -> Array:
     """Return the rotation from the frame in which a span is looked at to the world."""
     pulley = span.pulley
     return np.eye(3) if pulley is None else frames.turned(pulley.body, pulley.rotation)
 
 
-def seen_ends(span: Span, frames: Posture) -> tuple[Array, Array]:
+def seen_ends(span: RoutedSpan, frames: Posture) -> tuple[Array, Array]:
     """Return both ends of a span [m] in its pulley's frame; without one, from its start."""
     start = frames.place(span.start.body, span.start.point)
     end = frames.place(span.end.body, span.end.point)
@@ -270,7 +270,7 @@ def side_turn(start: Array, end: Array, side: Array, radius: float) -> float:
     return 1.0 if towards[0] > towards[1] else -1.0
 
 
-def _drawn(span: Span, frames: Posture) -> Array:
+def _drawn(span: RoutedSpan, frames: Posture) -> Array:
     """Return the points of a span behind its start [m], shape (N, 3)."""
     end = frames.place(span.end.body, span.end.point)[None]
     pulley = span.pulley

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.errors import shown
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 
 NUMBERS = (
     "physics:mass",

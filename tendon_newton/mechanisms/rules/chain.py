@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
 from tendon_newton.mechanisms.rules.link_rules import is_link
+from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 
 JOINT_TYPES = ("PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
 """Joints with one degree of freedom, which can carry a moment arm."""

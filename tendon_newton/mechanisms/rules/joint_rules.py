@@ -15,8 +15,8 @@ from tendon_newton.mechanisms.rules.chain import (
     moved_joints,
     relationship_targets,
 )
-from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.link_rules import is_link
+from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.spring_rules import check_losses, check_spring, check_stops
 from tendon_newton.mechanisms.rules.tendon_rules import joint_tendons
 from tendon_newton.mechanisms.usd.usd_tendon import authored

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
 MASS_RANGE = (1.0e-4, 10.0)

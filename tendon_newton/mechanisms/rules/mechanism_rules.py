@@ -16,8 +16,8 @@ from tendon_newton.mechanisms.geometry.statics import (
     closing_tension,
     equilibrium,
 )
-from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.routed_rules import routed_findings
+from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 
 TURN_LIMIT = 2.0
 """Beyond this many turns [1] the string climbs over itself and the spool radius grows."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below, movers
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
 from tendon_newton.mechanisms.rules.link_rules import is_link
+from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import PathTarget, path_targets, targets_of
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 

@@ -9,8 +9,8 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.joint_frames import frames_of
 from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
-from tendon_newton.mechanisms.geometry.routing import Pulley, Route, Span, seen_ends
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.geometry.routing import Pulley, Route, RoutedSpan, seen_ends
+from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import turned_span
 
 NO_ARM = 1.0e-6
@@ -68,7 +68,7 @@ def _check_pulleys(tendon: Tendon, route: Route, positions: Array) -> Iterator[A
 
 
 def _check_pulley(
-    tendon: Tendon, route: Route, span: Span, pulley: Pulley, positions: Array
+    tendon: Tendon, route: Route, span: RoutedSpan, pulley: Pulley, positions: Array
 ) -> Iterator[AssetFinding]:
     """Check that a string stays outside its pulley and on its side of it."""
     nearest, turned = np.inf, False

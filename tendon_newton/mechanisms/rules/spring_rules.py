@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import pi
 from typing import Any
 
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
 DEGREES = 180.0 / pi

@@ -14,9 +14,9 @@ from typing import Any
 
 from tendon_newton.mechanisms.rules.attribute_rules import attribute_findings
 from tendon_newton.mechanisms.rules.chain import chain_findings
-from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.joint_rules import joint_findings
 from tendon_newton.mechanisms.rules.link_rules import link_findings
+from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.tendon_rules import tendon_findings
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below, relationship_targets
-from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.route_rules import route_findings
+from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import is_routed
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 

@@ -20,8 +20,8 @@ from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.routing import (
     Pulley,
     Route,
+    RoutedSpan,
     RouteSite,
-    Span,
     seen_ends,
     side_turn,
 )
@@ -110,7 +110,7 @@ def read_route(
     """
     own = [row for row, owner in enumerate(rows["tendon"]) if owner == tendon]
     names = [target.prim for target in path_targets(prim)]
-    spans: list[Span] = []
+    spans: list[RoutedSpan] = []
     start: RouteSite | None = None
     pulley: Pulley | None = None
     for row, name in zip(own, names, strict=True):
@@ -128,7 +128,7 @@ def read_route(
             continue
         end = RouteSite(prim=name, body=body, point=point)
         if start is not None:
-            span = Span(start=start, end=end, pulley=pulley)
+            span = RoutedSpan(start=start, end=end, pulley=pulley)
             spans.append(turned_span(span, joints, middle_position(joints)))
         start, pulley = end, None
     return Route(joints=joints, spans=tuple(spans))
@@ -140,7 +140,7 @@ def middle_position(joints: Sequence[Joint]) -> Array:
     return np.where(np.isfinite(limits), limits, [-OPEN_END, OPEN_END]).mean(axis=1)
 
 
-def turned_span(span: Span, joints: tuple[Joint, ...], joint_position: Array) -> Span:
+def turned_span(span: RoutedSpan, joints: tuple[Joint, ...], joint_position: Array) -> RoutedSpan:
     """Return a span whose string goes round its pulley on the side of the side site.
 
     Args:

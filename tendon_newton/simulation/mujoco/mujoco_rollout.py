@@ -39,7 +39,10 @@ from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, 
 from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.mujoco import mujoco_kernels
-from tendon_newton.simulation.mujoco.mujoco_contacts import MujocoContacts, solver_with_contacts
+from tendon_newton.simulation.mujoco.mujoco_rollout_contacts import (
+    MujocoContacts,
+    solver_with_contacts,
+)
 
 MUJOCO_STEP = 5.0e-4
 """Default step [s]: the tendon's force is explicit here, and stiff friction must be met with

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware.benches.bench import Bench, open_bench
-from hardware.collection import collect_plan
-from hardware.control.operator import SilentOperator
-from hardware.errors import BenchNotReady, SafetyStop
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.collection import collect_plan
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.errors import BenchNotReady, SafetyStop
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import list_recording, listed_files, load_dataset
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
     InvestigationLog,

@@ -21,7 +21,7 @@ from tendon_newton.diagnosis.search.refit import (
     start_fits,
     values_of,
 )
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.objective import group_sums
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
@@ -45,30 +45,30 @@ def log(seed: int, **effects: dict[str, float]) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def worlds() -> Worlds:
+def worlds() -> SearchWorlds:
     """Three logs of a servo with a weak gain and viscous friction."""
     effects = {
         "viscous_friction": {"coefficient": TRUTH["viscous_friction"]},
         "gain_error": {"scale": TRUTH["gain_error"]},
     }
     logs = [log(seed, **effects) for seed in range(3)]
-    return Worlds(Study(logs, ideal_model(), CAUSES, time_step=STEP))
+    return SearchWorlds(Study(logs, ideal_model(), CAUSES, time_step=STEP))
 
 
-def start(worlds: Worlds, **values: float) -> Fit:
+def start(worlds: SearchWorlds, **values: float) -> Fit:
     """A set of causes at some values."""
     columns = {worlds.study.table.columns(name)[0]: v for name, v in values.items()}
     floors = floors_of(worlds, ())
     return start_fits(worlds, [(tuple(values), columns)], floors)[0]
 
 
-def numbers(worlds: Worlds, fit: Fit) -> dict[str, float]:
+def numbers(worlds: SearchWorlds, fit: Fit) -> dict[str, float]:
     """A fit's numbers by effect."""
     values = values_of(worlds, fit.columns, fit.place)
     return {name: values[worlds.study.table.columns(name)[0]] for name in fit.names}
 
 
-def test_each_set_finds_its_own_optimum(worlds: Worlds) -> None:
+def test_each_set_finds_its_own_optimum(worlds: SearchWorlds) -> None:
     """Sets of different sizes side by side end where each ends alone; both causes at the truth."""
     starts = [
         start(worlds, viscous_friction=0.3),
@@ -83,7 +83,7 @@ def test_each_set_finds_its_own_optimum(worlds: Worlds) -> None:
     assert together[1].score < together[0].score - 1.0
 
 
-def test_every_second_step_borrows_its_derivatives(worlds: Worlds) -> None:
+def test_every_second_step_borrows_its_derivatives(worlds: SearchWorlds) -> None:
     """Two numbers and two dampings: four simulations for a step, and two for the next."""
     fit = start(worlds, viscous_friction=0.3, gain_error=1.0)
     floors, counts = floors_of(worlds, ()), []
@@ -95,7 +95,7 @@ def test_every_second_step_borrows_its_derivatives(worlds: Worlds) -> None:
     assert numbers(worlds, fit) == pytest.approx(TRUTH, rel=0.05)
 
 
-def test_a_step_that_leads_nowhere_is_tried_shorter(worlds: Worlds) -> None:
+def test_a_step_that_leads_nowhere_is_tried_shorter(worlds: SearchWorlds) -> None:
     """Derivatives of the wrong sign lead up: the factor grows to its limit before the fit ends."""
     fit = replace(start(worlds, viscous_friction=0.3, gain_error=1.0), damping=LEAST_DAMPING)
     floors = floors_of(worlds, ())
@@ -106,7 +106,7 @@ def test_a_step_that_leads_nowhere_is_tried_shorter(worlds: Worlds) -> None:
     assert after.settled
 
 
-def test_borrowed_derivatives_are_corrected_by_the_last_step(worlds: Worlds) -> None:
+def test_borrowed_derivatives_are_corrected_by_the_last_step(worlds: SearchWorlds) -> None:
     """Along it they say what it did to the residual; across it they are as they were."""
     floors = floors_of(worlds, ())
     fit = start(worlds, viscous_friction=0.3, gain_error=1.0)
@@ -119,21 +119,21 @@ def test_borrowed_derivatives_are_corrected_by_the_last_step(worlds: Worlds) -> 
     np.testing.assert_allclose(new @ across, old @ across, atol=1e-9)
 
 
-def test_effects_are_added_from_their_typical_values(worlds: Worlds) -> None:
+def test_effects_are_added_from_their_typical_values(worlds: SearchWorlds) -> None:
     """No start is given: the truth is found to 1 %, whichever effect comes first."""
     for names in (CAUSES, CAUSES[::-1]):
         found = fit_set_anew(worlds, ideal_model(), names)
         assert numbers(worlds, found) == pytest.approx(TRUTH, rel=0.01)
 
 
-def test_a_fit_stays_in_bounds(worlds: Worlds) -> None:
+def test_a_fit_stays_in_bounds(worlds: SearchWorlds) -> None:
     """Friction below none is not friction: data with less of it than the model end at none."""
-    clean = Worlds(Study([log(1)], ideal_model(), CAUSES, time_step=STEP))
+    clean = SearchWorlds(Study([log(1)], ideal_model(), CAUSES, time_step=STEP))
     found = refit(clean, [start(clean, viscous_friction=0.5)], floors_of(clean, ()), iterations=10)
     assert 0.0 <= numbers(clean, found[0])["viscous_friction"] < 0.01
 
 
-def test_what_a_refused_cause_leaves_is_at_its_optimum(worlds: Worlds) -> None:
+def test_what_a_refused_cause_leaves_is_at_its_optimum(worlds: SearchWorlds) -> None:
     """A set that was clearly worse, and so never followed, is followed before it stands alone."""
     floors = floors_of(worlds, ())
     pool = Pool(worlds=worlds, floors=floors, price=PRICE, most=3)
@@ -146,23 +146,23 @@ def test_what_a_refused_cause_leaves_is_at_its_optimum(worlds: Worlds) -> None:
     assert numbers(worlds, left) == pytest.approx(numbers(worlds, best), rel=0.02)
 
 
-def test_a_few_wild_rows_do_not_decide(worlds: Worlds) -> None:
+def test_a_few_wild_rows_do_not_decide(worlds: SearchWorlds) -> None:
     """Readings that are off by a radian in 2 % of the rows move the numbers by less than 2 %."""
     spoiled = []
     for recording in worlds.study.recordings:
         position = recording.motor_position.copy()
         position[25::50] += 1.0
         spoiled.append(replace(recording, motor_position=position))
-    other = Worlds(Study(spoiled, ideal_model(), CAUSES, time_step=STEP))
+    other = SearchWorlds(Study(spoiled, ideal_model(), CAUSES, time_step=STEP))
     fit = start(other, viscous_friction=0.5, gain_error=1.0)
     (found,) = refit(other, [fit], floors_of(worlds, ()), iterations=12)
     assert numbers(other, found) == pytest.approx(TRUTH, rel=0.02)
 
 
-def test_what_a_part_holds_does_not_move_its_own_refit(worlds: Worlds) -> None:
+def test_what_a_part_holds_does_not_move_its_own_refit(worlds: SearchWorlds) -> None:
     """Another log in place of the first: the refit that does not see it is the same to the bit."""
     other = log(0, viscous_friction={"coefficient": 3.0})
-    changed = Worlds(
+    changed = SearchWorlds(
         Study([other, *worlds.study.recordings[1:]], ideal_model(), CAUSES, time_step=STEP)
     )
     floors, rows = floors_of(worlds, ()), folds(worlds) != 0
@@ -175,11 +175,13 @@ def test_what_a_part_holds_does_not_move_its_own_refit(worlds: Worlds) -> None:
     assert not np.allclose(seen.place, found[1].place, rtol=1e-2)
 
 
-def test_a_cause_pays_on_left_out_parts_that_have_it_and_costs_on_others(worlds: Worlds) -> None:
+def test_a_cause_pays_on_left_out_parts_that_have_it_and_costs_on_others(
+    worlds: SearchWorlds,
+) -> None:
     """Two recordings of three have friction: left out, each gains by it, and the third loses."""
     friction = {"viscous_friction": {"coefficient": 1.2}}
     logs = [log(0, **friction), log(1, **friction), log(2)]
-    mixed = Worlds(Study(logs, ideal_model(), CAUSES, time_step=STEP))
+    mixed = SearchWorlds(Study(logs, ideal_model(), CAUSES, time_step=STEP))
     floors = floors_of(mixed, ())
     (found,) = refit(mixed, [start(mixed, viscous_friction=1.0)], floors, iterations=8)
     without, own = (held_out_terms(mixed, f, floors) for f in (start(mixed), found))

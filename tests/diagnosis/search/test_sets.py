@@ -30,9 +30,9 @@ from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms, 
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, leave_out, near_sets, settle
 from tendon_newton.diagnosis.search.refit import refit, start_fits, surprise, values_of, without
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, Floors, SearchWorlds
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
-from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Floors, Worlds
 from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.errors import UnknownName
 from tendon_newton.identification.linearisation import Linearisation
@@ -59,12 +59,12 @@ def log(seed: int) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def worlds() -> Worlds:
+def worlds() -> SearchWorlds:
     """Three such logs."""
-    return Worlds(Study([log(n) for n in range(3)], ideal_model(), CATALOGUE, time_step=STEP))
+    return SearchWorlds(Study([log(n) for n in range(3)], ideal_model(), CATALOGUE, time_step=STEP))
 
 
-def pool_of(worlds: Worlds) -> Pool:
+def pool_of(worlds: SearchWorlds) -> Pool:
     """An empty pool whose floors are those of dry friction."""
     floors = floors_of(worlds, ("coulomb_friction",))
     return Pool(worlds=worlds, floors=floors, price=PRICE, most=7)
@@ -159,7 +159,7 @@ def test_a_long_step_at_a_stop_is_no_gap() -> None:
     found = simulated_recording(asked, out)
     noise = np.random.default_rng(0).normal(0.0, 5.0e-4, found.motor_position.shape)
     found = replace(found, motor_position=found.motor_position + noise)
-    own = Worlds(Study([found], ideal_model(), CATALOGUE, time_step=SEARCH_STEP))
+    own = SearchWorlds(Study([found], ideal_model(), CATALOGUE, time_step=SEARCH_STEP))
     pool = Pool(worlds=own, floors=floors_of(own, ()), price=PRICE, most=7)
     (fit,) = start_fits(own, [((), {})], pool.floors)
     assert not pool.leaves_nothing(fit)
@@ -174,7 +174,9 @@ def test_a_change_below_the_error_of_form_is_no_cause() -> None:
     assert pool.excess(less) < PRICE
 
 
-def test_only_where_something_sticks_is_a_law_that_sticks_expected_to_miss(worlds: Worlds) -> None:
+def test_only_where_something_sticks_is_a_law_that_sticks_expected_to_miss(
+    worlds: SearchWorlds,
+) -> None:
     """A third of its error of form is enough to name the first dry friction, not the second."""
     plain, dry = form_of(worlds, ("viscous_friction",)), form_of(worlds, ("coulomb_friction",))
     assert dry.theta == pytest.approx(FORM_THETA * worlds.study.scale.turn)
@@ -239,7 +241,7 @@ def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(
     assert pruned == [more, more]
 
 
-def test_a_refused_cause_takes_no_others_with_it(worlds: Worlds) -> None:
+def test_a_refused_cause_takes_no_others_with_it(worlds: SearchWorlds) -> None:
     """Without it the rest explains less than another set that was fitted: that one is next."""
     pool = pool_of(worlds)
     law, plain = worlds.study.table.columns("stribeck_friction"), {"viscous_friction": 1.2}
@@ -253,7 +255,7 @@ def test_a_refused_cause_takes_no_others_with_it(worlds: Worlds) -> None:
     assert best_without(pool, rest, {"coulomb_friction", names[0]}).names == ("viscous_friction",)
 
 
-def test_a_fit_that_did_not_settle_goes_on(worlds: Worlds) -> None:
+def test_a_fit_that_did_not_settle_goes_on(worlds: SearchWorlds) -> None:
     """A set that was left half way is a start again, where it stood; one at its end is none."""
     pool = pool_of(worlds)
     pool.add([started(pool, viscous_friction=1.0)])
@@ -273,7 +275,7 @@ def test_a_fit_that_did_not_settle_goes_on(worlds: Worlds) -> None:
     assert new_starts(pool, view, trials) == []
 
 
-def test_a_law_starts_where_it_is_its_special_case(worlds: Worlds) -> None:
+def test_a_law_starts_where_it_is_its_special_case(worlds: SearchWorlds) -> None:
     """Stribeck's law starts as the Coulomb friction that was found, at each typical speed."""
     pool = pool_of(worlds)
     (fit,) = refit(worlds, [started(pool, coulomb_friction=0.5)], pool.floors, iterations=8)
@@ -286,7 +288,7 @@ def test_a_law_starts_where_it_is_its_special_case(worlds: Worlds) -> None:
     assert related_starts(pool, fit, CATALOGUE) == []
 
 
-def test_a_special_case_starts_where_its_law_was_found(worlds: Worlds) -> None:
+def test_a_special_case_starts_where_its_law_was_found(worlds: SearchWorlds) -> None:
     """Coulomb friction starts at the sliding force of Stribeck's law."""
     pool = pool_of(worlds)
     law = started(pool, stribeck_friction=0.5)
@@ -296,10 +298,10 @@ def test_a_special_case_starts_where_its_law_was_found(worlds: Worlds) -> None:
     assert [values[column] for _, values in starts] == pytest.approx([0.5, 1.0, 0.25])
 
 
-def test_what_is_easily_confused_is_tried(worlds: Worlds) -> None:
+def test_what_is_easily_confused_is_tried(worlds: SearchWorlds) -> None:
     """A lag starts at the time of the delay that it is easily taken for."""
     names = ("command_delay", "actuator_lag", "coulomb_friction", "stribeck_friction", "hysteresis")
-    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
     fit = started(pool, command_delay=0.03, coulomb_friction=0.5)
     plain = {frozenset(n) for n, _ in related_starts(pool, fit, names)}
     starts = related_starts(pool, fit, names, confused=True)
@@ -316,7 +318,7 @@ def test_what_is_easily_confused_is_tried(worlds: Worlds) -> None:
 def test_a_limit_starts_wherever_the_survey_looked() -> None:
     """Half of the greatest force is far from the linear answer to one that hardly limits."""
     names = ("force_saturation", "viscous_friction")
-    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
     view = survey(pool.worlds, started(pool), names, pool.floors, 1.0)
     trials = Chooser(view, PRICE, 7).singles(5)
     starts = new_starts(pool, view, trials)
@@ -328,10 +330,10 @@ def test_a_limit_starts_wherever_the_survey_looked() -> None:
     assert sum(n == ("viscous_friction",) for n, _ in starts) == 1
 
 
-def test_no_set_holds_a_law_and_its_special_case(worlds: Worlds) -> None:
+def test_no_set_holds_a_law_and_its_special_case(worlds: SearchWorlds) -> None:
     """Coulomb friction takes the place of hysteresis, though it is forced into a set."""
     names = ("hysteresis", *CATALOGUE)
-    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
     fit = started(pool, hysteresis=0.3)
     chooser = Chooser(survey(pool.worlds, fit, names, pool.floors, 1.0), PRICE, 7)
     for trial in choose(chooser, 20):
@@ -339,10 +341,10 @@ def test_no_set_holds_a_law_and_its_special_case(worlds: Worlds) -> None:
         assert not any(are_related(one, other) for one in found for other in found)
 
 
-def test_a_special_case_takes_no_place_beside_its_law(worlds: Worlds) -> None:
+def test_a_special_case_takes_no_place_beside_its_law(worlds: SearchWorlds) -> None:
     """Hysteresis beside Stribeck's law goes at its edge: Coulomb friction is in the law already."""
     names = ("hysteresis", *CATALOGUE)
-    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
     fit = started(pool, hysteresis=0.3, stribeck_friction=0.3)
     pool.add([fit])
     found = special_case_or_without(pool, fit, "hysteresis")
@@ -351,10 +353,10 @@ def test_a_special_case_takes_no_place_beside_its_law(worlds: Worlds) -> None:
     assert frozenset({"coulomb_friction", "stribeck_friction"}) not in pool.fits
 
 
-def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(worlds: Worlds) -> None:
+def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(worlds: SearchWorlds) -> None:
     """Bristles as short as they may be are Coulomb friction, also where no one fitted that."""
     names = ("hysteresis", *CATALOGUE)
-    pool = pool_of(Worlds(Study([log(0), log(1)], ideal_model(), names, time_step=STEP)))
+    pool = pool_of(SearchWorlds(Study([log(0), log(1)], ideal_model(), names, time_step=STEP)))
     fit = started(pool, hysteresis=0.6, viscous_friction=1.2)
     pool.add([fit])
     found = special_case_or_without(pool, fit, "hysteresis")
@@ -363,7 +365,7 @@ def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(worlds: Wo
     assert values_of(pool.worlds, found.columns, found.place)[column] == pytest.approx(0.6, rel=0.1)
 
 
-def test_a_set_that_is_as_good_may_need_a_cause_less(worlds: Worlds) -> None:
+def test_a_set_that_is_as_good_may_need_a_cause_less(worlds: SearchWorlds) -> None:
     """Only sets of the same size that cost hardly more are pruned as well, the best first."""
     pool = pool_of(worlds)
     fit = started(pool, coulomb_friction=0.5, viscous_friction=1.0)
@@ -377,7 +379,7 @@ def test_a_set_that_is_as_good_may_need_a_cause_less(worlds: Worlds) -> None:
 def test_without_a_wrong_clock_times_are_the_logs_own() -> None:
     """A lag of 60 ms, found beside seconds a fifth too long, is one of 50 ms; a shape stays."""
     names = ("actuator_lag", "sample_period_error", "stribeck_friction")
-    worlds = Worlds(Study([log(0)], ideal_model(), names, time_step=STEP))
+    worlds = SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP))
     pool = pool_of(worlds)
     fit = started(pool, actuator_lag=0.06, sample_period_error=1.2, stribeck_friction=0.5)
     kept, values = without(fit, "sample_period_error", worlds)
@@ -398,7 +400,7 @@ def test_a_smaller_set_is_compared_at_its_best() -> None:
     """A cause that does nothing is worth nothing, though the set without it was left far off."""
     names = ("coulomb_friction", "viscous_friction", "load_dependent_friction")
     logs = [log(n) for n in range(3)]
-    pool = pool_of(Worlds(Study(logs, ideal_model(), names, time_step=STEP)))
+    pool = pool_of(SearchWorlds(Study(logs, ideal_model(), names, time_step=STEP)))
     start = started(pool, viscous_friction=1.0, coulomb_friction=0.5, load_dependent_friction=0.0)
     (fit,) = refit(pool.worlds, [start], pool.floors, iterations=12)
     far = started(pool, viscous_friction=0.1, coulomb_friction=3.0)
@@ -408,7 +410,7 @@ def test_a_smaller_set_is_compared_at_its_best() -> None:
     assert far.score > fit.score + 1.0
 
 
-def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: Worlds) -> None:
+def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: SearchWorlds) -> None:
     """What jumps may miss more: only the model that leaves something is given that."""
     pool, plain = pool_of(worlds), floors_of(worlds, ("coulomb_friction",))
     first, rest, speed = worlds.study.table.columns("stribeck_friction")
@@ -426,7 +428,9 @@ def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: Worlds) -
     assert pool.floors.theta > 2.0 * plain.theta
 
 
-def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(worlds: Worlds) -> None:
+def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(
+    worlds: SearchWorlds,
+) -> None:
     """The sets without them saw all parts: refits that did not see a part do worse there."""
     pool = pool_of(worlds)
     start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
@@ -441,7 +445,7 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(world
         assert pool.bar(name) < float(gains[name].sum()) < float((other - own).sum()) + 0.01
 
 
-def test_what_is_left_out_tells_nothing_of_what_it_alone_shows(worlds: Worlds) -> None:
+def test_what_is_left_out_tells_nothing_of_what_it_alone_shows(worlds: SearchWorlds) -> None:
     """A direction of which the seen rows tell a tenth is held; one that they tell is not."""
     seen = np.arange(1000) < 900
     slopes = np.zeros((1000, 2))
@@ -453,10 +457,10 @@ def test_what_is_left_out_tells_nothing_of_what_it_alone_shows(worlds: Worlds) -
     assert hold[0, 0] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_what_is_stated_is_a_cause_beyond_its_tolerance_alone(worlds: Worlds) -> None:
+def test_what_is_stated_is_a_cause_beyond_its_tolerance_alone(worlds: SearchWorlds) -> None:
     """A cell's gain stays within 3 % unless it is a cause; six tolerances then cost 5 nat."""
     logs, causes = worlds.study.wholes, ("load_cell_gain",)
-    own = Worlds(Study(logs, ideal_model(), causes, time_step=SEARCH_STEP, tolerant=True))
+    own = SearchWorlds(Study(logs, ideal_model(), causes, time_step=SEARCH_STEP, tolerant=True))
     (column,) = own.study.table.columns("load_cell_gain")
     inside, beyond = start_fits(own, [((), {column: 1.2}), (("load_cell_gain",), {column: 1.2})],
                                 floors_of(own, ()))  # fmt: skip
@@ -470,7 +474,7 @@ def test_what_is_stated_is_a_cause_beyond_its_tolerance_alone(worlds: Worlds) ->
 
 @pytest.mark.parametrize("is_left", [False, True])
 def test_beside_what_no_cause_explains_a_name_costs_three_prices(
-    worlds: Worlds, monkeypatch: pytest.MonkeyPatch, is_left: bool
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch, is_left: bool
 ) -> None:
     """A cause that is worth two prices is suspected where something is left, and else named."""
     pool = pool_of(worlds)
@@ -484,7 +488,7 @@ def test_beside_what_no_cause_explains_a_name_costs_three_prices(
     assert [c.name for c in criteria if not c.passed] == [REMAINS] * is_left
 
 
-def test_forms_of_one_friction_may_be_further_behind(worlds: Worlds) -> None:
+def test_forms_of_one_friction_may_be_further_behind(worlds: SearchWorlds) -> None:
     """Dry frictions of a gear are one family; what its load presses out of it is another."""
     pool = pool_of(worlds)
     near, far = (room(pool, "coulomb_friction", name)
@@ -492,13 +496,13 @@ def test_forms_of_one_friction_may_be_further_behind(worlds: Worlds) -> None:
     assert (near, far) == pytest.approx((PRICE, 5.0 * PRICE))
 
 
-def test_a_model_states_tolerances_of_its_own(worlds: Worlds) -> None:
+def test_a_model_states_tolerances_of_its_own(worlds: SearchWorlds) -> None:
     """Half the tolerance is half the room; what nothing states has none, and is refused."""
     logs, causes = worlds.study.wholes, ("load_cell_gain",)
 
     def room(**tolerances: float) -> float:
         model = replace(ideal_model(), tolerances=tolerances)
-        own = Worlds(Study(logs, model, causes, time_step=SEARCH_STEP, tolerant=True))
+        own = SearchWorlds(Study(logs, model, causes, time_step=SEARCH_STEP, tolerant=True))
         low, high = own.as_built(own.study.table.columns("load_cell_gain")[0])
         return high - low
 
@@ -522,7 +526,7 @@ def replace_names(fit: Any, *names: str) -> Any:
     return SimpleNamespace(**{**vars(fit), "names": names})
 
 
-def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: Worlds) -> None:
+def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -> None:
     """Sets that are as likely share the weight; one with a refused cause has none."""
     pool = pool_of(worlds)
     one, two = started(pool, viscous_friction=1.0), started(pool, coulomb_friction=0.5)
@@ -538,7 +542,7 @@ def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: Worlds) -> None
     assert probabilities(pool, found, fit, classes, ())["viscous_friction"] == pytest.approx(1.0)
 
 
-def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: Worlds) -> None:
+def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: SearchWorlds) -> None:
     """Two steps with the derivatives of the whole set tell; its own lead no nearer."""
     pool, followed = pool_of(worlds), pool_of(worlds)
     start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
@@ -549,7 +553,7 @@ def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: Worl
         assert ends[name].score - fit.score > CLEAR * PRICE
 
 
-def test_an_interval_that_holds_none_names_nothing(worlds: Worlds) -> None:
+def test_an_interval_that_holds_none_names_nothing(worlds: SearchWorlds) -> None:
     """Stribeck's speed shapes it: its two forces alone tell whether there is any."""
     study, table = worlds.study, worlds.study.table
     (viscous,) = table.columns("viscous_friction")

@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hardware.cameras.base import Camera
-from hardware.cameras.line_camera import LineCamera, read_line
-from hardware.clock import Clock, MonotonicClock
-from hardware.load_cells.framing import crc8
-from hardware.virtual_bench import LockstepBench, VirtualPorts
-from hardware.virtual_bench.physics.constants import HandBallConstants
+from tendon_hardware.cameras.camera_type import Camera
+from tendon_hardware.cameras.line_camera import LineCamera, read_line
+from tendon_hardware.clock import Clock, MonotonicClock
+from tendon_hardware.load_cells.framing import crc8
+from tendon_hardware.virtual_bench import LockstepBench, VirtualPorts
+from tendon_hardware.virtual_bench.physics.constants import HandBallConstants
 
 Opened = Generator[tuple[Camera, Clock]]
 

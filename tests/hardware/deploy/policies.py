@@ -126,7 +126,7 @@ def policy_of(
     run: Callable[[np.ndarray], Any], card: PolicyCard | None = None, **changes: Any
 ) -> Any:
     """Make a policy of a function of the latest sample, without a file."""
-    from hardware.control.policy_runner import Policy
+    from tendon_hardware.control.policy_runner import Policy
 
     card = card or card_of(**changes)
     width = len(card.observation)

@@ -8,22 +8,22 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.benches.bench import Bench, open_bench
-from hardware.benches.bench_address import BenchAddress, DriveAddress
-from hardware.benches.virtual_calibration import calibrated_twins
-from hardware.control.goals import FixedGoal, Goals
-from hardware.control.keyboard import Keyboard
-from hardware.control.operator import Progress, SilentOperator
-from hardware.control.pilot import Pilot, PilotStep, PolicyPilot
-from hardware.control.policy_runner import Policy
-from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.load_cells.calibration_file import write_calibration
-from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.safety_rules.rules_applied import Trip
-from hardware.servos.base import ServoState
-from hardware.servos.families import FAMILIES
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
+from tendon_hardware.benches.virtual_calibration import calibrated_twins
+from tendon_hardware.control.goals import FixedGoal, Goals
+from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.control.operator import OperatorProgress, SilentOperator
+from tendon_hardware.control.pilot import Pilot, PilotStep, PolicyPilot
+from tendon_hardware.control.policy_runner import Policy
+from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.load_cells.calibration_file import write_calibration
+from tendon_hardware.safety_rules.force_estimate import ForceEstimate
+from tendon_hardware.safety_rules.rules_applied import Trip
+from tendon_hardware.servos.base import ServoState
+from tendon_hardware.servos.families import FAMILIES
+from tendon_hardware.stop_request import StopRequest
 from tests.hardware.deploy.policies import policy_of
 
 WATCHDOG, FORGOTTEN = 0.22, 0.6
@@ -96,14 +96,14 @@ class Watching(SilentOperator):
 
     def __init__(self) -> None:
         super().__init__()
-        self.shown: list[Progress] = []
+        self.shown: list[OperatorProgress] = []
         self.announced: list[str] = []
 
     def announce(self, text: str) -> None:
         """Keep what is no alarm."""
         self.announced.append(text)
 
-    def show(self, progress: Progress) -> None:
+    def show(self, progress: OperatorProgress) -> None:
         """Keep the figures."""
         self.shown.append(progress)
 

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.benches.bench import Bench
-from hardware.control.goals import stairs
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_log import read_steps
-from hardware.deployment.deploy_replay import replay_log
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.safety_rules.rule_limits import DeployLimits
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench import Bench
+from tendon_hardware.control.goals import stairs
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_log import read_steps
+from tendon_hardware.deployment.deploy_replay import replay_log
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.safety_rules.rule_limits import DeployLimits
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset
@@ -229,9 +229,9 @@ def test_a_hand_can_move_the_spool(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_a_key_moves_the_spool_slowly() -> None:
     """Ten presses ask for 1 rad at once; the command gets there at 0.5 rad/s."""
-    from hardware.control.goals import FixedGoal
-    from hardware.control.pilot import JogPilot
-    from hardware.servos.host_position_loop import HostPositionLoop
+    from tendon_hardware.control.goals import FixedGoal
+    from tendon_hardware.control.pilot import JogPilot
+    from tendon_hardware.servos.host_position_loop import HostPositionLoop
     from tendon_newton.workflows.deployment import JOG_DUTY, JOG_GAIN
 
     goal = FixedGoal(0.0, (-3.0, 6.0), 0.1)
@@ -348,7 +348,7 @@ def test_a_second_signal_does_not_wait_for_the_tendon() -> None:
 
 def test_what_ended_a_run_is_said_last(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Where the log cannot be listed either, that is told before; the file is named."""
-    from hardware.errors import SafetyStop
+    from tendon_hardware.errors import SafetyStop
     from tendon_newton.cli.terminal import Terminal
     from tendon_newton.workflows.deployment import conclude
     from tendon_newton.workflows.options import DeployOptions

@@ -10,10 +10,10 @@ import pytest
 import torch
 from torch import nn
 
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
-from hardware.safety_rules.rule_limits import DeployLimits
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
+from tendon_hardware.safety_rules.rule_limits import DeployLimits
 from tendon_newton.errors import InvalidNetworkFile
 from tests.hardware.deploy.policies import write_onnx
 from tests.hardware.deploy.runs import Flight

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.control.goals import LineGoals, parse_goal, read_goals
-from hardware.control.keyboard import split_keys
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.virtual_bench import Faults
+from tendon_hardware.control.goals import LineGoals, parse_goal, read_goals
+from tendon_hardware.control.keyboard import split_keys
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.virtual_bench import Faults
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.errors import TendonNewtonError
 from tests.fuzz.mutations import flip

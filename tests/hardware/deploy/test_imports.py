@@ -14,11 +14,11 @@ MEMORY_MAX = 150.0
 @pytest.mark.parametrize(
     "module",
     [
-        "hardware.deployment.deploy",
-        "hardware.deployment.deploy_plot",
-        "hardware.deployment.deploy_replay",
-        "hardware.deployment.svg_panels",
-        "hardware.safety_rules.force_estimate",
+        "tendon_hardware.deployment.deploy",
+        "tendon_hardware.deployment.deploy_plot",
+        "tendon_hardware.deployment.deploy_replay",
+        "tendon_hardware.deployment.svg_panels",
+        "tendon_hardware.safety_rules.force_estimate",
         "tendon_newton.cli.deploy",
         "tendon_newton.cli.plot",
         "tendon_newton.workflows.deployment",

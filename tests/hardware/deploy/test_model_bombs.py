@@ -9,8 +9,8 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from hardware.control.policy_runner import load_policy
-from hardware.safety_rules.force_estimate import load_estimate
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.safety_rules.force_estimate import load_estimate
 from tendon_newton.data.cards.policy_card import CARD_KEY
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
 from tests.bad_input.memory import peak_memory

@@ -11,12 +11,12 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.control.goals import FixedGoal
-from hardware.deployment.deploy_log import read_steps
-from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
-from hardware.errors import PolicyMismatch
-from hardware.servos.host_position_loop import HostPositionLoop
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.control.goals import FixedGoal
+from tendon_hardware.deployment.deploy_log import read_steps
+from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from tendon_hardware.errors import PolicyMismatch
+from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.cards.policy_observation import motor_command
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile

@@ -12,10 +12,10 @@ import pytest
 import torch
 from torch import nn
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_settings import DeploySettings, refuse_mismatch
-from hardware.errors import PolicyMismatch
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_settings import DeploySettings, refuse_mismatch
+from tendon_hardware.errors import PolicyMismatch
 from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard, PolicyTraining
 from tendon_newton.errors import InvalidPolicyFile, UntrustedNetworkFile
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript

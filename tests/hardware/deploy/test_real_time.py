@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hardware.deployment.deploy_settings import DeploySettings
-from hardware.virtual_bench import Faults, VirtualPorts
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.virtual_bench import Faults, VirtualPorts
 from tests.faults.kill import ATTEMPTS, BUSY, HARMS, WAYS, Program, policy_file, released
 from tests.hardware.deploy.runs import Flight
 

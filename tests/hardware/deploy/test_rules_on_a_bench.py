@@ -8,9 +8,9 @@ import signal
 
 import pytest
 
-from hardware.control.keyboard import Keyboard
-from hardware.safety_rules.rules import SAFETY_RULES
-from hardware.virtual_bench import Faults
+from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.safety_rules.rules import SAFETY_RULES
+from tendon_hardware.virtual_bench import Faults
 from tests.faults.cases import ALLOWED, CASES, SETTINGS, moments
 from tests.hardware.deploy.runs import Flight, Watching
 

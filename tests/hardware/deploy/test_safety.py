@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from hardware.safety_rules.bench_limits import SafetyLimits
-from hardware.safety_rules.rule_limits import DeployLimits, limits_for
-from hardware.safety_rules.rules import HARDNESS, SAFETY_RULES, Glance
-from hardware.safety_rules.rules_applied import SafetyGuard
-from hardware.servos import SERVOS
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.safety_rules.rule_limits import DeployLimits, limits_for
+from tendon_hardware.safety_rules.rules import HARDNESS, SAFETY_RULES, Glance
+from tendon_hardware.safety_rules.rules_applied import SafetyGuard
+from tendon_hardware.servos import SERVOS
 from tendon_newton.errors import InvalidParameter
 
 WELL = Glance(

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware.benches.bench import Bench, open_bench
-from hardware.benches.bench_address import BenchAddress, DriveAddress
-from hardware.control.goals import stairs
-from hardware.control.policy_runner import Policy
-from hardware.deployment.deploy_log import read_steps, step_table
-from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
-from hardware.errors import PolicyMismatch, ServoSilent
-from hardware.stop_request import StopRequest
-from hardware.virtual_bench import FaultEvent, VirtualPorts
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
+from tendon_hardware.control.goals import stairs
+from tendon_hardware.control.policy_runner import Policy
+from tendon_hardware.deployment.deploy_log import read_steps, step_table
+from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from tendon_hardware.errors import PolicyMismatch, ServoSilent
+from tendon_hardware.stop_request import StopRequest
+from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_card import FurtherServo
 from tendon_newton.data.cards.policy_observation import ObservationHistory

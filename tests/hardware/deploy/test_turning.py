@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware.benches.bench import Bench, open_bench
-from hardware.benches.bench_address import BenchAddress, DriveAddress
-from hardware.control.ball_pilot import BallPilot
-from hardware.control.goals import FixedGoal
-from hardware.control.keyboard import Keyboard
-from hardware.control.policy_runner import Policy, load_policy
-from hardware.deployment.ball_watch import BallWatch
-from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
-from hardware.deployment.deploy_log import read_steps
-from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
-from hardware.deployment.turning_report import log_figures, read_truth
-from hardware.errors import BallNotSeen, PolicyMismatch
-from hardware.stop_request import StopRequest
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
+from tendon_hardware.control.ball_pilot import BallPilot
+from tendon_hardware.control.goals import FixedGoal
+from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.control.policy_runner import Policy, load_policy
+from tendon_hardware.deployment.ball_watch import BallWatch
+from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy
+from tendon_hardware.deployment.deploy_log import read_steps
+from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from tendon_hardware.deployment.turning_report import log_figures, read_truth
+from tendon_hardware.errors import BallNotSeen, PolicyMismatch
+from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_session

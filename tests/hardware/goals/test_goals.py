@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.control.datagram_goals import DatagramGoals
-from hardware.control.goals import (
+from tendon_hardware.control.datagram_goals import DatagramGoals
+from tendon_hardware.control.goals import (
     FixedGoal,
     LineGoals,
     open_goals,
@@ -18,7 +18,7 @@ from hardware.control.goals import (
     read_goals,
     stairs,
 )
-from hardware.control.keyboard import Keyboard, split_keys
+from tendon_hardware.control.keyboard import Keyboard, split_keys
 from tendon_newton.errors import InvalidGoal, InvalidParameter
 
 BOUNDS = (0.0, pi / 2.0)

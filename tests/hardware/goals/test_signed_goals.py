@@ -4,9 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from hardware.control.datagram_goals import is_loopback
-from hardware.control.goals import open_goals
-from hardware.control.signed_goals import AGE_MAX, SignedGoals, read_key, signature, signed_goal
+from tendon_hardware.control.datagram_goals import is_loopback
+from tendon_hardware.control.goals import open_goals
+from tendon_hardware.control.signed_goals import (
+    AGE_MAX,
+    SignedGoals,
+    read_key,
+    signature,
+    signed_goal,
+)
 from tendon_newton.errors import InvalidGoal, InvalidParameter
 
 KEY = b"a key of thirty-two random bytes"

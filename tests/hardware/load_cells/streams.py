@@ -1,6 +1,6 @@
 """Streams of bytes with known contents."""
 
-from hardware.load_cells.framing import Frame, crc8
+from tendon_hardware.load_cells.framing import Frame, crc8
 
 
 def encode_frame(frame: Frame) -> bytes:
@@ -37,7 +37,7 @@ class WrittenStream:
     def open(self) -> None:
         """Count the openings; a stream that is lost stays so."""
         if self.lost:
-            from hardware.errors import PortUnavailable
+            from tendon_hardware.errors import PortUnavailable
 
             raise PortUnavailable("written: no such port")
         self.openings += 1

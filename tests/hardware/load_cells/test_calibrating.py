@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.errors import InvalidCalibration, LoadCellSilent
-from hardware.load_cells.calibrating import CalibrationPlan
-from hardware.load_cells.calibration import STANDARD_GRAVITY
-from hardware.load_cells.calibration_file import load_calibration
-from hardware.load_cells.calibration_session import CalibrationSession, measure_drift
-from hardware.load_cells.hx711_serial import Hx711Serial
-from hardware.load_cells.steadiness import is_steady, take
-from hardware.virtual_bench import LockstepBench
+from tendon_hardware.errors import InvalidCalibration, LoadCellSilent
+from tendon_hardware.load_cells.calibrating import CalibrationPlan
+from tendon_hardware.load_cells.calibration import STANDARD_GRAVITY
+from tendon_hardware.load_cells.calibration_file import load_calibration
+from tendon_hardware.load_cells.calibration_session import CalibrationSession, measure_drift
+from tendon_hardware.load_cells.hx711_serial import Hx711Serial
+from tendon_hardware.load_cells.steadiness import is_steady, take
+from tendon_hardware.virtual_bench import LockstepBench
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
 
 MASSES = (0.2, 0.5, 1.0, 2.0)

@@ -8,10 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.errors import InvalidCalibration
-from hardware.load_cells.calibration import STANDARD_GRAVITY, CalibrationPoint, LoadCellCalibration
-from hardware.load_cells.calibration_file import load_calibration, write_calibration
-from hardware.load_cells.calibration_fit import fit_calibration
+from tendon_hardware.errors import InvalidCalibration
+from tendon_hardware.load_cells.calibration import (
+    STANDARD_GRAVITY,
+    CalibrationPoint,
+    LoadCellCalibration,
+)
+from tendon_hardware.load_cells.calibration_file import load_calibration, write_calibration
+from tendon_hardware.load_cells.calibration_fit import fit_calibration
 
 MASSES = (0.0, 0.2, 0.5, 1.0, 2.0)
 TARE, SLOPE = 84_000.0, 2.0e-5

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from hardware.benches.virtual_calibration import calibrated_twins
-from hardware.collection.collect_settings import CollectSettings
-from hardware.load_cells.base import LoadCellReading
-from hardware.load_cells.cell_doubt import CALM_READINGS, WINDOW, CellDoubt, equal_max
-from hardware.servos import SERVOS
-from hardware.servos.base import ServoState
+from tendon_hardware.benches.virtual_calibration import calibrated_twins
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.load_cells.cell_doubt import CALM_READINGS, WINDOW, CellDoubt, equal_max
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.base import ServoState
 from tests.hardware.recording import Trial
 
 SPEC = SERVOS["xc330_t288_t"]

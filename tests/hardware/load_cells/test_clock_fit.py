@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hardware.errors import LoadCellSilent
-from hardware.load_cells.base import LoadCellReading
-from hardware.load_cells.clock_fit import fit_clock, line_below, runs, unwrap
-from hardware.load_cells.hx711_serial import Hx711Serial
-from hardware.virtual_bench import LockstepBench
+from tendon_hardware.errors import LoadCellSilent
+from tendon_hardware.load_cells.clock_fit import fit_clock, line_below, runs, unwrap
+from tendon_hardware.load_cells.hx711_serial import Hx711Serial
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
+from tendon_hardware.virtual_bench import LockstepBench
 
 PERIOD = 0.0125
 

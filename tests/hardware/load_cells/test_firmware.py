@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.load_cells.framing import decode_line
+from tendon_hardware.load_cells.framing import decode_line
 
 ROOT = Path(__file__).resolve().parents[3]
-PROGRAM = ROOT / "hardware/load_cells/firmware/hx711_usb/hx711_usb.ino"
+PROGRAM = ROOT / "hardware/tendon_hardware/load_cells/firmware/hx711_usb/hx711_usb.ino"
 
 
 def test_the_microcontroller_sends_what_the_reader_reads(tmp_path: Path) -> None:

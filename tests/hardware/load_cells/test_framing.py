@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.load_cells.framing import (
+from tendon_hardware.load_cells.framing import (
     LONGEST_LINE,
     Frame,
     LineSplitter,

@@ -6,8 +6,8 @@ from types import ModuleType
 
 import pytest
 
-from hardware.errors import PortUnavailable
-from hardware.load_cells.hx711_gpio import Hx711Gpio
+from tendon_hardware.errors import PortUnavailable
+from tendon_hardware.load_cells.hx711_gpio import Hx711Gpio
 from tendon_newton.errors import MissingDependency
 
 DATA, CLOCK = 5, 6

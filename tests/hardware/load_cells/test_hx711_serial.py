@@ -4,10 +4,10 @@ import time
 
 import pytest
 
-from hardware.errors import PortBusy, PortUnavailable
-from hardware.load_cells import LOAD_CELLS
-from hardware.load_cells.hx711_serial import Hx711Serial
-from hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
+from tendon_hardware.errors import PortBusy, PortUnavailable
+from tendon_hardware.load_cells import LOAD_CELLS
+from tendon_hardware.load_cells.hx711_serial import Hx711Serial
+from tendon_hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, encode_frame, frame, lines
 
 

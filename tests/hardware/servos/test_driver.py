@@ -4,17 +4,17 @@ from math import nan
 
 import pytest
 
-from hardware.errors import (
+from tendon_hardware.errors import (
     CommandNotFinite,
     ServoAlert,
     ServoSilent,
     SettingMismatch,
     UnsupportedServo,
 )
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.virtual_bench import LockstepBench
-from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from tendon_newton.errors import InvalidParameter
 from tests.hardware.servos.virtual_servo import LOOP, VirtualServo
 

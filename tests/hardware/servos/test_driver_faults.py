@@ -2,14 +2,14 @@
 
 import pytest
 
-from hardware.errors import (
+from tendon_hardware.errors import (
     PortLost,
     ServoAlert,
     ServoReset,
     ServoSilent,
     WatchdogTripped,
 )
-from hardware.virtual_bench import Faults
+from tendon_hardware.virtual_bench import Faults
 from tests.hardware.servos.virtual_servo import VirtualServo
 
 TORQUE, WATCHDOG = 64, 98

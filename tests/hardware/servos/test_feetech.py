@@ -5,14 +5,27 @@ from math import pi
 import numpy as np
 import pytest
 
-from hardware.errors import ServoAlert, ServoRefused, ServoReset, ServoSilent, UnsupportedServo
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.servos.feetech.packets import BROADCAST, PING, READ, WRITE, FeetechPackets, frame
-from hardware.servos.host_position_loop import HostPositionLoop
-from hardware.virtual_bench import Faults, LockstepBench
-from hardware.virtual_bench.memory import feetech_table as at
-from hardware.virtual_bench.memory.feetech_table import STS3215
+from tendon_hardware.errors import (
+    ServoAlert,
+    ServoRefused,
+    ServoReset,
+    ServoSilent,
+    UnsupportedServo,
+)
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.servos.feetech.feetech_packets import (
+    BROADCAST,
+    PING,
+    READ,
+    WRITE,
+    FeetechPackets,
+    frame,
+)
+from tendon_hardware.servos.host_position_loop import HostPositionLoop
+from tendon_hardware.virtual_bench import Faults, LockstepBench
+from tendon_hardware.virtual_bench.memory import feetech_table as at
+from tendon_hardware.virtual_bench.memory.feetech_table import STS3215
 from tests.hardware.servos.virtual_servo import VirtualServo
 
 LOOP = HostPositionLoop(gain=1.5, offset=0.0, duty_limit=0.6, position_range=(-1.0, 9.0))

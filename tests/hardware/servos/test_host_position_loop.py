@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.errors import CommandNotFinite
-from hardware.servos.host_position_loop import HostPositionLoop
+from tendon_hardware.errors import CommandNotFinite
+from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_newton.errors import InvalidParameter
 
 angles = st.floats(-20.0, 20.0)

@@ -8,16 +8,16 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from hardware.errors import WatchdogTripped
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.virtual_bench import FaultEvent, VirtualPorts
+from tendon_hardware.errors import WatchdogTripped
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
 
 RETRIES = 8
 DRIVE = """
 import sys, time
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
 servo = BusServo(SERVOS["sts3215"], sys.argv[1], retries=8)
 servo.open()
 servo.configure(watchdog_s=0.4)
@@ -127,7 +127,7 @@ def test_a_cable_that_comes_back_finds_the_servo(servo: BusServo, ports: Virtual
 
 def reads(servo: BusServo) -> bool:
     """Tell whether a state is read."""
-    from hardware.errors import HardwareFault
+    from tendon_hardware.errors import HardwareFault
 
     try:
         servo.read_state()

@@ -13,11 +13,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from hardware.errors import PortBusy, PortLost, PortUnavailable, ServoSilent
-from hardware.serial_ports import PortLock, holders, latency_timer, lock_path
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.virtual_bench import FaultEvent, VirtualPorts
+from tendon_hardware.errors import PortBusy, PortLost, PortUnavailable, ServoSilent
+from tendon_hardware.serial_ports import PortLock, holders, latency_timer, lock_path
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
 
 RETRIES = 20
 
@@ -54,8 +54,8 @@ def test_the_sdk_drives_the_servo_over_a_port(servo: BusServo, ports: VirtualPor
 def test_a_second_program_is_told_who_has_the_port(servo: BusServo, ports: VirtualPorts) -> None:
     """Two openers would take each other's answers; the message names the process."""
     code = (
-        "import sys; from hardware.servos import SERVOS;"
-        "from hardware.servos.bus_servo import BusServo;"
+        "import sys; from tendon_hardware.servos import SERVOS;"
+        "from tendon_hardware.servos.bus_servo import BusServo;"
         "BusServo(SERVOS['xc330_t288_t'], sys.argv[1]).open()"
     )
     second = subprocess.run(
@@ -73,7 +73,7 @@ def test_a_second_program_is_told_who_has_the_port(servo: BusServo, ports: Virtu
 def test_a_killed_program_gives_the_port_back(ports: VirtualPorts) -> None:
     """The system releases the lock of a dead process."""
     code = (
-        "import sys, time; from hardware.serial_ports import PortLock;"
+        "import sys, time; from tendon_hardware.serial_ports import PortLock;"
         "PortLock(sys.argv[1]).acquire(); print('held', flush=True); time.sleep(60)"
     )
     holder = subprocess.Popen(

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.servos import SERVOS
-from hardware.servos.base import alert_words
-from hardware.servos.dynamixel import registers as r
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.base import alert_words
+from tendon_hardware.servos.dynamixel import dynamixel_registers as r
 
 # rows of the data sheets: model number, no-load speed [rev/min], stall torque [N m], voltage,
 # greatest speed [counts] after a reset, which the data sheet sets just beyond the no-load speed

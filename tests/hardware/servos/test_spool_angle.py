@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.servos import SERVOS
-from hardware.servos.spool_angle import SpoolAngle
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.spool_angle import SpoolAngle
 
 SPEC = SERVOS["xc330_t288_t"]
 TURN = SPEC.counts_per_turn

@@ -1,10 +1,10 @@
 """A driver on an emulated bus that runs as fast as it can."""
 
-from hardware.servos import SERVOS
-from hardware.servos.bus_servo import BusServo
-from hardware.servos.host_position_loop import HostPositionLoop
-from hardware.virtual_bench import FaultEvent, LockstepBench
-from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
+from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.servos.host_position_loop import HostPositionLoop
+from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
+from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 
 TICK = 0.0125
 """Period of a loop at 80 Hz [s]."""

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench import LockstepBench
 
 ID = 1
 SUCCESS, SILENT, BROKEN = 0, -3001, -3002

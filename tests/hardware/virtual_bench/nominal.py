@@ -2,22 +2,27 @@
 
 from dataclasses import replace
 
-from hardware.virtual_bench.physics.constants import (
+from tendon_hardware.virtual_bench.physics.constants import (
     LoadCellConstants,
     ServoConstants,
     SliderConstants,
     TendonConstants,
 )
-from hardware.virtual_bench.physics.unit import BENCHES, LineConstants, Unit, servo_count
+from tendon_hardware.virtual_bench.physics.unit import (
+    BENCHES,
+    BenchUnit,
+    LineConstants,
+    servo_count,
+)
 
 
-def nominal_unit(bench: str) -> Unit:
+def nominal_unit(bench: str) -> BenchUnit:
     """Return the nominal unit of a bench."""
     servo, tendon, cell = ServoConstants(), TendonConstants(), LoadCellConstants()
     line = LineConstants(servo=servo, tendon=tendon, load_cell=cell)
     if isinstance(BENCHES[bench], SliderConstants):
         tendon = replace(tendon, routing_friction=0.0)
-    return Unit(
+    return BenchUnit(
         bench=bench,
         seed=-1,
         servo=servo,

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hardware.virtual_bench import VirtualPorts
-from hardware.virtual_bench.emulation.plant import Plant
-from hardware.virtual_bench.physics.antagonist import AntagonistFinger, Crossing
-from hardware.virtual_bench.physics.constants import AntagonistConstants
+from tendon_hardware.virtual_bench import VirtualPorts
+from tendon_hardware.virtual_bench.emulation.plant import Plant
+from tendon_hardware.virtual_bench.physics.antagonist import AntagonistFinger, Crossing
+from tendon_hardware.virtual_bench.physics.constants import AntagonistConstants
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.hardware.virtual_bench.link import PWM, PWM_GOAL, SUCCESS, TORQUE, Link

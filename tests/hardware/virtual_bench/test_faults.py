@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hardware.load_cells.framing import decode_line
-from hardware.virtual_bench import FaultEvent, Faults
+from tendon_hardware.load_cells.framing import decode_line
+from tendon_hardware.virtual_bench import FaultEvent, Faults
 from tendon_newton.errors import InvalidParameter, UnknownName
 from tests.hardware.virtual_bench.link import BROKEN, ID, POSITION, SILENT, SUCCESS, Link
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.virtual_bench.memory.protocol import (
+from tendon_hardware.virtual_bench.memory.protocol import (
     PING,
     READ,
     REBOOT,

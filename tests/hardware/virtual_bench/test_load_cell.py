@@ -5,9 +5,9 @@ import random
 import numpy as np
 import pytest
 
-from hardware.load_cells.framing import LineSplitter, decode_line
-from hardware.virtual_bench.physics.constants import LoadCellConstants
-from hardware.virtual_bench.physics.load_cell import GRAVITY, LoadCellBoard
+from tendon_hardware.load_cells.framing import LineSplitter, decode_line
+from tendon_hardware.virtual_bench.physics.constants import LoadCellConstants
+from tendon_hardware.virtual_bench.physics.load_cell import GRAVITY, LoadCellBoard
 from tests.hardware.virtual_bench.link import Link
 
 

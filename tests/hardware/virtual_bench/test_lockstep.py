@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from hardware.virtual_bench.memory.control_table import XL330_M288_T
+from tendon_hardware.virtual_bench.memory.control_table import XL330_M288_T
 from tests.hardware.virtual_bench.link import ID, POSITION_GOAL, SUCCESS, Link
 
 PLAN = 36.0 * 60.0  # [s] of data in the paper

@@ -10,19 +10,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hardware.virtual_bench.emulation.plant import Plant
-from hardware.virtual_bench.physics.constants import (
+from tendon_hardware.virtual_bench.emulation.plant import Plant
+from tendon_hardware.virtual_bench.physics.constants import (
     BENCH_SEEDS,
     FingerConstants,
     ServoConstants,
     SliderConstants,
     TendonConstants,
 )
-from hardware.virtual_bench.physics.mechanisms import Finger, Slider
-from hardware.virtual_bench.physics.motor import Motor
-from hardware.virtual_bench.physics.obstacle import Obstacle, grips
-from hardware.virtual_bench.physics.tendon import Tendon
-from hardware.virtual_bench.physics.unit import SERVOS, draw_unit
+from tendon_hardware.virtual_bench.physics.mechanisms import Finger, Slider
+from tendon_hardware.virtual_bench.physics.motor import Motor
+from tendon_hardware.virtual_bench.physics.obstacle import BenchObstacle, grips
+from tendon_hardware.virtual_bench.physics.tendon import BenchTendon
+from tendon_hardware.virtual_bench.physics.unit import SERVOS, draw_unit
 from tendon_newton.errors import UnknownName
 from tests.hardware.virtual_bench.nominal import nominal_unit
 
@@ -112,7 +112,7 @@ def test_the_capstan_keeps_its_ratio_and_holds_between() -> None:
     """Winding in slips at F = T e^phi, paying out at F = T e^-phi; between, the guide holds."""
     c = TendonConstants(slack=0.0)
     ratio = math.exp(c.guide_friction + c.routing_friction)
-    tendon = Tendon(c)
+    tendon = BenchTendon(c)
     for k in range(200):
         tendon.settle(1e-5 * k, 0.0)
     assert tendon.spool_side / tendon.mechanism_side == pytest.approx(ratio)
@@ -127,7 +127,7 @@ def test_the_capstan_keeps_its_ratio_and_holds_between() -> None:
 def test_a_slack_line_pulls_nothing_and_a_taut_one_is_two_springs() -> None:
     """Up to the slack there is no tension; beyond, without a guide, that of springs in series."""
     c = TendonConstants(slack=1e-3, guide_friction=0.0, routing_friction=0.0)
-    tendon = Tendon(c)
+    tendon = BenchTendon(c)
     tendon.settle(0.9e-3, 0.0)
     assert tendon.spool_side == 0.0
     tendon.settle(2e-3, 0.0)
@@ -221,7 +221,7 @@ def test_a_maxwell_branch_relaxes_in_its_time() -> None:
 def test_the_guide_never_adds_power() -> None:
     """Whatever both ends do, what the spool puts in covers what comes out and what is kept."""
     c = TendonConstants(slack=0.0)
-    tendon, rng = Tendon(c), random.Random(4)
+    tendon, rng = BenchTendon(c), random.Random(4)
     ka, kb = c.spool_side_stiffness, c.mechanism_side_stiffness
     wound = excursion = work = kept = 0.0
     for _ in range(20_000):
@@ -265,7 +265,7 @@ def test_units_stay_within_their_spreads() -> None:
 def trace(bench: str, obstacle: str, time_step: float) -> np.ndarray:
     """Return the tension at the load cell [N], 80 times a second, under steps and a sine."""
     plant = Plant(draw_unit(bench, 1), time_step=time_step)
-    plant.obstacle = Obstacle(grips(obstacle, 3))
+    plant.obstacle = BenchObstacle(grips(obstacle, 3))
     registers = plant.registers
     registers.write(11, bytes([16]), 0)
     registers.write(64, bytes([1]), 0)
@@ -327,7 +327,7 @@ def test_the_same_servo_is_on_every_bench() -> None:
 def test_a_blocked_finger_stops_at_the_block() -> None:
     """Against a tape roll the spool hardly moves past half closure while the tension rises."""
     blocked = Plant(nominal_unit("finger"))
-    blocked.obstacle = Obstacle(grips("tape_roll", 0))
+    blocked.obstacle = BenchObstacle(grips("tape_roll", 0))
     blocked.registers.write(11, bytes([16]), 0)
     blocked.registers.write(64, bytes([1]), 0)
     blocked.registers.write(100, (400).to_bytes(2, "little"), 0)

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from hardware.virtual_bench import FaultEvent, Faults, VirtualPorts, open_virtual
-from hardware.virtual_bench.process import InvalidVirtualBench, parse_word
+from tendon_hardware.virtual_bench import FaultEvent, Faults, VirtualPorts, open_virtual
+from tendon_hardware.virtual_bench.process import InvalidVirtualBench, parse_word
 from tendon_newton.errors import UnknownName
 from tests.hardware.virtual_bench.link import ID, SUCCESS, Link
 
@@ -147,7 +147,7 @@ def test_process_and_lockstep_are_the_same_bench() -> None:
 def test_a_bench_ends_with_its_owner_and_leaves_nothing() -> None:
     """Killed without a word, the owner's bench ends by itself and takes its folder along."""
     program = (
-        "import os, signal; from hardware.virtual_bench import open_virtual;"
+        "import os, signal; from tendon_hardware.virtual_bench import open_virtual;"
         "v = open_virtual('virtual'); print(v.process_id, v.folder, flush=True);"
         "os.kill(os.getpid(), signal.SIGKILL)"
     )

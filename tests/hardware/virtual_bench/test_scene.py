@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.virtual_bench.physics.constants import (
+from tendon_hardware.virtual_bench.physics.constants import (
     TIME_STEP,
     HandBallConstants,
     HandConstants,
 )
-from hardware.virtual_bench.physics.scene import SCENES, Scene
-from hardware.virtual_bench.physics.unit import draw_unit
+from tendon_hardware.virtual_bench.physics.scene import SCENES, Scene
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tendon_newton.errors import MissingDependency
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
 from tendon_newton.mechanisms.geometry.parts import excursion

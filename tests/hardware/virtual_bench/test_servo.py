@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.virtual_bench import FaultEvent
-from hardware.virtual_bench.memory.control_table import XL330_M288_T
-from hardware.virtual_bench.memory.protocol import frame
+from tendon_hardware.virtual_bench import FaultEvent
+from tendon_hardware.virtual_bench.memory.control_table import XL330_M288_T
+from tendon_hardware.virtual_bench.memory.protocol import frame
 from tests.hardware.virtual_bench.link import (
     EXTENDED,
     ID,

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from hardware.virtual_bench.emulation.truth import actuator_effects
-from hardware.virtual_bench.physics.constants import ServoConstants
-from hardware.virtual_bench.physics.motor import Motor
-from hardware.virtual_bench.physics.unit import draw_unit
+from tendon_hardware.virtual_bench.emulation.truth import actuator_effects
+from tendon_hardware.virtual_bench.physics.constants import ServoConstants
+from tendon_hardware.virtual_bench.physics.motor import Motor
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tendon_newton.data.gear_friction import quasi_static_gear
 
 SPEED = 0.8  # [rad/s] so fast that nothing is left of what holds at rest

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.virtual_bench import LockstepBench
-from hardware.virtual_bench.emulation.truth import sensor_effects, write_plant_file
-from hardware.virtual_bench.physics.planted import PLANTINGS, plant_causes, planted_causes
-from hardware.virtual_bench.physics.tendon import Tendon
-from hardware.virtual_bench.physics.unit import BENCHES, Unit, draw_unit
-from hardware.virtual_bench.physics.wear import NEW, SLIP, worn
-from hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench.emulation.truth import sensor_effects, write_plant_file
+from tendon_hardware.virtual_bench.physics.planted import PLANTINGS, plant_causes, planted_causes
+from tendon_hardware.virtual_bench.physics.tendon import BenchTendon
+from tendon_hardware.virtual_bench.physics.unit import BENCHES, BenchUnit, draw_unit
+from tendon_hardware.virtual_bench.physics.wear import NEW, SLIP, worn
+from tendon_hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
 from tendon_newton.errors import UnknownName
 
 
@@ -46,7 +46,7 @@ def test_a_slipped_spool_leaves_the_tendon_loose_by_what_it_slipped() -> None:
         slips.append((loose - unit.tendon.slack) / unit.servo.spool_radius)
         assert replace(slipped, tendon=unit.tendon) == unit
         for wound, taut in ((loose - 1e-6, False), (loose + 1e-4, True)):
-            line = Tendon(slipped.tendon)
+            line = BenchTendon(slipped.tendon)
             line.settle(wound, 0.0)
             assert (line.spool_side > 0.0) == taut
     assert min(slips) >= SLIP[0]
@@ -73,7 +73,7 @@ def test_each_planting_spoils_what_its_effect_names(name: str, tmp_path: Path) -
             assert changed_effects(unit, spoilt, tmp_path) == {name, *along}
 
 
-def changed_effects(unit: Unit, spoilt: Unit, folder: Path) -> set[str]:
+def changed_effects(unit: BenchUnit, spoilt: BenchUnit, folder: Path) -> set[str]:
     """Return the effects whose numbers differ between the truths of two units."""
     tables = []
     for each in (unit, spoilt):

@@ -15,7 +15,10 @@ from tendon_newton.mechanisms.geometry.obstacles import Obstacle, Plane
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tendon_newton.simulation.mujoco.mujoco_contacts import MujocoContacts, solver_with_contacts
+from tendon_newton.simulation.mujoco.mujoco_rollout_contacts import (
+    MujocoContacts,
+    solver_with_contacts,
+)
 from tests.physics.contact.bodies import FAR, RADIUS, SINK, ground, marble, scene_of, wall
 from tests.physics.replay import replayed
 from tests.physics.runs import GAIN, ideal_model

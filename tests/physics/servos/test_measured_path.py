@@ -13,7 +13,7 @@ from tendon_newton.diagnosis.explanation import OpenClass
 from tendon_newton.diagnosis.next_experiment.separation import propose
 from tendon_newton.diagnosis.search.fixed_set import fit_set
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.errors import InvalidModelFile, InvalidParameter, InvalidRecording
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study
@@ -113,7 +113,7 @@ def test_a_fit_finds_what_led_a_shaft() -> None:
     data = [run(model_of(truth, twist=2.0e-4), path, load) for load in loads]
     start = {name: {key: 1.6 * x for key, x in values.items()} for name, values in truth.items()}
     study = Study(data, model_of(start, ("travel", "twist"), 1.0e-4), tuple(truth))
-    worlds = Worlds(study)
+    worlds = SearchWorlds(study)
     found = fit_set(worlds, model_of(start, ("travel", "twist"), 1.0e-4), tuple(truth))
     values = values_of(worlds, found.columns, found.place)
     numbers = {study.table.owners[column]: value for column, value in values.items()}

@@ -11,7 +11,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile, InvalidRecording
 from tendon_newton.identification import testable
@@ -193,7 +193,7 @@ def test_the_causes_of_a_made_up_servo_are_measured() -> None:
     )
     names = ("command_delay", "actuator_lag", "deadband")
     study = Study([recording], servo_model(), names)
-    worlds = Worlds(study)
+    worlds = SearchWorlds(study)
     fit = fit_set_anew(worlds, servo_model(), names)
     values = list(values_of(worlds, fit.columns, fit.place).values())
     assert values == pytest.approx([delay, lag, band], rel=0.03)

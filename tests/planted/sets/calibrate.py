@@ -31,7 +31,7 @@ def worths_of(sets: Path, price: float, name: str) -> list[dict[str, Any]]:
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.search.decide.account import HELD_OUT, LOSS
     from tendon_newton.diagnosis.search.decide.find_causes import find_causes
-    from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
+    from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
     from tendon_newton.effects import EFFECTS, find_effect
     from tendon_newton.identification.study import Study
     from tendon_newton.identification.testable import testable_effects

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from tests.train.actuator.without_cell.servo_logs import servo_log
-from train.actuator.fitting.training import train_network
-from train.actuator.samples.departure import (
+from tendon_train.actuator.fitting.training import train_network
+from tendon_train.actuator.samples.sample_departure import (
     ANGLE,
     FIRST_SHARE,
     SHARE,
@@ -17,9 +16,10 @@ from train.actuator.samples.departure import (
     departed,
     departing_share,
 )
-from train.actuator.samples.servo_law import FEWEST, NO_LAW, ServoLaw, fit_servo_law
-from train.actuator.samples.windows import Windows, WindowShape, extract_windows, to_device
-from train.actuator.training_config import Purpose, TrainingConfig
+from tendon_train.actuator.samples.servo_law import FEWEST, NO_LAW, ServoLaw, fit_servo_law
+from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows, to_device
+from tendon_train.actuator.training_config import Purpose, TrainingConfig
+from tests.train.actuator.without_cell.servo_logs import servo_log
 
 LAW = ServoLaw(stiffness=6.0, damping=10.0, dry_friction=1.2, load_friction=0.2)
 RATE = 20.0  # Hz

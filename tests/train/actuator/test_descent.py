@@ -5,8 +5,8 @@ import pytest
 import torch
 from torch import nn
 
-from train.actuator.fitting.descent import WARM_UP, Descent, cycle
-from train.actuator.samples.changed_windows import ANGLE, COMMAND, SPEED, ZERO, disturbed
+from tendon_train.actuator.fitting.descent import WARM_UP, Descent, cycle
+from tendon_train.actuator.samples.changed_windows import ANGLE, COMMAND, SPEED, ZERO, disturbed
 
 WINDOWS = torch.zeros(4000, 30, 3)
 

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendon_train.actuator.ideal_baseline import ideal_force, refitted_gain
+from tendon_train.actuator.prediction import ForcePrediction
+from tendon_train.actuator.samples.sample_protocol import Experiment, experiment_of
+from tendon_train.actuator.scoring.scores import score
 from tests.train.actuator.without_cell.servo_logs import GAIN, servo_log
-from train.actuator.ideal import ideal_force, refitted_gain
-from train.actuator.prediction import Prediction
-from train.actuator.samples.protocol import Experiment, experiment_of
-from train.actuator.scoring.scores import score
 
 
-def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> Prediction:
+def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> ForcePrediction:
     """Pair two signals at 80 Hz."""
     recording = servo_log("a.csv", duration=measured.size / 80.0)
     rows = np.arange(measured.size)
-    return Prediction(
+    return ForcePrediction(
         recording=recording, tendon=0, rows=rows, measured=measured, predicted=predicted
     )
 

@@ -8,16 +8,16 @@ import pytest
 import torch
 
 from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
+from tendon_train.actuator.fitting import descent
+from tendon_train.actuator.fitting.checkpoint import RECIPE, TOLERANCE
+from tendon_train.actuator.fitting.training import FittingProgress, train_network
+from tendon_train.actuator.ideal_baseline import ideal_force, refitted_gain
+from tendon_train.actuator.prediction import predict
+from tendon_train.actuator.samples import changed_windows, sample_departure, servo_law
+from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows
+from tendon_train.actuator.training_config import TrainingConfig
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.without_cell.servo_logs import servo_log
-from train.actuator.fitting import descent
-from train.actuator.fitting.checkpoint import RECIPE, TOLERANCE
-from train.actuator.fitting.training import Progress, train_network
-from train.actuator.ideal import ideal_force, refitted_gain
-from train.actuator.prediction import predict
-from train.actuator.samples import changed_windows, departure, servo_law
-from train.actuator.samples.windows import Windows, WindowShape, extract_windows
-from train.actuator.training_config import TrainingConfig
 
 FEW = TrainingConfig(network="mlp", epochs=3, windows_per_epoch=2048, batch=256)
 RECIPE_NUMBERS = {
@@ -118,7 +118,7 @@ def test_an_interrupted_training_goes_on_as_if_it_had_not_been(tmp_path: Path, o
     config = replace(FEW, network="transformer", set=of_set, windows_per_epoch=512)
     whole = weights_of(config, tmp_path / "whole.checkpoint")
 
-    def interrupt(progress: Progress) -> None:
+    def interrupt(progress: FittingProgress) -> None:
         raise KeyboardInterrupt
 
     parts = tmp_path / "parts.checkpoint"
@@ -180,7 +180,7 @@ def test_a_recipe_has_its_numbers() -> None:
     """Whoever changes one of them raises RECIPE, writes the new ones here, and so says it."""
     numbers = {
         f"{module.__name__.rpartition('.')[2]}.{name}": value
-        for module in (changed_windows, departure, descent, servo_law)
+        for module in (changed_windows, sample_departure, descent, servo_law)
         for name, value in vars(module).items()
         if name.isupper() and type(value) in (int, float)
     }

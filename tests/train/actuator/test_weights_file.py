@@ -14,8 +14,8 @@ from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.weights_file import write_weights
+from tendon_train.actuator.models import load_networks
 from tests.train.actuator.network_files import card_of
-from train.actuator.models import load_networks
 
 
 def written(path: Path, kind: str = "transformer", of_set: str = "paper", **changes: Any) -> Path:

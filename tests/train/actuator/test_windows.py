@@ -7,9 +7,9 @@ import pytest
 
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset, InvalidRecording
+from tendon_train.actuator.samples.folds import split_train
+from tendon_train.actuator.samples.windows import WindowShape, extract_windows
 from tests.train.actuator.without_cell.servo_logs import servo_log
-from train.actuator.samples.folds import split_train
-from train.actuator.samples.windows import WindowShape, extract_windows
 
 FULL = WindowShape(pad_start=False)
 

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.worlds.environment import FingerEnvironment
 
 SMALL: dict[str, Any] = {
     "worlds": 6,

@@ -16,10 +16,10 @@ from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.worlds.goal_path import GoalPath
+from tendon_train.policy.worlds.reward import step_reward
 from tests.train.policy.small import environment, random_actions
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.worlds.goal_path import GoalPath
-from train.policy.worlds.reward import step_reward
 
 
 def test_the_policy_sees_what_deployment_builds_bit_for_bit() -> None:

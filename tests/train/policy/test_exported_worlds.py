@@ -11,9 +11,9 @@ from tendon_newton.data.model_file import write_model
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports import EXPORTS
 from tendon_newton.simulation.hosts.replay import bench_of
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.worlds.environment import FingerEnvironment
 from tests.exports.models import ANGLE
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.worlds.environment import FingerEnvironment
 
 TIP = 1.0e-4  # m: what an encoder count moves the tip
 STEPS = {"file": 5.0e-4, "program": 2.0e-4}  # s

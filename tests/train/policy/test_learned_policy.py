@@ -11,21 +11,25 @@ import onnx
 import pytest
 import torch
 
-from hardware.control.pilot import PolicyPilot
-from hardware.control.policy_runner import Policy, load_policy
-from hardware.servos.base import ServoState
+from tendon_hardware.control.pilot import PolicyPilot
+from tendon_hardware.control.policy_runner import Policy, load_policy
+from tendon_hardware.servos.base import ServoState
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_export import ExportedPolicy, export_policy
+from tendon_train.policy.runs.policy_training import Trained, train_policy
+from tendon_train.policy.scoring.evaluation_scores import score, to_markdown
+from tendon_train.policy.scoring.policy_evaluation import (
+    RunnablePolicy,
+    climb_stairs,
+    reachable_error,
+)
+from tendon_train.policy.worlds.observation_tensors import ObservationTensors
 from tests.physics.runs import run_of
 from tests.train.policy.small import stair_goals
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.export import ExportedPolicy, export_policy
-from train.policy.runs.training import Trained, train_policy
-from train.policy.scoring.evaluation import RunnablePolicy, climb_stairs, reachable_error
-from train.policy.scoring.evaluation_scores import score, to_markdown
-from train.policy.worlds.observation_tensors import ObservationTensors
 
 CONFIG = PolicyTrainingConfig(
     environment=EnvironmentConfig(worlds=128, max_step=2.0e-3),

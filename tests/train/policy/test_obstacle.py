@@ -5,9 +5,9 @@ import pytest
 import torch
 
 from tendon_newton.errors import InvalidParameter
+from tendon_train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.worlds.obstacle import SIZES
 from tests.train.policy.small import environment
-from train.policy.worlds.environment import FingerEnvironment
-from train.policy.worlds.obstacle import SIZES
 
 CLOSED = 2.9  # rad, an action that closes the finger
 

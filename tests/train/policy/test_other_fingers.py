@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import torch
 
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_log import step_table
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_log import step_table
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.cards.policy_observation import (
@@ -21,13 +21,13 @@ from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path, closing_tendons
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.runs.policy_export import ExportedPolicy, export_policy
+from tendon_train.policy.runs.policy_training import Trained, train_policy
+from tendon_train.policy.scoring.policy_evaluation import RunnablePolicy, climb_stairs
+from tendon_train.policy.worlds.goal_path import of_each_servo
 from tests.train.policy.small import environment, random_actions
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.runs.export import ExportedPolicy, export_policy
-from train.policy.runs.training import Trained, train_policy
-from train.policy.scoring.evaluation import RunnablePolicy, climb_stairs
-from train.policy.worlds.goal_path import of_each_servo
 
 GOALS = {"finger_routed": 1.88, "finger_antagonist": 1.88, "thumb": 1.7}  # rad
 LEARNED = 0.6

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.control.policy_runner import load_policy
-from hardware.deployment.deploy_log import read_steps
+from tendon_hardware.control.policy_runner import load_policy
+from tendon_hardware.deployment.deploy_log import read_steps
 from tendon_newton.cli import main
 from tendon_newton.mechanisms.asset_library import asset_folder
 

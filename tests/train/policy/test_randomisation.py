@@ -9,9 +9,9 @@ import torch
 
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, UnknownName
+from tendon_train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.worlds.randomisation import BENCH_NUMBERS
 from tests.train.policy.small import environment
-from train.policy.worlds.environment import FingerEnvironment
-from train.policy.worlds.randomisation import BENCH_NUMBERS
 
 PULL = 1.2  # rad
 

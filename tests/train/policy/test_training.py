@@ -7,16 +7,16 @@ import pytest
 import torch
 
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
-from tests.train.policy.small import environment, short_training
-from train.policy.config.training_config import (
+from tendon_train.policy.config.policy_training_config import (
     PolicyTrainingConfig,
     exploration_at,
     learning_rate_at,
     to_rsl_rl,
 )
-from train.policy.runs.curve import CurvePoint, Progress
-from train.policy.runs.process import Process
-from train.policy.runs.training import Trained, train_policy
+from tendon_train.policy.runs.curve import CurvePoint, Progress
+from tendon_train.policy.runs.policy_training import Trained, train_policy
+from tendon_train.policy.runs.training_process import Process
+from tests.train.policy.small import environment, short_training
 
 
 def train(config: PolicyTrainingConfig, out: Path) -> Trained:

@@ -12,13 +12,13 @@ import torch
 
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import sample_of
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import PolicyTrainingConfig
-from train.policy.config.turning_config import TurningConfig
-from train.policy.runs.export import export_policy
-from train.policy.runs.training import train_policy
-from train.policy.worlds.environment import FingerEnvironment
-from train.policy.worlds.turning import Turning
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
+from tendon_train.policy.config.turning_config import TurningConfig
+from tendon_train.policy.runs.policy_export import export_policy
+from tendon_train.policy.runs.policy_training import train_policy
+from tendon_train.policy.worlds.environment import FingerEnvironment
+from tendon_train.policy.worlds.turning import Turning
 
 pytestmark = pytest.mark.slow  # a hand's kernels take a minute to compile
 

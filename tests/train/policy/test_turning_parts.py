@@ -15,14 +15,14 @@ from tendon_newton.data.turning_figures import turning_figures
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
 from tendon_newton.mechanisms.geometry.obstacles import Sphere
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.config.turning_config import TurningConfig
+from tendon_train.policy.worlds.camera import SimulatedCamera
+from tendon_train.policy.worlds.observation_tensors import ObservationTensors
+from tendon_train.policy.worlds.task import TaskOutcome
+from tendon_train.policy.worlds.turning import Turning
+from tendon_train.policy.worlds.world_draws import WorldDraws
 from tests.hardware.deploy.policies import card_of
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.turning_config import TurningConfig
-from train.policy.worlds.camera import Camera
-from train.policy.worlds.observation_tensors import ObservationTensors
-from train.policy.worlds.task import Outcome
-from train.policy.worlds.turning import Turning
-from train.policy.worlds.world_draws import WorldDraws
 
 TASK = TurningTask(asset="hand_ball", axis=(0.0, 1.0, 0.0), drop_distance=0.015)
 WORLDS = 200
@@ -139,7 +139,7 @@ class StillHands:
         return self.numbers[name]
 
 
-def paid(task: Turning) -> Outcome:
+def paid(task: Turning) -> TaskOutcome:
     """Return the pay of a step in which the servos did nothing."""
     still = torch.zeros(WORLDS, 4)
     return task.score(action=still, action_change=still, tendon_speed=still)
@@ -205,13 +205,13 @@ def test_a_camera_is_late_by_a_step_or_two_and_noisy_as_stated() -> None:
     """Places that grow by a millimetre a step; noise of 1 mm is that of 600 numbers."""
     everywhere = torch.ones(WORLDS, dtype=torch.bool)
     still = torch.zeros(WORLDS, 3)
-    sharp = Camera(TurningConfig(camera_noise=(0.0, 0.0)), WORLDS, WorldDraws(WORLDS))
+    sharp = SimulatedCamera(TurningConfig(camera_noise=(0.0, 0.0)), WORLDS, WorldDraws(WORLDS))
     sharp.begin(everywhere, still)
     for step in range(1, 6):
         sharp.take(still + 1e-3 * step)
     late = (5.0 - 1e3 * sharp.seen()[:, 0]).round().to(torch.long)
     assert sorted(set(late.tolist())) == [1, 2]
-    noisy = Camera(TurningConfig(camera_noise=(1e-3, 1e-3)), WORLDS, WorldDraws(WORLDS))
+    noisy = SimulatedCamera(TurningConfig(camera_noise=(1e-3, 1e-3)), WORLDS, WorldDraws(WORLDS))
     noisy.begin(everywhere, still)
     assert float(noisy.seen().std()) == pytest.approx(1e-3, rel=0.1)  # 600 numbers: 3 % is usual
 

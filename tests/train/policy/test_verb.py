@@ -12,8 +12,8 @@ from tendon_newton.cli.train_policy import show_forecast
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_train.policy.runs.forecast import Forecast
 from tests.physics.learned.networks import force_network, write_force_network
-from train.policy.runs.forecast import Forecast
 
 SHORT = (
     "--worlds",

@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from train.policy.worlds.world_draws import WorldDraws, mixed
+from tendon_train.policy.worlds.world_draws import WorldDraws, mixed
 
 
 def test_the_numbers_are_those_of_splitmix64() -> None:

@@ -10,12 +10,10 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
-from tests.effect_bench import commanded
-from tests.physics.runs import ideal_model, stairs
-from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
-from train.refresh.fit_all_numbers import tune
-from train.refresh.logs import logs_as_dataset
-from train.refresh.outcome import (
+from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+from tendon_train.refresh.fit_all_numbers import tune
+from tendon_train.refresh.refresh_logs import logs_as_dataset
+from tendon_train.refresh.refresh_outcome import (
     AGREES,
     CHANGED,
     WORN,
@@ -24,6 +22,8 @@ from train.refresh.outcome import (
     read_drift,
     write_page,
 )
+from tests.effect_bench import commanded
+from tests.physics.runs import ideal_model, stairs
 
 ENCODER, CELL = 1.5e-3, 0.02
 """Noise of encoder [rad] and load cell [N]."""

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.errors import InvalidOutput
-from train.refresh.ledger import Ledger
+from tendon_train.refresh.ledger import Ledger
 
 
 def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.cutting import hold_out
-from train.refresh.logs import (
+from tendon_train.refresh.refresh_logs import (
     BEGINNING,
     LOOSE,
     REST,

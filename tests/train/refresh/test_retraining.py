@@ -9,13 +9,13 @@ import torch
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.model_file import write_model
 from tendon_newton.errors import InvalidPolicyFile
+from tendon_train.policy.runs.policy_checkpoint import load_start
+from tendon_train.policy.runs.policy_export import export_policy
+from tendon_train.policy.runs.policy_training import make_runner
+from tendon_train.refresh.retraining import find_training, retrain
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_training import train
-from train.policy.runs.checkpoint import load_start
-from train.policy.runs.export import export_policy
-from train.policy.runs.training import make_runner
-from train.refresh.retraining import find_training, retrain
 
 
 @pytest.fixture(scope="module")

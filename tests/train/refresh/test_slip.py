@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.model_file import Model
+from tendon_train.refresh.slip import SlipComparison, best_offset, taut_from, with_slip
 from tests.physics.runs import ideal_model
 from tests.train.refresh.test_drift import FITTED, log_of
-from train.refresh.slip import Comparison, best_offset, taut_from, with_slip
 
 
 def offset_of(model: Model) -> float:
@@ -48,4 +48,4 @@ def test_rows_below_the_open_finger_do_not_count() -> None:
     simulated = np.r_[np.full(40, 0.1), np.linspace(0.5, 1.0, 20)]
     measured = np.r_[np.full(40, 0.1), simulated[40:] + 0.4]
     error = measured - (simulated + offset[:, None])
-    assert best_offset(Comparison(offset=offset, angle=measured, error=error), 0.2) == 2
+    assert best_offset(SlipComparison(offset=offset, angle=measured, error=error), 0.2) == 2

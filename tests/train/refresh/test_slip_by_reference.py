@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Recording
+from tendon_train.refresh.slip import with_slip
+from tendon_train.refresh.slip_by_reference import slip_since
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model
 from tests.train.refresh.test_drift import FITTED, log_of
 from tests.train.refresh.test_slip import offset_of
-from train.refresh.slip import with_slip
-from train.refresh.slip_by_reference import slip_since
 
 RADIUS = 0.0125
 """Of the spool [m]."""

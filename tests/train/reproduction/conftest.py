@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tendon_train.reproduction.unit import Unit
 from tests.train.reproduction.tiny import TinyBench
-from train.reproduction.unit import Unit
 
 
 @pytest.fixture(autouse=True)

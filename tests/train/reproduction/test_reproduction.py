@@ -17,18 +17,23 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.errors import InvalidDataset, UnknownName
 from tendon_newton.scheduler import InTurn, JobOptions, open_executor
+from tendon_train.actuator.fitting.run import train_to_file
+from tendon_train.reproduction.outcome import Outcome, mean_interval, row
+from tendon_train.reproduction.physical import starting_model
+from tendon_train.reproduction.reproduction import MODELS, NotDone, Reproduction
+from tendon_train.reproduction.reproduction_report import rows_table, write_report
+from tendon_train.reproduction.settings import POLICIES, find_settings
+from tendon_train.reproduction.steps import policy_stage
+from tendon_train.reproduction.steps.network_stage import anew_if_other
+from tendon_train.reproduction.steps.stage_list import (
+    REPRODUCTION_STAGES,
+    ReproductionStage,
+    run_stages,
+    with_needs,
+)
+from tendon_train.reproduction.steps.tip_stage import SINES
+from tendon_train.reproduction.unit import Unit, of_benches
 from tests.train.reproduction.tiny import SETTINGS, TinyBench
-from train.actuator.fitting.run import train_to_file
-from train.reproduction.outcome import Outcome, mean_interval, row
-from train.reproduction.physical import starting_model
-from train.reproduction.report import rows_table, write_report
-from train.reproduction.reproduction import MODELS, NotDone, Reproduction
-from train.reproduction.settings import POLICIES, find_settings
-from train.reproduction.steps import policy_stage
-from train.reproduction.steps.network_stage import anew_if_other
-from train.reproduction.steps.stages import REPRODUCTION_STAGES, Stage, run_stages, with_needs
-from train.reproduction.steps.tip_stage import SINES
-from train.reproduction.unit import Unit, of_benches
 
 ONLY = ("ramp", "tip")
 
@@ -185,7 +190,7 @@ def test_a_stage_that_fails_takes_along_those_that_need_it_alone(tmp_path: Path)
     """Others end and keep what they found; then the error is raised."""
     ended: list[str] = []
 
-    def stage(name: str, *needs: str) -> Stage:
+    def stage(name: str, *needs: str) -> ReproductionStage:
         async def run(reproduction: Reproduction) -> Outcome:
             if name == "bad":
                 raise InvalidDataset("no such recording")
@@ -193,7 +198,7 @@ def test_a_stage_that_fails_takes_along_those_that_need_it_alone(tmp_path: Path)
             ended.append(name)
             return Outcome()
 
-        return Stage(title=name, run=run, needs=needs)
+        return ReproductionStage(title=name, run=run, needs=needs)
 
     stages = {
         "recordings": stage("recordings"),

@@ -12,13 +12,13 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.simulators import TendonSimulator
+from tendon_train.actuator.samples.servo_law import ServoLaw
+from tendon_train.reproduction.servo_force import MeasuredServo, missing_force
+from tendon_train.reproduction.unit_correction import CorrectedSource, lasting_force
 from tests.physics.learned.networks import force_network
-from train.actuator.samples.servo_law import ServoLaw
-from train.reproduction.correction import CorrectedSource, lasting_force
-from train.reproduction.servo_force import Servo, missing_force
 
 LAW = ServoLaw(stiffness=5.0, damping=2.0, dry_friction=0.0, load_friction=0.3)
-SERVO = Servo.of(LAW)
+SERVO = MeasuredServo.of(LAW)
 
 
 @pytest.fixture
@@ -111,7 +111,7 @@ def test_a_network_learns_what_is_missing_when_it_is_asked_again(motion: Recordi
 def test_friction_both_ways_is_friction_that_holds() -> None:
     """F = P e - D v - (c + mu F) s solved for F, on either side."""
     law = replace(LAW, dry_friction=1.2)
-    servo = Servo.of(law)
+    servo = MeasuredServo.of(law)
     motor = 7.0
     pulling = motor / 1.3 - servo.dry_friction
     yielding = (motor / 1.3 + servo.dry_friction) / (1.0 - servo.held_share)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hardware.collection.excitation_plan import find_plan
-from hardware.collection.experiment_plan import FURTHER_RUNS, thinned
+from tendon_hardware.collection.excitation_plan import find_plan
+from tendon_hardware.collection.experiment_plan import FURTHER_RUNS, thinned
 from tendon_newton.errors import InvalidDataset
-from train.reproduction.settings import find_settings
-from train.reproduction.steps.diagnosis_stage import scope_text
-from train.reproduction.unit import (
+from tendon_train.reproduction.settings import find_settings
+from tendon_train.reproduction.steps.diagnosis_stage import scope_text
+from tendon_train.reproduction.unit import (
     Unit,
     beginning,
     interleaved,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hardware.benches.bench_address import BenchAddress
-from hardware.collection.excitation_plan import BENCHES, Share, runs_of
-from hardware.collection.experiment_plan import record_unit
-from hardware.control.operator import SilentOperator
-from hardware.stop_request import StopRequest
-from train.reproduction.settings import ReproductionSettings
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.excitation_plan import BENCHES, Share, runs_of
+from tendon_hardware.collection.experiment_plan import record_unit
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.stop_request import StopRequest
+from tendon_train.reproduction.settings import ReproductionSettings
 
 TRAINING = (
     Share(excitation="random_steps", count=2, duration=8.0),

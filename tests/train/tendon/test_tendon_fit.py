@@ -15,10 +15,8 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.mechanisms.asset_library import asset_folder
 from tendon_newton.mechanisms.geometry.parts import excursion
-from tests.train.actuator.without_cell.pulled_benches import TRUE, pulled_log
-from tests.train.policy.small import environment
-from train.tendon.taut_rows import TautRows
-from train.tendon.tendon_fit import (
+from tendon_train.tendon.taut_rows import TautRows
+from tendon_train.tendon.tendon_fit import (
     as_effects,
     fit_tendon,
     line_through,
@@ -26,6 +24,8 @@ from train.tendon.tendon_fit import (
     sums_of,
     unseen_error,
 )
+from tests.train.actuator.without_cell.pulled_benches import TRUE, pulled_log
+from tests.train.policy.small import environment
 
 NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))

@@ -10,7 +10,7 @@ from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.lerobot.info import INFO, JointPlace, LeRobotInfo, read_info
-from tendon_newton.data.importers.lerobot.rows import LeRobotRows, read_rows
+from tendon_newton.data.importers.lerobot.lerobot_rows import LeRobotRows, read_rows
 from tendon_newton.data.importers.lerobot.units import LeRobotUnits, sizes_of
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording

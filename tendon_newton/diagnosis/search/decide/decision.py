@@ -23,8 +23,8 @@ from tendon_newton.diagnosis.search.prune import (
     simplest,
 )
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
+from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, starts_of_relative
-from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import are_one_friction, are_related, special_cases
 
 FAMILY = 5.0

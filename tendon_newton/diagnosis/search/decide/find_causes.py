@@ -28,9 +28,9 @@ from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Allows, Pool
 from tendon_newton.diagnosis.search.prune import prune, settle
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, start_fits, values_of
-from tendon_newton.diagnosis.search.spans import beginnings, deciding
+from tendon_newton.diagnosis.search.search_spans import beginnings, deciding
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.diagnosis.search.strategy import find, go_on_all_rows
-from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
 
 HASTE = 0.3
@@ -79,18 +79,18 @@ def find_causes(
     limits = limits_of(budget, pace, recordings, whole=study.kinematic)
     first = beginnings(recordings, limits.beginnings, whole=study.kinematic)
 
-    def pool_of(worlds: Worlds, followed: Sequence[int]) -> Pool:
+    def pool_of(worlds: SearchWorlds, followed: Sequence[int]) -> Pool:
         return Pool(
             worlds=worlds, floors=floors_of(worlds, ()), price=price, haste=HASTE, most=most,
             allows=allows, log=log, until=limits.searched, followed=followed,
         )  # fmt: skip
 
-    pool = pool_of(Worlds(part_of(study, first, model)), FOLLOWED)
+    pool = pool_of(SearchWorlds(part_of(study, first, model)), FOLLOWED)
     chosen, whole = first, pool
     if limits.decides_apart:
         chosen = deciding(recordings, whole=study.kinematic)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
-        worlds = Worlds(study if is_all else part_of(study, chosen, model))
+        worlds = SearchWorlds(study if is_all else part_of(study, chosen, model))
         whole = pool_of(worlds, FOLLOWED[1:])
     try:
         fit = find(pool, (*study.fit_columns(model), *pool.worlds.built_columns), names, progress)

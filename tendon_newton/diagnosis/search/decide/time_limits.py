@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.spans import SEARCHED_SECONDS, deciding
+from tendon_newton.diagnosis.search.search_spans import SEARCHED_SECONDS, deciding
 
 SEARCH_SHARE = 0.6
 """Share of a budget that the search may take; deciding takes the rest [1]."""

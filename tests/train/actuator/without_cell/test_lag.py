@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
+from tendon_train.actuator.prediction import ForcePrediction
+from tendon_train.actuator.scoring.scores import lag
 from tests.train.actuator.without_cell.servo_logs import servo_log
-from train.actuator.prediction import Prediction
-from train.actuator.scoring.scores import lag
 
 TIME = np.arange(24 * 80) / 80.0
 
 
-def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> Prediction:
+def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> ForcePrediction:
     """Pair two signals at 80 Hz."""
     recording = servo_log("a.csv", duration=measured.size / 80.0)
     rows = np.arange(measured.size)
-    return Prediction(
+    return ForcePrediction(
         recording=recording, tendon=0, rows=rows, measured=measured, predicted=predicted
     )
 

@@ -12,6 +12,16 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset, write_dataset
 from tendon_newton.data.recording import BenchOverrides, Recording
 from tendon_newton.errors import InvalidDataset
+from tendon_train.actuator.fitting.training import train_network
+from tendon_train.actuator.prediction import predict
+from tendon_train.actuator.samples.folds import prepare
+from tendon_train.actuator.samples.servo_law import SLIDING
+from tendon_train.actuator.training_config import TrainingConfig
+from tendon_train.actuator.without_cell.sensorless import ImpliedForces, imply_forces
+from tendon_train.actuator.without_cell.sensorless_fit import LineFit
+from tendon_train.actuator.without_cell.sensorless_line import nominal_line
+from tendon_train.actuator.without_cell.sensorless_motion import motions_of, winding_direction
+from tendon_train.actuator.without_cell.sensorless_rows import sliding_windows
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.without_cell.pulled_benches import (
     TRUE,
@@ -19,16 +29,6 @@ from tests.train.actuator.without_cell.pulled_benches import (
     pulled_logs,
     with_force,
 )
-from train.actuator.fitting.training import train_network
-from train.actuator.prediction import predict
-from train.actuator.samples.folds import prepare
-from train.actuator.samples.servo_law import SLIDING
-from train.actuator.training_config import TrainingConfig
-from train.actuator.without_cell.sensorless import ImpliedForces, imply_forces
-from train.actuator.without_cell.sensorless_fit import LineFit
-from train.actuator.without_cell.sensorless_line import nominal_line
-from train.actuator.without_cell.sensorless_motion import motions_of, winding_direction
-from train.actuator.without_cell.sensorless_rows import sliding_windows
 
 FIT = LineFit(steps=300)
 FEW = LineFit(steps=20)

@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 import torch
 
+from tendon_train.actuator.samples.changed_windows import FEWEST, SHARE, held_fast, resting
+from tendon_train.actuator.samples.servo_law import NO_LAW, ServoLaw, fit_servo_law
+from tendon_train.actuator.samples.windows import (
+    REST_SPEED,
+    WindowShape,
+    extract_windows,
+    to_device,
+)
 from tests.train.actuator.without_cell.servo_logs import servo_log
-from train.actuator.samples.changed_windows import FEWEST, SHARE, held_fast, resting
-from train.actuator.samples.servo_law import NO_LAW, ServoLaw, fit_servo_law
-from train.actuator.samples.windows import REST_SPEED, WindowShape, extract_windows, to_device
 
 LAW = ServoLaw(stiffness=6.0, damping=10.0, dry_friction=1.5, load_friction=0.5)
 COUNT = 4000

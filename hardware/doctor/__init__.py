@@ -1,6 +1,0 @@
-"""Examine a bench before it is used: ports, servo, load cell and clock, with what to do."""
-
-from hardware.doctor.examination import examine, ports_of
-from hardware.doctor.observation import Observation
-
-__all__ = ["Observation", "examine", "ports_of"]

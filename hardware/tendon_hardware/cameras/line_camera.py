@@ -1,0 +1,91 @@
+r"""A camera whose program finds the ball and sends a line for each frame in which it is.
+
+``B,<sequence>,<age_us>,<x_um>,<y_um>,<z_um>*<CRC>\n``: decimal numbers, the last three signed, and
+two hexadecimal digits of a load cell's CRC-8 over all that stands before the star. The age says how
+long before the line its frame was exposed. Lines come over a serial port or a pseudo-terminal.
+"""
+
+import re
+
+from tendon_hardware.cameras.camera_type import Sighting
+from tendon_hardware.clock import Clock, MonotonicClock
+from tendon_hardware.load_cells.byte_stream import ByteStream, SerialStream
+from tendon_hardware.load_cells.framing import LineSplitter, crc8
+
+LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8}),(-?\d{1,7}),(-?\d{1,7}),(-?\d{1,7})\*([0-9A-Fa-f]{2})")
+BAUD = 115_200
+"""Rate of the port [1/s]; 30 lines of 60 bytes are an eighth of it."""
+GAP_MAX = 300
+"""Frames that may be missing between two lines [1]: ten seconds of a ball that nobody saw."""
+
+
+class LineCamera:
+    """Sightings from lines.
+
+    Args:
+        port: Path of the port, or a stream of dated bytes.
+        clock: Clock that dates the arrivals; the computer's monotonic one unless given.
+    """
+
+    def __init__(self, port: str | ByteStream, *, clock: Clock | None = None) -> None:
+        own = MonotonicClock() if clock is None else clock
+        self._stream = SerialStream(port, baud=BAUD, clock=own) if isinstance(port, str) else port
+        self._splitter = LineSplitter()
+        self._last = -1
+        self._astray: int | None = None
+
+    def open(self) -> None:
+        """Start to listen.
+
+        Raises:
+            PortUnavailable: The port is not there.
+            PortBusy: Another process holds it.
+        """
+        self._stream.open()
+        self._splitter.clear()
+
+    def close(self) -> None:
+        """Stop to listen; more than once does no harm."""
+        self._stream.close()
+
+    def drain(self) -> list[Sighting]:
+        """Return what has come since the last call, in order; of a port that is gone nothing."""
+        try:
+            pieces = self._stream.receive()
+        except OSError:
+            return []
+        found = [
+            read_line(line, instant)
+            for instant, data in pieces
+            for line in self._splitter.feed(data)
+        ]
+        return [sighting for sighting in found if sighting is not None and self._follows(sighting)]
+
+    def _follows(self, sighting: Sighting) -> bool:
+        """Keep a sighting whose frame comes after the last one's.
+
+        A number that does not is a broken line, or the first of a camera's program that has begun
+        anew: the next line tells.
+        """
+        number, before = sighting.sequence, self._astray
+        self._astray = None
+        anew = before is not None and 0 < number - before <= GAP_MAX
+        if not anew and not 0 < number - self._last <= GAP_MAX:
+            self._astray = number
+            return False
+        self._last = number
+        return True
+
+
+def read_line(line: bytes, arrived: float) -> Sighting | None:
+    """Read a line without its end; ``None`` unless all of it is as it was sent."""
+    match = LINE.fullmatch(line)
+    if match is None or int(match[6], 16) != crc8(line[: match.start(6) - 1]):
+        return None
+    x, y, z = (1e-6 * int(match[group]) for group in (3, 4, 5))
+    return Sighting(
+        sequence=int(match[1]),
+        exposed=arrived - 1e-6 * int(match[2]),
+        arrived=arrived,
+        place=(x, y, z),
+    )

@@ -1,0 +1,231 @@
+"""Many recordings in order: a plan, which can be interrupted and taken up again."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from tendon_hardware.benches.bench import Bench, open_bench
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.collection.collect import RunOutcome, record_run
+from tendon_hardware.collection.collect_settings import CollectSettings
+from tendon_hardware.collection.excitation_plan import BY_HAND, OBSTACLES, PlannedRun
+from tendon_hardware.collection.starting_model import leave_model, starting_model
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.errors import ServoAlert
+from tendon_hardware.stop_request import StopRequest
+from tendon_newton.data.dataset import list_recording, listed_files
+from tendon_newton.data.files.toml_file import read_toml, write_toml
+from tendon_newton.errors import InvalidOutput, shown
+
+COLLECTION_FILE = "collection.toml"
+"""Settings that a folder's recordings share; a plan is taken up again only with the same."""
+SINGLE_RUNS = "single runs"
+"""Title of a folder whose recordings follow no plan."""
+AGAIN = re.compile(r"_again\d+$")
+"""Ending of a recording whose first attempt was interrupted."""
+MISSED_SHARE = 0.02
+"""Missing rows that the operator is told of [1]."""
+RATE_MARGIN = 0.9
+"""A load cell below this share of the rows' rate counts as slower [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Collection:
+    """Recordings of a plan, and how it ended."""
+
+    outcomes: tuple[RunOutcome, ...]
+    """Runs that were recorded now, finished or not, in order."""
+    kept: int
+    """Runs that had been recorded before."""
+    left: int
+    """Runs that are still to be recorded."""
+
+
+def collect(
+    address: BenchAddress,
+    plan: Sequence[PlannedRun],
+    settings: CollectSettings,
+    out: Path,
+    operator: Operator,
+    stop: StopRequest,
+    *,
+    title: str,
+) -> Collection:
+    """Record the runs of a plan that its folder does not list yet.
+
+    A run that ends before its time keeps its file, unlisted, and is recorded anew under another
+    name when the plan is taken up again. After an alert the servo is restarted and the run tried
+    once more at once.
+
+    Args:
+        address: Ports and servos; each run sets the bench's name.
+        plan: The runs, those of a bench together.
+        settings: Rates, limits and seed of the recordings.
+        out: Folder of the dataset.
+        operator: Receiver of questions and messages.
+        stop: Request to end the run.
+        title: Name of the plan; a folder holds one, or any number of single runs.
+
+    Raises:
+        InvalidOutput: The folder holds another plan, or the same with other settings.
+        InvalidParameter: The port names one bench, and the plan has another.
+        TendonNewtonError: A bench cannot be opened, or a fault ended a run.
+    """
+    facts = shared_facts(title, address, settings)
+    refuse_others(out, facts)
+    addresses = {run.bench: replace(address, bench=run.bench) for run in plan}
+    done = recorded_runs(out)
+    waiting = [run for run in plan if run.name not in done]
+    outcomes: list[RunOutcome] = []
+    for name, group in groupby(waiting, key=lambda run: run.bench):
+        with open_bench(addresses[name], operator.tell) as bench:
+            begin(out, facts, bench, settings)
+            mount(bench, operator)
+            if bench.controls is not None:
+                bench.controls.plant_file(out / f"plant_{name}.toml")
+            obstacle = "free"
+            for run in group:
+                left = waiting[waiting.index(run) :]
+                operator.announce(
+                    f"run {len(plan) - len(left) + 1} of {len(plan)}: {run.name}, "
+                    f"{run.duration:.0f} s; {sum(r.duration for r in left) / 60.0:.1f} min left"
+                )
+                if not address.virtual and (run.obstacle != obstacle or run.obstacle in BY_HAND):
+                    operator.ask(OBSTACLES[run.obstacle])
+                obstacle = run.obstacle
+                outcomes += attempts(bench, run, settings, out, operator, stop)
+                if not outcomes[-1].finished:
+                    return report(outcomes, plan, done)
+    return report(outcomes, plan, done)
+
+
+def recorded_runs(out: Path) -> set[str]:
+    """Return the runs whose recordings a folder lists, also those of a further attempt."""
+    return {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}
+
+
+def report(
+    outcomes: Sequence[RunOutcome], plan: Sequence[PlannedRun], done: set[str]
+) -> Collection:
+    """Count what was recorded now and before, and what is left."""
+    kept = sum(run.name in done for run in plan)
+    finished = sum(outcome.finished for outcome in outcomes)
+    return Collection(outcomes=tuple(outcomes), kept=kept, left=len(plan) - kept - finished)
+
+
+def attempts(
+    bench: Bench,
+    run: PlannedRun,
+    settings: CollectSettings,
+    out: Path,
+    operator: Operator,
+    stop: StopRequest,
+) -> list[RunOutcome]:
+    """Record a run and list it; after an alert restart the servo and try once more."""
+    outcome = record_run(bench, run, settings, free_path(out, run.name), operator, stop)
+    outcomes = [outcome]
+    if isinstance(outcome.fault, ServoAlert):
+        operator.tell(f"{run.name}: {outcome.fault}")
+        operator.ask("Remove the cause. The servo is then restarted and the run recorded anew.")
+        bench.servo.reboot()
+        outcome = record_run(bench, run, settings, free_path(out, run.name), operator, stop)
+        outcomes.append(outcome)
+    if outcome.missed > MISSED_SHARE * (outcome.rows + outcome.missed):
+        operator.tell(
+            f"{run.name} misses {outcome.missed} of {outcome.rows + outcome.missed} rows, "
+            f"{outcome.pacing.overruns} of them because this computer was too busy."
+        )
+    if outcome.finished:
+        enlist(out, outcome, run, settings, calibrated=bench.drives[0].calibration is not None)
+    return outcomes
+
+
+def enlist(
+    out: Path, outcome: RunOutcome, run: PlannedRun, settings: CollectSettings, *, calibrated: bool
+) -> None:
+    """Add a finished recording to the folder's ``dataset.toml``.
+
+    The recording starts from its first row. Gears hold the spool, so that a servo does not rest in
+    the friction-free equilibrium of a command.
+    """
+    rate = outcome.load_cell_rate
+    slow = calibrated and rate is not None and rate < RATE_MARGIN * settings.rate
+    list_recording(
+        out,
+        outcome.path.name,
+        bench=run.bench,
+        split=run.split,
+        start="first_row",
+        load_cell_rate=float(round(rate)) if slow and rate is not None else None,
+    )
+
+
+def free_path(out: Path, name: str) -> Path:
+    """Return where a run goes: what an interrupted attempt has left is never overwritten."""
+    path, attempt = out / f"{name}.mcap", 0
+    while path.exists():
+        attempt += 1
+        path = out / f"{name}_again{attempt}.mcap"
+    return path
+
+
+def free_name(out: Path, stem: str) -> str:
+    """Return the first numbered name that no file of a folder has."""
+    number = 0
+    while any(out.glob(f"{stem}_{number}[._]*")):
+        number += 1
+    return f"{stem}_{number}"
+
+
+def mount(bench: Bench, operator: Operator) -> None:
+    """Ask for a bench to be made ready while its motor is off; a virtual one is."""
+    if not bench.address.virtual:
+        operator.ask(
+            f"Mount the bench {bench.address.bench!r}, with nothing in its way. Let it rest and "
+            "wind the spool by hand until the tendon is just taut: there the angle is zero."
+        )
+
+
+def shared_facts(title: str, address: BenchAddress, settings: CollectSettings) -> dict[str, Any]:
+    """Return what all recordings of a folder have in common."""
+    facts: dict[str, Any] = {"plan": title, "virtual": address.virtual}
+    if title != SINGLE_RUNS:
+        facts |= {
+            "seed": settings.seed,
+            "mode": "pwm",  # a folder from when the servo's own loop could run is not mixed
+            "rate_hz": settings.rate,
+            "command_rate_hz": settings.commands,
+        }
+    return facts
+
+
+def refuse_others(out: Path, facts: Mapping[str, Any]) -> None:
+    """Refuse to mix recordings of another kind among those that a folder lists."""
+    if not listed_files(out):
+        return
+    path = out / COLLECTION_FILE
+    if not path.exists():
+        raise InvalidOutput(f"{out}: holds a dataset of another origin; give another folder")
+    there = read_toml(path, InvalidOutput, "a collection is a TOML file")
+    for key, value in facts.items():
+        if there.get(key) != value:
+            raise InvalidOutput(
+                f"{out}: its recordings have {key} = {shown(there.get(key))}; asked for is "
+                f"{shown(value)}: take them up with the same settings or give another folder"
+            )
+
+
+def begin(out: Path, facts: Mapping[str, Any], bench: Bench, settings: CollectSettings) -> None:
+    """Make the folder of a bench that answers, with what its recordings share and its model."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_toml(out / COLLECTION_FILE, facts)
+    model = starting_model(
+        bench.servo.spec,
+        settings.loop,
+        voltage=bench.servo.read_health().voltage,
+        spool_radius=settings.spool_radius,
+    )
+    leave_model(out, model)

@@ -1,0 +1,128 @@
+"""Sources of a deployment's commands: a policy, or a hand at the keys."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Protocol
+
+import numpy as np
+
+from tendon_hardware.control.policy_runner import Policy
+from tendon_hardware.servos.base import ServoState
+from tendon_newton.data.cards.policy_observation import (
+    ObservationHistory,
+    applied_action,
+    motor_command,
+)
+
+JOG_SPEED = 0.5
+"""Speed at which a hand at the keys moves the command [rad/s]."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PilotStep:
+    """Action that a pilot wants now, and the sample behind it."""
+
+    sample: tuple[float, ...]
+    """Positions [rad], velocities [rad/s], both last actions [rad], the goal [rad, or rad/s of a
+    policy that turns] and what is seen of a ball [m], as float32."""
+    output: tuple[float, ...]
+    """Output for each servo before any cut [rad], maybe no number."""
+    action: tuple[float, ...]
+    """Outputs within the clip [rad]; zero where the output is no number."""
+    command: tuple[float, ...]
+    """Desired spool angles [rad]."""
+
+    @property
+    def goal(self) -> float:
+        """The goal in the sample."""
+        return self.sample[4 * len(self.command)]
+
+
+class Pilot(Protocol):
+    """Decides a command for each servo per step."""
+
+    def step(self, states: Sequence[ServoState], goal: float) -> PilotStep:
+        """Look at the servos and the goal [rad] and decide."""
+        ...
+
+    def apply(self, step: PilotStep | None) -> None:
+        """Note that a step's command was given, or with ``None`` that the last one stays."""
+
+
+class PolicyPilot:
+    """Lets a policy decide, as it did in training.
+
+    Args:
+        policy: The policy.
+        see: Gives what a policy that turns a ball sees of it [m].
+    """
+
+    def __init__(self, policy: Policy, see: Callable[[], tuple[float, ...]] = lambda: ()) -> None:
+        card = policy.card
+        self._policy = policy
+        self._clip = card.action_clip
+        self._ranges = tuple(zip(card.command_ranges, card.pay_outs, strict=True))
+        self._goals = card.goal_range
+        self._see = see
+        self._history = ObservationHistory(
+            history=card.history, servos=card.servo_count, task=card.task
+        )
+        self._width = len(card.observation)
+        self._action = (0.0,) * card.servo_count
+
+    def step(self, states: Sequence[ServoState], goal: float) -> PilotStep:
+        """Look at the servos and the goal, cut to those of training, and let it decide."""
+        goal = min(max(goal, self._goals[0]), self._goals[1])
+        observation = self._history.observe(
+            [state.position for state in states],
+            [state.velocity for state in states],
+            [goal],
+            self._see(),
+        )
+        output = self._policy(observation)
+        action = tuple(
+            float(applied_action(np.float32(value), self._clip)) if isfinite(value) else 0.0
+            for value in output
+        )
+        command = tuple(
+            float(motor_command(np.float64(state.position), np.float64(offset), *limits))
+            for state, offset, limits in zip(states, action, self._ranges, strict=True)
+        )
+        sample = tuple(float(value) for value in observation[0, -self._width :])
+        return PilotStep(sample=sample, output=output, action=action, command=command)
+
+    def apply(self, step: PilotStep | None) -> None:
+        """Note the action that is applied from now on."""
+        if step is not None:
+            self._action = step.action
+        self._history.act(self._action)
+
+
+class JogPilot:
+    """Lets a hand decide for one servo: the goal is the spool angle itself, approached slowly.
+
+    Args:
+        rate: Steps per second [Hz].
+        command_range: Least and greatest command [rad].
+    """
+
+    def __init__(self, rate: float, command_range: tuple[float, float]) -> None:
+        self._step = JOG_SPEED / rate
+        self._range = command_range
+        self._command: float | None = None
+
+    def step(self, states: Sequence[ServoState], goal: float) -> PilotStep:
+        """Move the command towards the goal [rad] by a step at most."""
+        (state,) = states
+        before = state.position if self._command is None else self._command
+        wanted = min(max(goal, self._range[0]), self._range[1])
+        command = min(max(wanted, before - self._step), before + self._step)
+        sample = (state.position, state.velocity, 0.0, 0.0, goal)
+        offset = (command - state.position,)
+        return PilotStep(sample=sample, output=offset, action=offset, command=(command,))
+
+    def apply(self, step: PilotStep | None) -> None:
+        """Note the command that was given."""
+        if step is not None:
+            (self._command,) = step.command

@@ -1,0 +1,136 @@
+"""Where the ball in a hand is while a policy turns it, and what happens when it leaves its cup."""
+
+from collections import deque
+from math import dist
+
+import numpy as np
+
+from tendon_hardware.benches.bench import Bench
+from tendon_hardware.cameras.camera_type import Camera, Place, Sighting
+from tendon_hardware.control.operator import Operator
+from tendon_hardware.errors import BallNotSeen
+from tendon_hardware.logs.session_log import SessionLog
+from tendon_newton.data.cards.turning_task import TurningTask
+
+FIRST_LOOK = 1.0
+"""Time in which a camera looks at the ball in its cup before a run [s]: its noise averages out."""
+FRAMES_MIN = 10
+"""Sightings that this takes."""
+BLIND = 0.4
+"""Age of a frame beyond which the ball is nowhere to be seen [s]: nine frames at 30 Hz, and 0.1 s
+on the way."""
+AGREEING = 2
+"""Sightings in a row that say the same before the ball counts as lost."""
+OPENING = 2.0
+"""Time that fingers have to open before a virtual ball is put back [s]."""
+SETTLED = 0.5
+"""Time that a ball must lie in its cup before the policy goes on [s]."""
+
+
+class BallWatch:
+    """What is known of the ball in each tick.
+
+    Args:
+        bench: An open bench with a camera.
+        task: Drop distance of the policy.
+        operator: Told to put the ball back.
+
+    Raises:
+        BallNotSeen: The bench has no camera.
+    """
+
+    def __init__(self, bench: Bench, task: TurningTask, operator: Operator) -> None:
+        if bench.camera is None:
+            raise BallNotSeen(
+                "a policy that turns a ball needs a camera that sees the ball; --camera-port "
+                "names the port on which its program sends lines"
+            )
+        self._bench, self._operator = bench, operator
+        self._camera: Camera = bench.camera
+        self._distance = task.drop_distance
+        self._start: Place = (0.0, 0.0, 0.0)
+        self._noisy = True
+        self._seen: deque[Sighting] = deque(maxlen=AGREEING)
+        self._since: float | None = None
+        self._inside = 0.0
+        self._put_back = False
+        self.drops = 0
+        """Times that the ball has left its cup."""
+
+    @property
+    def place(self) -> Place:
+        """Where the ball was seen last, from where it was at first, in the base's axes [m]."""
+        return self._away(self._seen[-1])
+
+    @property
+    def lost(self) -> bool:
+        """Whether the ball is out of its cup, or not yet back for long enough."""
+        return self._since is not None
+
+    def open(self) -> None:
+        """Look at the ball in its cup for a while.
+
+        Raises:
+            BallNotSeen: The camera does not see the ball.
+        """
+        clock = self._bench.clock
+        self._camera.open()
+        clock.sleep_until(clock.now() + FIRST_LOOK)
+        seen = [each for each in self._camera.drain() if clock.now() - each.exposed < FIRST_LOOK]
+        if len(seen) < FRAMES_MIN:
+            raise BallNotSeen(
+                f"the camera must see the ball in its cup {FRAMES_MIN} times in "
+                f"{FIRST_LOOK:g} s before a run; it saw the ball {len(seen)} times"
+            )
+        # one that rounds its places may well tell the same one for a while
+        self._noisy = len({sighting.place for sighting in seen}) > 0.5 * len(seen)
+        x, y, z = np.mean([sighting.place for sighting in seen], axis=0).tolist()
+        self._start = (x, y, z)
+        self._seen.append(seen[-1])
+
+    def close(self) -> None:
+        """Stop to look."""
+        self._camera.close()
+
+    def take(self, log: SessionLog | None) -> None:
+        """Take in what the camera has told since the last tick."""
+        now = self._bench.clock.now()
+        for sighting in self._camera.drain():
+            frozen = self._noisy and sighting.place == self._seen[-1].place
+            if not frozen and now - sighting.exposed <= BLIND:
+                self._seen.append(sighting)
+            if log is not None:
+                log.ball(sighting.exposed, sighting.arrived, *self._away(sighting))
+        if now - self._seen[-1].exposed > BLIND:
+            self._lose(now, "The camera does not see the ball: put it back, or look at the camera.")
+        elif all(map(self._outside, self._seen)):
+            self._lose(now, "The ball has left its cup: put it back between open fingers.")
+        elif self._since is not None and now - self._inside > SETTLED:
+            self._since = None
+            self._operator.tell("The ball is back in its cup: the policy goes on.")
+        self._help(now)
+
+    def _away(self, sighting: Sighting) -> Place:
+        """Return where the ball was from where it was at first [m]."""
+        (x, y, z), (x0, y0, z0) = sighting.place, self._start
+        return x - x0, y - y0, z - z0
+
+    def _outside(self, sighting: Sighting) -> bool:
+        return dist(sighting.place, self._start) > self._distance
+
+    def _lose(self, now: float, told: str) -> None:
+        """Note that the ball is out of its cup now, or might be, and tell the operator."""
+        self._inside = now
+        if self._since is None:
+            self._since = now
+            self._put_back = False
+            self.drops += 1
+            self._operator.tell(told)
+
+    def _help(self, now: float) -> None:
+        """Put the ball of a virtual bench back once the fingers have had time to open."""
+        controls = self._bench.controls
+        waited = self._since is not None and now - self._since > OPENING
+        if controls is not None and waited and not self._put_back:
+            self._put_back = True
+            controls.put_ball_back()

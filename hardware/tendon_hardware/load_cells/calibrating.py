@@ -1,0 +1,131 @@
+"""The calibration procedure: tare, masses up, masses down, tare, with a steady reading of each."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from tendon_hardware.clock import Clock
+from tendon_hardware.errors import InvalidCalibration
+from tendon_hardware.load_cells.calibration import MASSES_MIN, CalibrationPoint, Direction
+from tendon_hardware.load_cells.calibration_fit import listed
+from tendon_hardware.load_cells.framing import WORD
+from tendon_hardware.load_cells.load_cell_type import LoadCell, LoadCellReading
+from tendon_hardware.load_cells.steadiness import CalibrationOperator, await_steady, take
+
+TARE_TIME_MIN = 5.0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CalibrationPlan:
+    """Masses, their order, and the time of each measurement."""
+
+    masses: tuple[float, ...]
+    """Known masses [kg]."""
+    tare_time: float = TARE_TIME_MIN
+    """Length of a measurement without load [s]."""
+    hold_time: float = 3.0
+    """Length of a measurement with a mass [s]."""
+
+    def __post_init__(self) -> None:
+        """Refuse a plan that cannot end in a calibration."""
+        masses = set(self.masses)
+        if not all(isfinite(mass) and mass > 0.0 for mass in masses):
+            raise InvalidCalibration(
+                f"masses must be above 0 kg; they are {listed(sorted(masses))}"
+            )
+        if len(masses) < MASSES_MIN:
+            raise InvalidCalibration(
+                f"a calibration needs {MASSES_MIN} different masses; these are {len(masses)}: "
+                f"{listed(sorted(masses))}"
+            )
+        if self.tare_time < TARE_TIME_MIN or self.hold_time < 1.0:
+            raise InvalidCalibration(
+                f"a tare takes {TARE_TIME_MIN:g} s and a mass 1 s at least; they are given "
+                f"{self.tare_time:g} and {self.hold_time:g} s"
+            )
+
+    @property
+    def steps(self) -> tuple[tuple[float, Direction], ...]:
+        """Mass [kg] and direction of each measurement; the greatest is hung once."""
+        masses = (0.0, *sorted(set(self.masses)))
+        up: tuple[tuple[float, Direction], ...] = tuple((mass, "up") for mass in masses)
+        return (*up, *((mass, "down") for mass in reversed(masses[:-1])))
+
+    def duration(self, mass: float) -> float:
+        """Return how long a mass is measured [s]."""
+        return self.hold_time if mass else self.tare_time
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Calibrated:
+    """Measurements of a finished plan."""
+
+    points: tuple[CalibrationPoint, ...]
+    """In the order of the plan."""
+    rate: float
+    """Readings per second by the cell's own clock [1/s]."""
+
+
+def run_plan(
+    plan: CalibrationPlan,
+    cell: LoadCell,
+    clock: Clock,
+    operator: CalibrationOperator,
+    done: Sequence[CalibrationPoint] = (),
+    keep: Callable[[Sequence[CalibrationPoint]], None] = lambda _: None,
+) -> Calibrated:
+    """Measure every step of a plan that is not done yet.
+
+    Args:
+        plan: Masses and their order.
+        cell: The cell, open.
+        clock: The bench's clock.
+        operator: Person or program that hangs the masses.
+        done: Points of an interrupted run, a beginning of the plan.
+        keep: Called with all points after each measurement, so that none is lost.
+
+    Raises:
+        InvalidCalibration: The cell is saturated, or does not come to rest.
+        LoadCellSilent: The cell sends no readings.
+    """
+    points = list(done)
+    rate = 0.0
+    steps = plan.steps
+    for number, (mass, direction) in enumerate(steps[len(points) :], start=len(points) + 1):
+        load = f"hang {mass:g} kg" if mass else "take all load off"
+        operator.hang(mass, f"{number}/{len(steps)}: {load}, and wait until it hangs still")
+        cell.drain()  # what arrived while the operator was busy
+        calm = points[0].sigma if points else None
+        await_steady(cell, clock, operator, calm)
+        readings = take(cell, clock, plan.duration(mass), operator)
+        rate = reading_rate(readings)
+        points.append(point(readings, mass, direction))
+        keep(points)
+    if not rate:  # nothing was left to measure
+        rate = sum(p.readings for p in points) / sum(p.duration for p in points)
+    return Calibrated(points=tuple(points), rate=rate)
+
+
+def point(
+    readings: Sequence[LoadCellReading], mass: float, direction: Direction
+) -> CalibrationPoint:
+    """Make a point of readings under one mass."""
+    counts = np.array([reading.counts for reading in readings], dtype=np.float64)
+    return CalibrationPoint(
+        mass=mass,
+        direction=direction,
+        counts=float(counts.mean()),
+        sigma=float(counts.std(ddof=1)) if counts.size > 1 else 0.0,
+        readings=counts.size,
+        duration=readings[-1].host_time - readings[0].host_time,
+    )
+
+
+def reading_rate(readings: Sequence[LoadCellReading]) -> float:
+    """Return the readings per second by the cell's own clock [1/s], lost ones counted."""
+    first, last = readings[0], readings[-1]
+    steps = (last.sequence - first.sequence) % WORD
+    elapsed = (last.device_time_us - first.device_time_us) % WORD * 1e-6
+    return steps / elapsed if elapsed > 0.0 else 0.0

@@ -1,0 +1,220 @@
+"""The log of one run: what the servo, the load cell and the operator did, as ROS 2 messages."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
+from tendon_hardware.logs import ros_messages as ros
+from tendon_hardware.logs.background_log import BackgroundLog
+from tendon_hardware.logs.mcap_file import McapFile
+from tendon_hardware.servos.base import ServoCounters, ServoHealth, ServoState
+from tendon_newton.data.formats.topic_mapping import (
+    BALL_TOPIC,
+    COMMAND_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    DUTY_TOPIC,
+    FORCE_TOPIC,
+    RAW_FORCE_TOPIC,
+    SESSION_RECORD,
+    STATE_TOPIC,
+    TIP_TOPIC,
+    TRUTH_TOPIC,
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TimeBase:
+    """Conversion of the bench's clock into the stamps of a file."""
+
+    start: float
+    """Instant on the bench's clock that has the stamp ``epoch`` [s]."""
+    epoch: int
+    """Nanoseconds since 1970; of a simulated clock, since its start."""
+
+    def stamp(self, instant: float) -> int:
+        """Return the stamp [ns] of an instant [s]."""
+        return self.epoch + round(1e9 * (instant - self.start))
+
+
+class Sink(Protocol):
+    """Receiver of messages: a file, or a thread before it."""
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        ...
+
+    def write(self, topic: str, kind: str, stamp: int, message: ros.Message) -> None:
+        """Write a message."""
+
+    def flush(self, *, sync: bool) -> None:
+        """Hand what is written to the system."""
+
+    def finish(self, metadata: Mapping[str, Mapping[str, str]]) -> None:
+        """Write the end of the file and close it."""
+
+    def close(self) -> None:
+        """Close the file as it is."""
+
+
+class SessionLog:
+    """Writes what happens; every instant is one of the bench's clock [s].
+
+    Args:
+        sink: Receiver of the messages.
+        time_base: How instants become stamps.
+        tendons: Number of tendons, each with its servo.
+    """
+
+    def __init__(self, sink: Sink, time_base: TimeBase, tendons: int = 1) -> None:
+        self.sink = sink
+        self.time_base = time_base
+        self._names = [f"tendon_{d}" for d in range(tendons)]
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.sink.path
+
+    def command(self, instant: float, *angles: float) -> None:
+        """Write the command [rad] of each servo that takes effect at an instant."""
+        stamp = self.time_base.stamp(instant)
+        message = ros.joint_state(stamp, self._names, angles)
+        self.sink.write(COMMAND_TOPIC, ros.JOINT_STATE, stamp, message)
+
+    def duty(self, instant: float, duty: float, place: int = 0) -> None:
+        """Write the duty [1] that a loop on the host sends to a servo."""
+        stamp = self.time_base.stamp(instant)
+        self.sink.write(own_topic(DUTY_TOPIC, place), ros.NUMBER, stamp, {"data": duty})
+
+    def state(self, *states: ServoState) -> None:
+        """Write a reading of each servo, dated by the middle of all."""
+        stamp = self.time_base.stamp(sum(state.time for state in states) / len(states))
+        message = ros.joint_state(
+            stamp,
+            self._names,
+            [state.position for state in states],
+            [state.velocity for state in states],
+            [state.current for state in states],
+        )
+        self.sink.write(STATE_TOPIC, ros.JOINT_STATE, stamp, message)
+
+    def raw_force(self, reading: LoadCellReading, place: int = 0) -> None:
+        """Write a reading of a load cell as it came; it can be calibrated anew."""
+        stamp = self.time_base.stamp(reading.host_time)
+        values = (reading.sequence, reading.device_time_us, reading.counts)
+        topic = own_topic(RAW_FORCE_TOPIC, place)
+        self.sink.write(topic, ros.INTEGERS, stamp, ros.integers(values))
+
+    def force(self, instant: float, arrival: float, newtons: float, place: int = 0) -> None:
+        """Write the tension [N] of a tendon, its instant and when it arrived."""
+        message = ros.wrench(self.time_base.stamp(instant), self._names[place], newtons)
+        self.sink.write(FORCE_TOPIC, ros.WRENCH, self.time_base.stamp(arrival), message)
+
+    def tip(self, instant: float, x: float, z: float) -> None:
+        """Write where the finger's tip is in its plane [m]."""
+        stamp = self.time_base.stamp(instant)
+        self.sink.write(TIP_TOPIC, ros.POINT, stamp, ros.point(stamp, "base", x, 0.0, z))
+
+    def ball(self, instant: float, arrival: float, x: float, y: float, z: float) -> None:
+        """Write where a camera saw the ball, from where it was at first [m], and when."""
+        message = ros.point(self.time_base.stamp(instant), "ball_start", x, y, z)
+        self.sink.write(BALL_TOPIC, ros.POINT, self.time_base.stamp(arrival), message)
+
+    def truth(self, instant: float, ball: Sequence[float], joints: Sequence[float]) -> None:
+        """Write the ball's true place [m] and quaternion (x, y, z, w), and joint angles [rad]."""
+        stamp = self.time_base.stamp(instant)
+        self.sink.write(TRUTH_TOPIC, ros.NUMBERS, stamp, ros.numbers([*ball, *joints]))
+
+    def health(
+        self,
+        instant: float,
+        health: ServoHealth,
+        counters: ServoCounters,
+        *further: tuple[ServoHealth, ServoCounters],
+        missed: int = 0,
+        skipped: int = 0,
+    ) -> None:
+        """Write voltage, temperature, alerts and what was missed so far.
+
+        Args:
+            instant: Instant of the reading [s].
+            health: Voltage, temperature and alerts of the servo.
+            counters: Faults of its bus so far.
+            further: Health and counters of further servos.
+            missed: Ticks whose reading never came.
+            skipped: Ticks for which this computer was late.
+        """
+        entries = zip(self._names, ((health, counters), *further), strict=True)
+        self._diagnose(instant, [health_status(*each, missed, skipped) for each in entries])
+
+    def event(
+        self, instant: float, source: str, level: str, text: str, *, place: int = 0, **values: Any
+    ) -> None:
+        """Write that something happened: a gap begins or ends, a limit is passed, a hand comes."""
+        self._diagnose(instant, [ros.status(source, level, text, self._names[place], values)])
+
+    def _diagnose(self, instant: float, statuses: Sequence[ros.Message]) -> None:
+        stamp = self.time_base.stamp(instant)
+        self.sink.write(DIAGNOSTICS_TOPIC, ros.DIAGNOSTICS, stamp, ros.diagnostics(stamp, statuses))
+
+    def finish(self, session: Mapping[str, str]) -> None:
+        """Write how it was made and what was missed, and close the file."""
+        self.sink.finish({SESSION_RECORD: session})
+
+    def close(self) -> None:
+        """Close the file as it is, without an end."""
+        self.sink.close()
+
+
+def health_status(
+    tendon: str, entry: tuple[ServoHealth, ServoCounters], missed: int, skipped: int
+) -> ros.Message:
+    """Return what a servo says of itself as a status."""
+    health, counters = entry
+    values = {
+        "voltage": health.voltage,
+        "temperature": health.temperature,
+        "hardware_error": health.hardware_error,
+        "torque_enabled": int(health.torque_enabled),
+        "watchdog_tripped": int(health.watchdog_tripped),
+        "missed": missed,
+        "retries": counters.retries,
+        "corrupted": counters.corrupted,
+        "skipped_ticks": skipped,
+    }
+    level = "error" if health.alerts else "ok"
+    return ros.status("servo", level, ", ".join(health.alerts) or "no alert", tendon, values)
+
+
+def own_topic(topic: str, place: int) -> str:
+    """Return the topic of one tendon's messages that name none; the first one's is as it stands."""
+    if place == 0:
+        return topic
+    head, *rest = topic.removeprefix("/").split("/")
+    return "/".join(["", f"{head}_{place}", *rest])
+
+
+def open_log(
+    path: Path,
+    session: Mapping[str, str],
+    time_base: TimeBase,
+    *,
+    background: bool,
+    endless: bool = False,
+    tendons: int = 1,
+) -> SessionLog:
+    """Open a log and write how the run is made.
+
+    Args:
+        path: The file; it must not exist.
+        session: Settings and origin of the run.
+        time_base: How instants become stamps.
+        background: Whether a thread writes, as beside a real clock it must.
+        endless: Whether the run may last for hours.
+        tendons: Number of tendons, each with its servo.
+    """
+    file = McapFile(path, {SESSION_RECORD: session}, endless=endless)
+    return SessionLog(BackgroundLog(file) if background else file, time_base, tendons)

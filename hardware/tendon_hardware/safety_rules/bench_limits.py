@@ -1,0 +1,66 @@
+"""Limits of a bench, beyond which its motor is switched off."""
+
+from dataclasses import dataclass
+from math import isfinite, pi
+
+from tendon_hardware.errors import SafetyStop
+from tendon_newton.errors import InvalidParameter
+
+GREATEST = {"force": 100.0, "temperature": 100.0, "silence": 60.0, "blindness": 60.0}
+"""Beyond these a limit limits nothing: no servo of the table pulls 100 N on its spool."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SafetyLimits:
+    """Greatest force and temperature, the window of the spool, and how long nothing may be known.
+
+    These limits guard the mechanism and the load cell; the servo guards itself by its own limits.
+    """
+
+    force: float = 30.0
+    """Greatest tension [N]: the servo gives 21 N, and a cell for 5 kg takes 49 N."""
+    temperature: float = 65.0
+    """Greatest temperature of the motor [degC]; it shuts itself down at 70."""
+    position: tuple[float, float] = (-0.5, 2.0 * pi + 0.5)
+    """Spool angles that it may have [rad]: the command range and some overshoot."""
+    silence: float = 10.0
+    """Longest time without a reading of the servo [s], its adapter unplugged or not."""
+    blindness: float = 3.0
+    """Longest time without a reading of a load cell that is there [s]."""
+
+    def __post_init__(self) -> None:
+        """Refuse limits that limit nothing."""
+        low, high = self.position
+        if not (isfinite(low) and isfinite(high) and low < high):
+            raise InvalidParameter(f"the position window must be low, high; it is {low}, {high}")
+        for name, greatest in GREATEST.items():
+            value = getattr(self, name)
+            if not 0.0 < value <= greatest:
+                raise InvalidParameter(
+                    f"the limit of {name} must be above 0, up to {greatest:g}; it is {value:g}"
+                )
+
+    def check_force(self, force: float) -> None:
+        """Stop at a tension [N] that is too great."""
+        if abs(force) > self.force:
+            raise SafetyStop(
+                f"the tension must stay below {self.force:g} N; it is {force:.1f} N: "
+                "the motor is off"
+            )
+
+    def check_temperature(self, temperature: float) -> None:
+        """Stop at a temperature [degC] that is too high."""
+        if temperature > self.temperature:
+            raise SafetyStop(
+                f"the motor must stay below {self.temperature:g} degC; it has {temperature:.0f}: "
+                "it is off, let it cool"
+            )
+
+    def check_position(self, position: float) -> None:
+        """Stop where the spool has left its window [rad]."""
+        low, high = self.position
+        if not low <= position <= high:
+            raise SafetyStop(
+                f"the spool must stay within {low:.2f} to {high:.2f} rad from home; it is at "
+                f"{position:.2f} rad: the motor is off; is the tendon still fixed?"
+            )

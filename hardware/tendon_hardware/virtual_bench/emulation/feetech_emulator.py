@@ -1,0 +1,81 @@
+"""A Feetech servo's side of the bus: instructions in, answers out."""
+
+from math import pi
+
+from tendon_hardware.virtual_bench.emulation.emulated_servo import EmulatedServo
+from tendon_hardware.virtual_bench.emulation.feetech_firmware import FULL, TURN
+from tendon_hardware.virtual_bench.memory import feetech_table as at
+from tendon_hardware.virtual_bench.memory.feetech_frames import (
+    BROADCAST,
+    PING,
+    READ,
+    SYNC_WRITE,
+    WRITE,
+    status_frame,
+)
+from tendon_hardware.virtual_bench.memory.protocol import Instruction
+
+CURRENT_UNIT = 6.5e-3
+"""One step of the current [A]."""
+COUNTS_PER_RADIAN = TURN / (2.0 * pi)
+
+
+class FeetechEmulator(EmulatedServo):
+    """Answers the instructions of Feetech's protocol from the registers."""
+
+    BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
+    IDENTIFIER = at.IDENTIFIER
+
+    def answer(self, instruction: Instruction, time: float, count: int) -> bytes:
+        """Carry out an instruction and return the answer, empty where there is none.
+
+        Args:
+            instruction: Instruction from the bus.
+            time: Now [s].
+            count: Present counts of the encoder; the firmware has its own.
+        """
+        del count
+        quiet = instruction.identifier == BROADCAST
+        ours = quiet or instruction.identifier == self.identifier
+        if time < self._silent_until or not ours or not instruction.intact:
+            return b""
+        code, data = instruction.code, instruction.parameters
+        if code == PING:
+            return self._status()
+        if code == READ and len(data) == 2 and not quiet:
+            self._refresh()
+            return self._status(self._registers.read(data[0], data[1]))
+        if code == SYNC_WRITE:
+            self._take_share(data)
+            return b""
+        if code != WRITE or len(data) < 2:
+            return b""  # assumed: what it does not know it does not answer
+        self._registers.write(data[0], data[1:])
+        level = self._registers.value(at.RESPONSE_LEVEL)
+        return self._status() if level and not quiet else b""
+
+    def _take_share(self, data: bytes) -> None:
+        """Take this servo's share of a write to several."""
+        if len(data) < 2:
+            return
+        length = data[1]
+        for k in range(2, len(data) - length, length + 1):
+            if data[k] == self.identifier:
+                self._registers.write(data[0], data[k + 1 : k + 1 + length])
+
+    def _status(self, data: bytes = b"") -> bytes:
+        return status_frame(self.identifier, self._registers.value(at.STATUS), data)
+
+    def _refresh(self) -> None:
+        """Put what the servo measures into its registers."""
+        registers, motor = self._registers, self._motor
+        scatter, voltage = self._measured()
+        speed = round(self._firmware.rate * COUNTS_PER_RADIAN)
+        fine = registers.value(at.PHASE) & at.FINE_SPEED
+        registers.store(at.POSITION, self._firmware.position)
+        registers.store(at.SPEED, speed if fine else round(speed / 50.0))
+        registers.store(at.LOAD, round(motor.duty * FULL))
+        registers.store(at.VOLTAGE, max(0, round(10.0 * voltage)))
+        registers.store(at.TEMPERATURE, round(motor.temperature))
+        registers.store(at.MOVING, int(abs(speed) > 50))
+        registers.store(at.CURRENT, round((motor.current + scatter) / CURRENT_UNIT))

@@ -1,0 +1,237 @@
+"""Candidate models simulated on every recording, many at once, and how well each does."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Mask
+from tendon_newton.diagnosis.search.coordinates import Coordinate, coordinate_of
+from tendon_newton.identification.objective import BLOCK, TAIL, Scales, layout, stack
+from tendon_newton.identification.study import Study, compares_force, replacements
+from tendon_newton.identification.testable import stated_columns
+
+if TYPE_CHECKING:
+    from tendon_newton.diagnosis.search.survey import Column
+
+UNIT = Scales(theta=1.0, force=1.0)
+"""Residuals in their own units."""
+SANE_FORCE, SANE_ANGLE = 200.0, 20.0
+"""A world whose force [N] or angle [rad] is further off than this, on a nominal bench, diverged."""
+SEARCH_STEP = 2.0e-3
+"""Simulation step of a search and of its decision [s]. Two planted sets are 0.3 and 0.7 mrad RMS
+from steps of 0.25 ms at it, below the error of form of any law (`docs/lab/speed.md`)."""
+FINER = 0.4
+"""Share of the step with which such a world is simulated again [1]."""
+FINEST = 0.1
+"""Share of the step with which a model that is left at the end is judged [1]. At the whole step a
+finger hits its stop up to a substep late, and is 50 mrad off in a few rows; here it is 5 mrad."""
+MOST_NUMBERS = 30_000_000
+"""Residuals held at once [1]; more worlds are simulated in turns."""
+INDEPENDENT = 2.0
+"""Times a second that a model's error tells something of its own [1/s]: where numbers are found on
+virtual benches, 26 to 43 rows at 80 Hz tell as much as one alone would."""
+SEEN = 0.98
+"""Share of the residuals whose size tells how much of them is noise [1]: jumps tell nothing."""
+WITHIN = 2.0
+"""Tolerances by which a stated number may differ without a cause [1]."""
+STILL = 1.0e-9
+"""Change of the angle from row to row that is none [rad]."""
+NEAR = 3
+"""Rows either side without motion that make a row one at rest."""
+PASSES = 8
+"""Fixed-point passes for a scale; each gains a digit."""
+QUIET = 0.437
+"""Score of a signal whose residuals are normal and as large as its floor [nat]: the mean of
+9/2 log(1 + z^2 / 9) for a standard normal z."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Floors:
+    """What a model that is right leaves."""
+
+    theta: float
+    """Least scale of the angle's residuals [rad]."""
+    force: float
+    """The same of the force [N]."""
+    rest: float = 1.0
+    """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
+
+    def of(self, force: bool) -> float:
+        """Return the least scale of a force [N] or else of an angle [rad]."""
+        return self.force if force else self.theta
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorldScore:
+    """How likely residuals are, per row, with the scale of each signal at its best."""
+
+    value: Array
+    """Negative log likelihood per row, summed over signals [nat], shape (N,)."""
+    scales: Array
+    """Scale of each signal's residuals [rad, N]; zero without a load cell, shape (N, S)."""
+
+
+class SearchWorlds:
+    """Simulates candidates and counts what it simulated.
+
+    Args:
+        study: Training recordings, with kernels that hold the whole catalogue.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self.where = layout(study)
+        self.count = 0
+        self.bench_slopes: Mapping[int, Array] = {}
+        """Derivatives of the residual by the numbers of benches that move little, shape (M,) each:
+        they hardly change from set to set. A survey takes them anew."""
+        self.last_surveyed: tuple[Hashable, tuple[tuple[Column, ...], Array]] | None = None
+        """The last place that a survey looked around, and the directions that it saw."""
+        self.stated = frozenset(stated_columns(study))
+        """Numbers of effects that something states, with a tolerance: free in every fit."""
+        self.built_columns = (*study.tolerated_columns, *sorted(self.stated))
+        """Numbers that differ a little on every bench, and are no cause for that."""
+        self._coordinates: dict[int, Coordinate] = {}
+        self._stated_at: dict[int, tuple[float, float]] = {}
+        self._rests = rests(study)
+        resting = max(1, int(self._rests.sum()))
+        self.rest_share = min(1.0, (len(self._rests) - resting) / resting)
+        """Weight of a row at rest with which rest counts at most as much as motion [1]."""
+
+    def coordinate(self, column: int) -> Coordinate:
+        """Return the coordinate of one column."""
+        if column not in self._coordinates:
+            self._coordinates[column] = coordinate_of(self.study, column)
+        return self._coordinates[column]
+
+    def as_built(self, column: int) -> tuple[float, float]:
+        """Return the least and greatest coordinate of a stated number within its tolerance."""
+        stated, spread = self.stated_at(column)
+        return stated - WITHIN * spread, stated + WITHIN * spread
+
+    def stated_at(self, column: int) -> tuple[float, float]:
+        """Return what is stated of a number and its tolerance, as coordinates.
+
+        The tolerance is infinite where nothing states a number.
+        """
+        if column not in self._stated_at:
+            tolerance, own = self.study.parameter(column).tolerance, self.coordinate(column)
+            stated, spread = 0.0, np.inf
+            if tolerance > 0.0:
+                stated = own.place(self.study.base_value(column))
+                spread = (np.log1p(tolerance) if own.kind == "log" else tolerance) / own.unit
+            self._stated_at[column] = stated, float(spread)
+        return self._stated_at[column]
+
+    def rows_together(self, residual: Array) -> float:
+        """Return how many rows tell as much as one alone would [1].
+
+        Sensors err from row to row, and a model errs for a while: the share of the squared residual
+        that is not the sensors' counts once in so many rows.
+        """
+        noise, shares = self.study.noise, list[float]()
+        for force, own in self.where.signals:
+            if own.any():
+                quiet = (noise.force or 0.0) if force else noise.theta
+                size = trimmed_size(residual[own], SEEN)
+                shares.append(1.0 - (quiet / size) ** 2 if size > quiet else 0.0)
+        rows = len(residual) / len(shares) / (BLOCK * self.where.block_count)
+        return 1.0 + float(np.mean(shares)) * max(0.0, rows / INDEPENDENT - 1.0)
+
+    def with_stated(self, values: Mapping[int, float]) -> dict[int, float]:
+        """Return free numbers, column -> value, with those that are stated among them."""
+        return {**{c: self.study.base_value(c) for c in self.stated}, **values}
+
+    def finest(self, model: Mapping[int, float]) -> Array:
+        """Return measured minus simulated [rad, N] of one model at the finest step, shape (M,)."""
+        step = FINEST * self.study.time_step
+        return stack(self.study.residuals(*replacements([model]), step), UNIT)[0]
+
+    def residuals(self, models: Sequence[Mapping[int, float]]) -> Array:
+        """Return measured minus simulated [rad, N] of candidates, shape (N, M).
+
+        Args:
+            models: Column -> value in place of the starting model's, for each candidate.
+        """
+        width = max(1, MOST_NUMBERS // len(self.where.is_force))
+        parts = [self._simulate(models[at : at + width]) for at in range(0, len(models), width)]
+        return np.concatenate(parts)
+
+    def _simulate(self, models: Sequence[Mapping[int, float]]) -> Array:
+        found = stack(self.study.residuals(*replacements(models)), UNIT)
+        self.count += len(models)
+        wild = np.flatnonzero(self.is_wild(found))
+        if len(wild):
+            again = [models[i] for i in wild.tolist()]
+            step = FINER * self.study.time_step
+            found[wild] = stack(self.study.residuals(*replacements(again), step), UNIT)
+            self.count += len(again)
+        return found
+
+    def is_wild(self, residuals: Array) -> Mask:
+        """Tell which candidates left a sane range, shape (N,)."""
+        force = SANE_FORCE * self.study.scale.force
+        angle = SANE_ANGLE * max(1.0, self.study.scale.turn * self.study.scale.travel)
+        limit = np.where(self.where.is_force, force, angle)
+        return np.asarray((np.abs(residuals) > limit).any(axis=1), dtype=np.bool_)
+
+    def weights(self, floors: Floors) -> Array:
+        """Return how much each row counts [1], shape (M,)."""
+        return np.where(self._rests, floors.rest, 1.0)
+
+    def score(self, residuals: Array, floors: Floors, rows: Mask | None = None) -> WorldScore:
+        """Return how likely residuals are, shape (N, M).
+
+        Each signal's density falls off like Student's, with the most likely scale that is not below
+        what noise and form errors leave.
+
+        Args:
+            residuals: Measured minus simulated [rad, N], shape (N, M).
+            floors: Least scale of each signal.
+            rows: Rows that count, shape (M,); all by default.
+        """
+        value, scales, weights = np.zeros(len(residuals)), [], self.weights(floors)
+        for force, own in self.where.signals:
+            floor, chosen = floors.of(force), own if rows is None else own & rows
+            if not chosen.any():
+                scales.append(np.zeros(len(residuals)))
+                continue
+            square, weight = residuals[:, chosen] ** 2, weights[chosen] / weights[chosen].sum()
+            scale = likely_scale(square, weight, floor)
+            tail = 0.5 * TAIL**2 * np.log1p(square / (TAIL * scale[:, None]) ** 2)
+            value += np.log(scale / floor) + tail @ weight
+            scales.append(scale)
+        return WorldScore(value=value, scales=np.stack(scales, axis=1))
+
+
+def likely_scale(square: Array, weight: Array, floor: float) -> Array:
+    """Return the most likely scale of squared residuals, at least a floor, shape (N,)."""
+    variance = np.maximum(square @ weight, floor**2)
+    for _ in range(PASSES):
+        kept = square / (1.0 + square / (TAIL**2 * variance[:, None]))
+        variance = np.maximum(kept @ weight, floor**2)
+    return np.sqrt(variance)
+
+
+def rests(study: Study) -> Mask:
+    """Tell on which rows the encoder stands still, in the order of residuals, shape (M,)."""
+    out = []
+    for index, recording in enumerate(study.recordings):
+        moves = np.abs(np.diff(recording.motor_position[:, 0], prepend=np.nan)) > STILL
+        near = np.convolve(moves, np.ones(2 * NEAR + 1), mode="same") > 0.0
+        rest = ~near[study.timeline(index).trusted]
+        out += [rest] * (2 if compares_force(recording) else 1)
+    return np.concatenate(out)
+
+
+def trimmed_size(residual: Array, share: float) -> float:
+    """Return the root mean square of the smaller residuals, which are that share [1] of all."""
+    square = residual**2
+    if share < 1.0:
+        kept = max(1, int(share * len(square)))
+        square = np.partition(square, kept - 1)[:kept]
+    return float(np.sqrt(square.mean()))

@@ -1,0 +1,226 @@
+"""Export to plain MuJoCo: an MJCF file that runs alone, and a hook for what MJCF cannot say."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.effects import EFFECTS
+from tendon_newton.exports.export_target import Exported, ExportTarget
+from tendon_newton.exports.model_numbers import (
+    command_span,
+    coverage_of,
+    not_exact,
+    number,
+    refuse_damaged,
+    refuse_kinematic,
+)
+from tendon_newton.exports.mujoco.mjcf_servo import (
+    FRICTION_SHAPE,
+    FRICTION_TIME,
+    add_servo,
+    replay_file,
+)
+from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
+from tendon_newton.exports.network_export import NETWORK_FILE, NetworkFacts, exported_network
+from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
+from tendon_newton.mechanisms.authoring.mujoco_file import (
+    mujoco_spec,
+    newton_s_mujoco,
+    write_spec,
+)
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.rollout import Trajectory
+
+MODEL_FILE = "model.xml"
+PROGRAM_FILE = "tendon_step.py"
+
+IN_THE_FILE = coverage_of(
+    (
+        "gain_error",
+        "spool_radius_error",
+        "joint_stiffness_error",
+        "joint_damping_error",
+        "joint_dry_friction",
+        "inertia_error",
+        "gravity_misalignment",
+    ),
+    (
+        "command_delay",
+        "force_saturation",
+        "position_offset",
+        "tendon_slack",
+        "viscous_friction",
+        "coulomb_friction",
+        "asymmetric_friction",
+        "stribeck_friction",
+    ),
+)
+"""What MJCF alone says of each effect."""
+NEARLY = ("backlash", "starting_duty")
+"""A rotor in its play meets its edges in the middle of a step, which nothing divides. A servo
+without inertia switches its least duty in every step."""
+COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY}), NEARLY)
+"""What the program says of each effect."""
+
+
+def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
+    """Write `model.xml`, `tendon_step.py` and the ONNX file of a force network.
+
+    Raises:
+        InvalidModelFile: The model has no force that MuJoCo could apply.
+        InvalidOutput: A file cannot be written.
+    """
+    refuse_kinematic(model, "MuJoCo")
+    refuse_damaged(model)
+    network, model = exported_network(folder, model)
+    path = folder / MODEL_FILE
+    signs, offsets = write_model_file(path, mechanism, model)
+    program = folder / PROGRAM_FILE
+    text = program_text(
+        mechanism,
+        model,
+        servo_numbers(mechanism, model, signs, offsets),
+        title=f"The bench {mechanism.name} with its identified servo, stepped in MuJoCo.",
+        span=command_span(mechanism),
+        network=network,
+    )
+    write_text(program, text)
+    left_out = () if network is not None else not_exact(model, IN_THE_FILE)
+    replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_program(folder, run)}
+    if network is None:
+        placed = list(zip(signs, offsets, strict=True))
+        replays[f"{MODEL_FILE} alone"] = lambda run: replay_alone(
+            path, mechanism, model, placed, run
+        )
+    return Exported(
+        files=(path, program, *((folder / NETWORK_FILE,) if network else ())),
+        loading=loading_text(network),
+        replays=replays,
+        left_out={PROGRAM_FILE: not_exact(model, COVERAGE), f"{MODEL_FILE} alone": left_out},
+    )
+
+
+def write_model_file(
+    path: Path, mechanism: Mechanism, model: Model
+) -> tuple[list[float], list[float]]:
+    """Write the MJCF file; return its tendons' signs, and their excursions at no length [m]."""
+    spec = mujoco_spec(mechanism)
+    signs, offsets = placed_tendons(mechanism)
+    change_mechanism(spec, mechanism, model)
+    for tendon, sign, offset in zip(mechanism.tendons, signs, offsets, strict=True):
+        add_servo(spec, tendon, model, sign, offset)
+    write_spec(path, spec)
+    return signs, offsets
+
+
+def placed_tendons(mechanism: Mechanism) -> tuple[list[float], list[float]]:
+    """Return whether each tendon of MuJoCo grows when it is wound in, and l at no length [m]."""
+    mujoco = newton_s_mujoco()
+    compiled = mujoco_spec(mechanism).compile()
+    state = mujoco.MjData(compiled)
+    mujoco.mj_forward(compiled, state)
+    signs = [1.0 if tendon.route is None else -1.0 for tendon in mechanism.tendons]
+    lengths = [float(state.ten_length[compiled.tendon(t.name).id]) for t in mechanism.tendons]
+    rows = zip(mechanism.tendons, signs, lengths, strict=True)
+    return signs, [t.excursion_offset - sign * length for t, sign, length in rows]
+
+
+def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
+    """Put those effects into the joints and links that MJCF has numbers for."""
+    heavier = number(model, "inertia_error", "scale")
+    tilt = number(model, "gravity_misalignment", "angle")
+    gravity = np.array(spec.option.gravity)
+    spec.option.gravity = (
+        np.array(
+            [
+                gravity[0] * math.cos(tilt) - gravity[2] * math.sin(tilt),
+                gravity[1],
+                gravity[0] * math.sin(tilt) + gravity[2] * math.cos(tilt),
+            ]
+        )
+        / heavier
+    )
+    for joint in mechanism.joints:
+        row = spec.joint(joint.name)
+        row.stiffness[0] = joint.stiffness * number(model, "joint_stiffness_error", "scale")
+        row.damping[0] = joint.damping * number(model, "joint_damping_error", "scale")
+        dry = joint.friction
+        if math.isfinite(joint.limits[1]):
+            share = number(model, "joint_dry_friction", "fraction")
+            dry += share * joint.stiffness * (joint.limits[1] - joint.rest)
+        row.frictionloss = dry
+        row.solimp_friction = FRICTION_SHAPE
+        row.solref_friction = (FRICTION_TIME, 1.0)
+        body = row.parent
+        body.mass = body.mass * heavier
+        body.inertia = body.inertia * heavier
+
+
+def replay_program(folder: Path, recording: Recording) -> Trajectory:
+    """Replay a recording with the written program, as its user would."""
+    program = load_program(folder / PROGRAM_FILE)
+    mujoco = newton_s_mujoco()
+    mj_model = mujoco.MjModel.from_xml_path(str(folder / MODEL_FILE))
+    hook = program.make_hook(mj_model, mujoco.MjData(mj_model))
+    return trajectory_of(recording, program.replay(hook, rows_of(recording)))
+
+
+def replay_alone(
+    path: Path,
+    mechanism: Mechanism,
+    model: Model,
+    placed: list[tuple[float, float]],
+    recording: Recording,
+) -> Trajectory:
+    """Replay a recording by the MJCF file alone, from where the program would start."""
+    program = load_program(path.parent / PROGRAM_FILE)
+    mujoco = newton_s_mujoco()
+    mj_model = mujoco.MjModel.from_xml_path(str(path))
+    hook = program.make_hook(mj_model, mujoco.MjData(mj_model))
+    rows = rows_of(recording)
+    hook.reset(rows["theta_d"][0], *rows.get("start", (None, None)))
+    start = hook.data.qpos[hook.places].copy()
+    return replay_file(path, mechanism, model, placed, recording, start)
+
+
+def loading_text(network: NetworkFacts | None) -> str:
+    """Return how a user loads the files."""
+    packages = "mujoco" if network is None else "mujoco onnxruntime"
+    alone = "" if network is not None else ALONE
+    return f"""```sh
+pip install {packages}
+python tendon_step.py                     # some steps and ramps
+python tendon_step.py commands.csv --out replay.csv   # columns t [s] and theta_d [rad]
+```
+
+In a program of your own:
+
+```python
+import mujoco, tendon_step
+
+model = mujoco.MjModel.from_xml_path("model.xml")
+model.opt.timestep = 1.0e-4
+hook = tendon_step.make_hook(model, mujoco.MjData(model))
+hook.reset([0.5])      # desired motor angle [rad], one per tendon
+hook.command[:] = 1.0
+hook.step()            # in place of mujoco.mj_step
+print(hook.read())     # angle [rad], speed [rad/s], force [N]
+```
+{alone}"""
+
+
+ALONE = """
+`model.xml` also runs alone, in MuJoCo and mujoco_warp: its control is the desired motor angle
+[rad]. What it leaves out then stands below.
+"""
+
+MUJOCO = ExportTarget(
+    summary="MJCF, and a Python file that steps it with what MJCF cannot say",
+    coverage=COVERAGE,
+    write=write_mujoco_target,
+)

@@ -1,0 +1,209 @@
+"""Export to Newton: the bench in USD with actuator prims, and a drive for what prims cannot say."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.bench_file import write_bench
+from tendon_newton.exports.export_target import Exported, ExportTarget
+from tendon_newton.exports.model_numbers import (
+    coverage_of,
+    not_exact,
+    number,
+    refuse_damaged,
+    refuse_kinematic,
+)
+from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
+from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
+from tendon_newton.exports.newton.newton_program import drive_text
+from tendon_newton.exports.newton.path import path_of
+from tendon_newton.exports.newton.plain import IN_THE_PRIMS, plain_joints, plain_replay
+from tendon_newton.exports.newton.prims import (
+    LONGEST_STEP,
+    own_prims,
+    plain_prims,
+    write_actuators,
+)
+from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
+from tendon_newton.mechanisms.authoring.correction import Correction, correct, with_joints
+from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import moment_arms
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import replay
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.model.parameter_table import spool_radius_of
+
+
+def loading_text(*, network: bool, plain: bool, stray: float) -> str:
+    """Return how a user loads the files.
+
+    Args:
+        network: Whether a force network is asked.
+        plain: Whether Newton's own prims say the servo.
+        stray: Most by which a tendon's way in the drive strays from the bench's [m].
+    """
+    packages = '"newton[sim,importers]==1.8.*"' + (" onnxruntime" if network else "")
+    return f"""```sh
+pip install {packages}
+python tendon_drive.py commands.csv --out replay.csv   # columns t [s] and theta_d [rad]
+```
+
+In a program of your own:
+
+```python
+import newton, tendon_drive
+
+tendon_drive.register()                     # lets add_usd know the drive
+builder = newton.ModelBuilder()
+newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+builder.add_usd("bench_drive.usda")
+model = builder.finalize()                  # model.actuators has the drive
+```
+
+Write a tendon's desired motor angle [rad] into `control.joint_target_q` of each joint that the
+tendon drives, then call `model.actuators[0].step` and the solver with steps of 0.1 ms or less.
+`tendon_drive.Simulation(worlds)` does all that for many worlds.
+{ROUTED.format(1e6 * stray) if stray else ""}{PLAIN if plain else NOT_PLAIN}"""
+
+
+ROUTED = """
+The drive has the way of a routed tendon as a polynomial of the joints, which strays by {:.1f} um at
+most inside the joints' range.
+"""
+PLAIN = """
+`bench_newton.usda` needs no file of ours: Newton's own actuator prims, for steps of 0.1 ms. Its
+target is the joint's position: command less offset, over the gearing. A string pushes there too.
+"""
+NOT_PLAIN = """
+Newton's own actuator prims drive one joint each, and cannot say a tendon over several joints, or a
+force network that sees command and angle apart. So there is no file with these alone.
+"""
+
+
+BENCH_FILE, DRIVE_FILE, PLAIN_FILE = "bench.usda", "bench_drive.usda", "bench_newton.usda"
+PROGRAM_FILE = "tendon_drive.py"
+SENSORS = (
+    "load_cell_delay",
+    "load_cell_lag",
+    "load_cell_gain",
+    "load_cell_bias",
+    "load_cell_drift",
+)
+NEARLY = ("backlash",)
+"""A rotor in its play meets its edges in the middle of a step, which nothing divides."""
+COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY, *SENSORS}), NEARLY)
+"""What the drive says of each effect; nobody has a load cell."""
+
+
+def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
+    """Write the bench, its actuator prims, and the drive.
+
+    Raises:
+        InvalidAsset: Two joints or tendons share the last part of their paths.
+        InvalidModelFile: Newton cannot hold the bench or its servo.
+        InvalidOutput: A file cannot be written.
+    """
+    refuse_kinematic(model, "Newton")
+    refuse_damaged(model)
+    refuse_shared_joints(mechanism)
+    mujoco_spec(mechanism)  # refuses a bench that SolverMuJoCo's own names cannot hold
+    correction = corrected_bench(mechanism, model)
+    network, held = exported_network(folder, model)
+    write_bench(folder / BENCH_FILE, correction, model)
+    step = longest_step(correction.corrected, held)
+    own = own_prims(mechanism)
+    write_actuators(folder / DRIVE_FILE, folder / BENCH_FILE, own, own_joints(mechanism, model))
+    paths = [path_of(mechanism, tendon) for tendon in mechanism.tendons]
+    numbers = drive_numbers(mechanism, correction.corrected, held, paths, network, step)
+    program = folder / PROGRAM_FILE
+    write_text(program, drive_text(held, numbers))
+    files = [folder / name for name in (BENCH_FILE, DRIVE_FILE, PROGRAM_FILE)]
+    replays: dict[str, Any] = {
+        PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
+    }
+    left_out = {PROGRAM_FILE: not_exact(model, COVERAGE)}
+    plain = plain_prims(mechanism, model, LONGEST_STEP)
+    if plain is not None:
+        joints = plain_joints(mechanism, model)
+        write_actuators(folder / PLAIN_FILE, folder / BENCH_FILE, plain, joints)
+        files.append(folder / PLAIN_FILE)
+        replays[PLAIN_FILE] = lambda run: trajectory_of(
+            run,
+            plain_replay(
+                folder / PLAIN_FILE, mechanism, model, started_rows(mechanism, model, run)
+            ),
+        )
+        left_out[PLAIN_FILE] = not_exact(model, IN_THE_PRIMS)
+    if network is not None:
+        files.append(folder / NETWORK_FILE)
+    return Exported(
+        files=tuple(files),
+        loading=loading_text(
+            network=network is not None, plain=plain is not None, stray=max(p.stray for p in paths)
+        ),
+        replays=replays,
+        left_out=left_out,
+    )
+
+
+def refuse_shared_joints(mechanism: Mechanism) -> None:
+    """Refuse a bench with a joint that no tendon drives, or several."""
+    arms = np.array([tendon.moment_arm for tendon in mechanism.tendons])
+    for joint, count in zip(mechanism.joints, np.count_nonzero(arms, axis=0), strict=True):
+        if count != 1:
+            raise InvalidModelFile(
+                f"Newton's actuators have one command per joint, so that one tendon must drive "
+                f"joint {joint.name!r} of {mechanism.name!r}; it has {count}"
+            )
+
+
+def corrected_bench(mechanism: Mechanism, model: Model) -> Correction:
+    """Return a bench with what USD has numbers for, links that only resist more included."""
+    correction = correct(mechanism, replace(model, bench_overrides={}))
+    heavier = number(model, "inertia_error", "scale")
+    corrected = with_joints(
+        correction.corrected,
+        lambda j: replace(j, mass=j.mass * heavier, inertia=j.inertia * heavier),
+    )
+    corrected = replace(corrected, gravity=corrected.gravity / heavier)
+    return replace(correction, asset=load_mechanism(mechanism.asset), corrected=corrected)
+
+
+def replay_drive(
+    folder: Path, mechanism: Mechanism, model: Model, recording: Recording
+) -> Trajectory:
+    """Replay a recording with the written drive, from where our own simulation begins."""
+    program = load_program(folder / PROGRAM_FILE)
+    rows = started_rows(mechanism, model, recording)
+    found = program.replay(program.Simulation(device="cpu"), rows)
+    return trajectory_of(recording, found)
+
+
+def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> dict[str, Any]:
+    """Return what a program needs of a recording, with where it begins."""
+    rows = rows_of(recording)
+    rows["joints"] = replay([recording], model)[0].joint_position[0]
+    if "start" in rows:
+        _, rate = rows.pop("start")
+        rates = np.zeros(len(mechanism.joints))
+        for tendon, speed in zip(mechanism.tendons, rate, strict=True):
+            arm = moment_arms(tendon, rows["joints"])
+            radius = spool_radius_of(model) or tendon.spool_radius
+            rates += arm * (speed * radius / (arm @ arm))
+        rows["rates"] = rates
+    return rows
+
+
+NEWTON = ExportTarget(
+    summary="USD with actuator prims, and a drive for Newton with what prims cannot say",
+    coverage=COVERAGE,
+    write=write_newton_target,
+)

@@ -1,0 +1,180 @@
+"""Train a force network: mean squared error, one cycle, watched by whole held-out recordings.
+
+Held-out error is the mean absolute one. Where a motor sticks for longer than a window, nothing in
+the window tells the force. A few such seconds would decide a mean square, and stop a training that
+still gets better everywhere else.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.force_networks import build_network
+from tendon_newton.force_networks.force_network import ForceNetwork
+from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
+from tendon_train.actuator.fitting.checkpoint import (
+    Checkpoint,
+    TrainingState,
+    load_checkpoint,
+    save_checkpoint,
+    training_settings,
+)
+from tendon_train.actuator.samples.changed_windows import changed_batch
+from tendon_train.actuator.samples.servo_law import ServoLaw, fit_servo_law
+from tendon_train.actuator.samples.windows import Windows, WindowTensors, to_device
+from tendon_train.actuator.training_config import TrainingConfig
+
+VALIDATION_STRIDE = 4
+"""One window in so many tells when to stop: at 80 Hz, one of the four phases."""
+VALIDATION_BATCH = 8192
+UNKNOWN_PAST = 3
+"""One in so many samples, the first of a streaming window, are not held against the network: it
+cannot know what happened before them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittingProgress:
+    """Figures of a training after an epoch."""
+
+    epoch: int
+    """Number of finished epochs."""
+    epochs: int
+    """Greatest number of epochs."""
+    train_rmse: float
+    """Over the epoch's windows, while the weights changed [N]."""
+    validation_error: float
+    """Mean absolute error on held-out train recordings [N]."""
+    best_error: float
+    """Lowest validation error so far [N]."""
+    seconds_left: float
+    """At this pace, if nothing stops the training early [s]."""
+
+
+def train_network(
+    config: TrainingConfig,
+    fit: Windows,
+    validation: Windows,
+    checkpoint: Path,
+    *,
+    law: ServoLaw | None = None,
+    report: Callable[[FittingProgress], None] = lambda progress: None,
+) -> tuple[ForceNetwork, Checkpoint]:
+    """Train a network, or go on where a checkpoint stopped.
+
+    Args:
+        config: Settings of the training.
+        fit: Windows that give gradients.
+        validation: Windows of other recordings, that say when to stop.
+        checkpoint: Written after every epoch.
+        law: How the servo answers to its shaft; by default what the fitted windows say of it.
+        report: Called after every epoch.
+
+    Returns:
+        The network with the weights that were kept, on the CPU, and the last checkpoint.
+
+    Raises:
+        InvalidParameter: The device is not there, or the network's numbers left all bounds.
+        InvalidNetworkFile: The checkpoint is damaged or belongs to another training.
+    """
+    if config.device.startswith("cuda") and not torch.cuda.is_available():
+        raise InvalidParameter("device is cuda, and torch finds no CUDA device here; use cpu")
+    torch.manual_seed(config.seed)
+    network = build_network(config.network, of_set=config.set, window=config.window)
+    law = law or fit_servo_law(fit)
+    data = to_device(fit, config.device)
+    network.to(config.device).normalise_as(data.inputs, data.force)
+    state = TrainingState.start(network, config)
+    settings = training_settings(config, fit, validation)
+    done = load_checkpoint(checkpoint, settings, state)
+    held_out = to_device(validation, config.device)
+    begun, first = time.monotonic(), done.epoch
+    while not done.finished(config):
+        train_error = run_epoch(state, data, config, done.epoch, law)
+        error = validation_error(network, held_out, streaming=config.streaming)
+        if not math.isfinite(error):
+            raise InvalidParameter(
+                f"epoch {done.epoch + 1}: the network's error must stay finite; it is {error}. A "
+                f"learning_rate below {config.learning_rate:g} may help"
+            )
+        done = done.after_epoch(error, train_error, network)
+        save_checkpoint(checkpoint, settings, state, done)
+        pace = (time.monotonic() - begun) / (done.epoch - first)
+        report(
+            FittingProgress(
+                epoch=done.epoch,
+                epochs=config.epochs,
+                train_rmse=train_error,
+                validation_error=error,
+                best_error=done.best_error,
+                seconds_left=pace * (config.epochs - done.epoch),
+            )
+        )
+    network.load_state_dict(done.kept_weights)
+    return network.cpu().eval(), done
+
+
+def run_epoch(
+    state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int, law: ServoLaw
+) -> float:
+    """Take one step per batch of an epoch's windows; return the error [N] that they had.
+
+    Args:
+        state: Network and optimiser, which change.
+        data: All windows.
+        config: Settings of the drawing.
+        done: Epochs before this one.
+        law: Law of the servo's answer to its shaft.
+    """
+    network, total, count = state.network, 0.0, 0
+    network.train()
+    batches = list(epoch_batches(state.generator, data.rows.shape[0], config))
+    for number, chosen in enumerate(batches):
+        share = (done + number / len(batches)) / config.epochs
+        windows, targets = changed_batch(
+            data, chosen.to(data.rows.device), config, share, law, state.generator
+        )
+        errors = tension_errors(network, windows, targets, streaming=config.streaming)
+        loss = torch.mean((errors / network.force_scale) ** 2)
+        state.descent.step(loss, share)
+        total = total + loss.detach() * chosen.numel()
+        count += chosen.numel()
+    return float(torch.sqrt(torch.as_tensor(total) / count) * network.force_scale)
+
+
+def epoch_batches(
+    generator: torch.Generator, windows: int, config: TrainingConfig
+) -> Iterator[Tensor]:
+    """Draw an epoch's windows and yield them in batches."""
+    order = torch.randperm(windows, generator=generator)[: config.windows_per_epoch]
+    yield from order.split(config.batch)
+
+
+def tension_errors(
+    network: ForceNetwork, windows: Tensor, targets: Tensor, *, streaming: bool
+) -> Tensor:
+    """Return predicted minus measured tension [N] of some windows, at one sample or several."""
+    if streaming:
+        assert isinstance(network, RecurrentNetwork)
+        known = targets.shape[1] // UNKNOWN_PAST
+        return (network.sequence(windows) - targets)[:, known:]
+    return network.last_query(windows) - targets[:, -1]
+
+
+def validation_error(network: ForceNetwork, data: WindowTensors, *, streaming: bool) -> float:
+    """Return the mean absolute error [N] over held-out windows."""
+    network.eval()
+    chosen = torch.arange(0, data.rows.shape[0], VALIDATION_STRIDE, device=data.rows.device)
+    with torch.no_grad():
+        errors = [
+            tension_errors(
+                network, data.batch(part), data.targets(part), streaming=streaming
+            ).flatten()
+            for part in chosen.split(VALIDATION_BATCH)
+        ]
+    return float(torch.cat(errors).abs().mean())

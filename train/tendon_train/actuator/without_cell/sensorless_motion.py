@@ -1,0 +1,132 @@
+"""What encoders and a camera saw of a tendon's two ends, and nothing of its force."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.errors import InvalidDataset
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+
+TURN = 0.01
+"""Turn of the spool over which a line comes to slip the other way through its guide [rad]. The turn
+is 0.1 mm of line and six counts of an encoder: about the stretch when the guide's friction changes
+sides."""
+PROBE = (0.3, 0.4)
+"""Posture at which a finger's own kinematics are compared with a planar one's [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorlessMotion:
+    """Motion of one recording, without its force."""
+
+    recording: Recording
+    """Has no ``force``."""
+    mechanism: Mechanism
+    """Mechanism of the bench, with the recording's own numbers."""
+    wound: Array
+    """Line on the spool [m], shape (T,)."""
+    joints: Array
+    """Joint angles that the tip tells [rad], shape (T, J); J = 0 where only the spool is seen."""
+    direction: Array
+    """From -1, paid out, to 1, wound in [1], shape (T,)."""
+
+    def joints_seen_by(self, camera: Sequence[float]) -> Array:
+        """Return the joint angles if the tip is seen off its place by x and z [m], shape (T, J)."""
+        if not self.joints.shape[1] or not len(camera):
+            return self.joints
+        assert self.recording.tip is not None
+        return joints_at(self.recording.tip - np.asarray(camera), self.mechanism)
+
+
+def motions_of(recordings: Sequence[Recording]) -> tuple[SensorlessMotion, ...]:
+    """Drop the force of those recordings that tell something without it.
+
+    Left out are recordings without a command, of a bench without a tendon, and of a finger whose
+    tip was not seen.
+
+    Raises:
+        InvalidDataset: None is left, or a bench is no slider and no planar finger of two joints.
+    """
+    mechanisms: dict[str, Mechanism] = {}
+    motions = []
+    for recording in map(without_force, (r for r in recordings if r.command is not None)):
+        if recording.bench not in mechanisms:
+            mechanisms[recording.bench] = load_mechanism(recording.bench)
+        mechanism = override_mechanism(mechanisms[recording.bench], recording.bench_overrides)
+        if any(tendon.direct for tendon in mechanism.tendons):
+            continue
+        if len(mechanism.joints) == 1 or recording.tip is not None:
+            motions.append(motion_of(recording, mechanism))
+    if not motions:
+        raise InvalidDataset(
+            "without a load cell a force network learns from theta_d, theta, theta_dot and, on a "
+            f"finger, the tip; none of {len(recordings)} train recordings has them"
+        )
+    return tuple(motions)
+
+
+def without_force(recording: Recording) -> Recording:
+    """Return a recording as it would be without a load cell."""
+    return replace(recording, force=None, load_cell_rate=None)
+
+
+def motion_of(recording: Recording, mechanism: Mechanism) -> SensorlessMotion:
+    """Return where both ends of a recording's tendon were."""
+    if recording.tendon_count != 1 or len(mechanism.tendons) != 1:
+        raise InvalidDataset(
+            f"{recording.name}: without a load cell a bench may have one tendon; "
+            f"{mechanism.name} has {len(mechanism.tendons)}"
+        )
+    position = recording.motor_position[:, 0]
+    return SensorlessMotion(
+        recording=recording,
+        mechanism=mechanism,
+        wound=mechanism.tendons[0].spool_radius * position,
+        joints=np.empty((recording.sample_count, 0))
+        if len(mechanism.joints) == 1 or recording.tip is None
+        else joints_at(recording.tip, mechanism),
+        direction=winding_direction(position),
+    )
+
+
+def joints_at(tip: Array, mechanism: Mechanism) -> Array:
+    r"""Return the joint angles that put a finger's tip at x and z, shape (T, J).
+
+    .. math::
+        \cos q_2 = \frac{x^2 + z^2 - L_1^2 - L_2^2}{2 L_1 L_2}, \qquad
+        q_1 = \operatorname{atan2}(-z, x) - \operatorname{atan2}(L_2 \sin q_2, L_1 + L_2 \cos q_2)
+    """
+    first, second = planar_lengths(mechanism)
+    x, down = tip[:, 0], -tip[:, 1]
+    cosine = (x**2 + down**2 - first**2 - second**2) / (2.0 * first * second)
+    distal = np.arccos(np.clip(cosine, -1.0, 1.0))
+    inner = np.arctan2(second * np.sin(distal), first + second * np.cos(distal))
+    return np.column_stack([np.arctan2(down, x) - inner, distal])
+
+
+def planar_lengths(mechanism: Mechanism) -> tuple[float, float]:
+    """Return the lengths of a finger's phalanges [m]; refuse any other mechanism."""
+    lengths = [length for length in mechanism.link_lengths if length is not None]
+    if len(lengths) == len(mechanism.joints) == 2 and mechanism.tip is not None:
+        angles = np.cumsum(PROBE)
+        flat = np.array([np.cos(angles) @ lengths, -np.sin(angles) @ lengths])
+        tip = tip_position(mechanism, np.array(PROBE))
+        if tip is not None and np.allclose(tip[[0, 2]], flat, atol=1.0e-6):
+            return lengths[0], lengths[1]
+    raise InvalidDataset(
+        f"{mechanism.name}: without a load cell a bench must be a slider, or a finger of two "
+        "joints in a plane whose tip is seen and which lies along +x at rest"
+    )
+
+
+def winding_direction(position: Array) -> Array:
+    """Return which way a line last went through its guide, from -1 to 1, shape (T,)."""
+    direction = np.zeros(position.size)
+    for row, turned in enumerate(np.diff(position) / (0.5 * TURN), start=1):
+        direction[row] = min(1.0, max(-1.0, direction[row - 1] + turned))
+    return direction

@@ -1,0 +1,123 @@
+"""Settings of the environment in which a policy learns."""
+
+from dataclasses import dataclass, field
+from math import pi
+from typing import Literal
+
+from tendon_newton.data.cards.policy_observation import HISTORY, RATE, Task
+from tendon_newton.errors import InvalidParameter
+from tendon_train.policy.config.turning_config import TurningConfig
+
+FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}
+"""Default finger of each task."""
+ObstacleChoice = Literal["none", "sphere", "box", "plane"]
+POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "max_step")
+NOT_NEGATIVE = (
+    "joint_friction",
+    "goal_weight",
+    "smooth_weight",
+    "tendon_speed_weight",
+    "effort_weight",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvironmentConfig:
+    """A finger, what pulls it, what differs between its worlds, and what it is paid for."""
+
+    worlds: int = 4096
+    """Fingers that learn side by side."""
+    task: Task = "tip"
+    """What is learned: to bring a finger's tip to goals, or to turn a ball in a hand's palm."""
+    finger: str = FINGERS["tip"]
+    """Finger with a tip and tendons that close it: a name under assets/, or a USD file. A hand that
+    turns a ball has a ball with a mass; by default hand_ball."""
+    force: str = "ideal"
+    """Force model of the servo: ideal, a model file (.toml), or a force network (.safetensors)."""
+    randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
+    """Numbers that differ between worlds and are drawn anew for each episode. Names are those of
+    the default, or effects, whose numbers are drawn about the model's own (gain_error: the force
+    times a factor about 1). Causes of diagnosis.json files are drawn from their 95 % intervals;
+    none draws nothing."""
+    spread: float = 0.3
+    """Most that a randomised number differs from its nominal value, as a share of it."""
+    joint_friction: float = 0.1
+    """Dry friction about which joint_friction is drawn, as a share of the torque of a joint's
+    spring at the end of its range; a model's own joint_dry_friction counts instead."""
+    obstacle: ObstacleChoice = "none"
+    """Obstacle in the finger's way: none, or a sphere, a box or a plane that the tip meets at an
+    angle drawn like a goal. Its size, stiffness and friction are drawn too."""
+    obstacle_chance: float = 0.5
+    """Share of the episodes with an obstacle [1]."""
+    rate: float = RATE
+    """Policy steps per second [Hz]."""
+    history: int = HISTORY
+    """Samples that the policy sees."""
+    episode: float = 20.0
+    """Length of an episode [s]."""
+    goals: tuple[float, float] = (0.0, 0.6 * pi)
+    """Least and greatest goal angle [rad]."""
+    goal_change: float = 0.005
+    """Chance that a step ends with a new goal [1]."""
+    command_range: tuple[float, float] = (-1.2, 2.0 * pi)
+    """Least and greatest command of a servo that closes [rad]; of one that opens, counted from its
+    angle in the closed finger. The range begins below zero, so that the servo pays the tendon out
+    to its end, and at some speed. A gear does not move within 0.3 rad of a command, a worn one
+    within 0.8."""
+    pay_out: tuple[float, float] = (0.0, 0.05)
+    """The pay-out rule [rad]: commands go below the first angle only while the motor stands beyond
+    the second. So the motor stops at home and the tendon does not hang loose. A command range that
+    begins higher has no rule."""
+    action_clip: float = 3.0
+    """Greatest offset of the command from the motor [rad]: at 4.2 N/rad the finger needs 2.5 rad to
+    hold the greatest goal with springs that are 30 % too stiff."""
+    goal_weight: float = 5.0
+    """Price of the distance between tip and goal [1/m]."""
+    smooth_weight: float = 0.001
+    """Price of the change of the action [1/rad]."""
+    tendon_speed_weight: float = 0.0
+    """Price of the squared speed of the tendon [s2/m2]."""
+    effort_weight: float = 0.0
+    """Price of the squared action [1/rad2]."""
+    max_step: float = 5.0e-4
+    """Longest step of the simulation [s]."""
+    precision: Literal["float32", "float64"] = "float32"
+    """Numbers inside the simulation."""
+    turning: TurningConfig = field(default_factory=TurningConfig)
+    """Settings of the task to turn a ball."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be simulated, and choose the hand of a task that needs one."""
+        if self.finger == FINGERS["tip"]:  # this finger turns nothing
+            object.__setattr__(self, "finger", FINGERS[self.task])
+        if self.task == "turn" and self.obstacle != "none":
+            raise InvalidParameter(
+                f"obstacle must be none where a ball is turned; it is {self.obstacle}"
+            )
+        for name in POSITIVE:
+            if not getattr(self, name) > 0:
+                raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")
+        for name in NOT_NEGATIVE:
+            if not getattr(self, name) >= 0.0:
+                raise InvalidParameter(f"{name} must not be negative; it is {getattr(self, name)}")
+        for name, highest in (("spread", 0.9), ("goal_change", 1.0), ("obstacle_chance", 1.0)):
+            if not 0.0 <= getattr(self, name) <= highest:
+                raise InvalidParameter(
+                    f"{name} must be between 0 and {highest:g}; it is {getattr(self, name)}"
+                )
+        for name in ("goals", "command_range", "pay_out"):
+            low, high = getattr(self, name)
+            if not -1000.0 <= low < high <= 1000.0:
+                raise InvalidParameter(
+                    f"{name} must be a least and a greatest angle [rad]; they are {low} and {high}"
+                )
+
+    @property
+    def pays_out(self) -> bool:
+        """Whether the command range begins lower for a motor that is wound in."""
+        return self.command_range[0] < self.pay_out[0]
+
+    @property
+    def episode_steps(self) -> int:
+        """Steps in an episode."""
+        return max(1, round(self.episode * self.rate))

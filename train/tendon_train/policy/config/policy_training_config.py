@@ -1,0 +1,155 @@
+"""Settings of the training of a policy."""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import tyro
+
+from tendon_newton.errors import InvalidParameter
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+
+OBSERVED = "policy"
+"""Name of the observations among those that the environment offers."""
+HIDDEN = "hidden"
+"""Name of what only the critic sees."""
+POSITIVE = (
+    "iterations",
+    "steps",
+    "batch",
+    "epochs",
+    "learning_rate",
+    "clip",
+    "exploration",
+    "gradient_limit",
+    "checkpoint_every",
+    "threads",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicyTrainingConfig:
+    """How a policy is trained: PPO; its numbers are those of the paper's authors."""
+
+    environment: tyro.conf.OmitArgPrefixes[EnvironmentConfig] = field(
+        default_factory=EnvironmentConfig
+    )
+    seed: int = 0
+    """Seed of the starting weights and of all draws."""
+    iterations: int = 200
+    """Rounds of acting and learning; more of them go on with a finished training."""
+    steps: int = 128
+    """Policy steps of every world in an iteration."""
+    batch: int = 1024
+    """Steps that one update of the weights learns from, at most."""
+    epochs: int = 1
+    """Times that an iteration learns from each step."""
+    learning_rate: float = 5.0e-4
+    """Learning rate of Adam."""
+    learning_rate_end: float | None = None
+    """Last learning rate, reached evenly from checkpoint to checkpoint; none keeps it. The less a
+    policy explores, the more a change of its weights does to the probability of an action."""
+    schedule: Literal["fixed", "adaptive"] = "fixed"
+    """Whether the learning rate stays, or follows how far an update moves the policy."""
+    clip: float = 0.2
+    """Most that an update may change the probability of an action, as a share."""
+    discount: float = 0.95
+    """Worth of a reward one step earlier [1]."""
+    trace: float = 0.95
+    """Weight of later steps in an advantage, before the critic's part (the lambda of GAE) [1]."""
+    exploration: float = 0.7
+    """Standard deviation of the actions in training [rad]; it is given, and not learned. Less than
+    what breaks a gear's friction loose hardly moves a finger, and teaches nothing."""
+    exploration_end: float | None = None
+    """Last exploration [rad], reached evenly from checkpoint to checkpoint, so that the policy gets
+    precise at last; none keeps it."""
+    gradient_limit: float = 1.0
+    """Longest gradient of an update."""
+    hidden: tuple[int, ...] = (128, 64, 32)
+    """Widths of the layers of actor and critic, with ReLU between them."""
+    checkpoint_every: int = 10
+    """Iterations from one checkpoint to the next."""
+    device: str = "auto"
+    """cpu, cuda, or auto: a GPU where torch finds one."""
+    threads: int = 1
+    """Threads of torch on the CPU."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be trained."""
+        for name in POSITIVE:
+            if not 0 < getattr(self, name) < 1.0e9:
+                raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")
+        for name in ("discount", "trace"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise InvalidParameter(
+                    f"{name} must be between 0 and 1; it is {getattr(self, name)}"
+                )
+        for name in ("exploration_end", "learning_rate_end"):
+            end = getattr(self, name)
+            if end is not None and not 0.0 < end < 1.0e9:
+                raise InvalidParameter(f"{name} must be positive; it is {end}")
+        if self.schedule == "adaptive" and self.learning_rate_end is not None:
+            raise InvalidParameter(
+                "a learning rate that adapts by itself takes no learning_rate_end"
+            )
+        if self.seed < 0:
+            raise InvalidParameter(f"seed must not be negative; it is {self.seed}")
+        if not self.hidden or min(self.hidden) < 1:
+            raise InvalidParameter(f"hidden must be widths of layers; they are {self.hidden}")
+
+    @property
+    def batch_count(self) -> int:
+        """Updates of the weights per epoch."""
+        steps = self.environment.worlds * self.steps
+        return max(1, -(-steps // self.batch))
+
+
+def exploration_at(config: PolicyTrainingConfig, done: int) -> float:
+    """Return the standard deviation of the actions [rad] after so many iterations."""
+    return on_the_way(config.exploration, config.exploration_end, done / config.iterations)
+
+
+def learning_rate_at(config: PolicyTrainingConfig, done: int) -> float:
+    """Return the learning rate after so many iterations."""
+    return on_the_way(config.learning_rate, config.learning_rate_end, done / config.iterations)
+
+
+def on_the_way(start: float, end: float | None, share: float) -> float:
+    """Return what has come of a number after a share of the training, if it moves at all."""
+    return start if end is None else start + share * (end - start)
+
+
+def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:
+    """Return the table that rsl-rl wants."""
+    network = {
+        "class_name": "MLPModel",
+        "hidden_dims": list(config.hidden),
+        "activation": "relu",
+        "obs_normalization": True,
+    }
+    actions = {
+        "class_name": "GaussianDistribution",
+        "init_std": config.exploration,
+        "learn_std": False,
+    }
+    critic = [OBSERVED] if config.environment.task == "tip" else [OBSERVED, HIDDEN]
+    return {
+        "num_steps_per_env": config.steps,
+        "save_interval": config.iterations,
+        "check_for_nan": True,
+        "obs_groups": {"actor": [OBSERVED], "critic": critic},
+        "actor": {**network, "distribution_cfg": actions},
+        "critic": dict(network),
+        "algorithm": {
+            "class_name": "PPO",
+            "num_learning_epochs": config.epochs,
+            "num_mini_batches": config.batch_count,
+            "learning_rate": config.learning_rate,
+            "schedule": config.schedule,
+            "clip_param": config.clip,
+            "gamma": config.discount,
+            "lam": config.trace,
+            "entropy_coef": 0.0,  # the entropy of a given deviation is constant
+            "use_clipped_value_loss": False,  # returns are not of the size 1 that its clip suits
+            "max_grad_norm": config.gradient_limit,
+        },
+    }

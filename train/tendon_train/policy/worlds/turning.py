@@ -1,0 +1,171 @@
+r"""The task of a hand that turns a ball in its palm about an axis.
+
+.. math:: r = w_r (\Omega - \lvert \Omega - \bar\omega \rvert) - w_p d - p\,[d > d_{drop}]
+    - \sum_i ( w_s \lvert a_t - a_{t-1} \rvert + w_v (\rho \dot\theta)^2 + w_e a_t^2 )
+
+with the commanded rate :math:`\Omega`, the mean rate :math:`\bar\omega` over the last second or so,
+and the distance :math:`d` of the ball's middle from where it starts.
+"""
+
+from __future__ import annotations
+
+from math import exp
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from tendon_newton.data.cards.turning_task import TurningTask, half_turn
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.obstacles import Sphere
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.worlds.camera import SimulatedCamera
+from tendon_train.policy.worlds.reward import with_work
+from tendon_train.policy.worlds.task import TaskOutcome
+from tendon_train.policy.worlds.world_draws import WorldDraws
+
+AXIS = (0.0, 1.0, 0.0)
+"""Across the palm in the base frame; closing fingers turn the ball about it."""
+LIFT = 1.5
+"""By how much more than its radius a greater ball stands higher in its cup [1]: it rests on beads
+that stand beside its middle."""
+
+
+def ball_of(mechanism: Mechanism) -> int:
+    """Return the number of the ball that is free to move among the obstacles.
+
+    Raises:
+        InvalidParameter: There is none.
+    """
+    for number, obstacle in enumerate(mechanism.obstacles):
+        if obstacle.mass is not None and isinstance(obstacle, Sphere):
+            return number
+    raise InvalidParameter(
+        f"a hand turns a ball that is free to move; {mechanism.name!r} has none: name a hand with "
+        "a sphere that has a mass, such as hand_ball"
+    )
+
+
+class Turning:
+    """Balls that differ, commanded rates, and what a hand is paid for.
+
+    Args:
+        config: Spread of the balls' numbers, rates, camera and prices.
+        loop: The worlds.
+        mechanism: The hand with its ball.
+        draws: Source of all numbers, on the device of the worlds.
+
+    Raises:
+        InvalidParameter: The mechanism has no ball.
+    """
+
+    def __init__(
+        self,
+        config: EnvironmentConfig,
+        loop: ControlLoop,
+        mechanism: Mechanism,
+        draws: WorldDraws,
+    ) -> None:
+        own, worlds, device = config.turning, config.worlds, draws.device
+        self._config, self._loop, self._draws = config, loop, draws
+        ball = ball_of(mechanism)
+        self.greatest_start = own.start_command
+        self.card = TurningTask(asset=mechanism.name, axis=AXIS, drop_distance=own.drop_distance)
+        self.goal = torch.zeros(worlds, device=device)
+        """Commanded rates [rad/s], shape (W,)."""
+        self.rate = torch.zeros(worlds, device=device)
+        """Mean rates of the balls [rad/s], shape (W,)."""
+        self._camera = SimulatedCamera(own, worlds, draws)
+        self._axis = torch.tensor(AXIS, device=device)
+        self._kept = exp(-1.0 / (own.rate_window * config.rate))
+        self._mass = loop.bench_numbers("body_mass")
+        self._inertia = loop.bench_numbers("body_inertia")
+        self._size = loop.bench_numbers("obstacle_size")[:, ball]
+        self._friction = loop.bench_numbers("obstacle_friction")[:, ball]
+        self._nominal = mechanism.obstacles[ball]
+        down = mechanism.gravity / np.linalg.norm(mechanism.gravity)
+        self._up = torch.tensor(-down, dtype=torch.float32, device=device)
+        self._start = loop.body_pose.clone()
+        """Where the balls start, shape (W, 7)."""
+        self._home = self._start.clone()
+        self._orientation = self._start[:, 3:].clone()
+        self.judged_pose = self._start.clone()
+        self.judged_pose[:, :3] = 0.0
+        """Where balls were when the last step was judged, from where they started, (W, 7)."""
+        self.judged_tension = loop.reading.force.clone()
+        """Tensions then [N], shape (W, D)."""
+
+    def place(self, worlds: Tensor) -> dict[str, Tensor]:
+        """Draw mass, friction and size of balls, and put them into their cups."""
+        mass, friction, size = self._draws.uniform(3, worlds=worlds).unbind(dim=1)
+        nominal, spread = self._nominal, self._config.spread
+        assert nominal.mass is not None
+        size = 1.0 + self._config.turning.size_spread * (2.0 * size - 1.0)
+        heavier = 1.0 + spread * (2.0 * mass - 1.0)
+        rubbing = 1.0 + spread * (2.0 * friction - 1.0)
+        radius, inertia = float(nominal.size[0]), float(nominal.inertia[0])
+        for target, values in (
+            (self._mass, nominal.mass * heavier),
+            (self._inertia, (inertia * heavier * size.square())[:, None]),
+            (self._friction, nominal.friction * rubbing),
+            (self._size, (radius * size)[:, None]),
+        ):
+            chosen = worlds.reshape(-1, *[1] * (target.ndim - 1))
+            target.copy_(torch.where(chosen, values.to(target.dtype), target))
+        place = self._home.clone()
+        place[:, :3] += LIFT * radius * (size - 1.0)[:, None] * self._up
+        self._start.copy_(torch.where(worlds[:, None], place, self._start))
+        return {"body_pose": self._start}
+
+    def begin(self, worlds: Tensor) -> None:
+        """Draw rates and cameras; nothing turns yet."""
+        low, high = self._config.turning.turn_rates
+        goals = low + (high - low) * self._draws.uniform(worlds=worlds)
+        self.goal.copy_(torch.where(worlds, goals, self.goal))
+        self.rate.masked_fill_(worlds, 0.0)
+        fresh = torch.where(worlds[:, None], self._start[:, 3:], self._orientation)
+        self._orientation.copy_(fresh)
+        self._camera.begin(worlds, torch.zeros_like(self._start[:, :3]))
+
+    def score(self, *, action: Tensor, action_change: Tensor, tendon_speed: Tensor) -> TaskOutcome:
+        """Pay for the mean rate, and price what the ball's place and the servos' work cost."""
+        own, config = self._config.turning, self._config
+        pose = self._loop.body_pose
+        sine, cosine = half_turn(self._orientation, pose[:, 3:], self._axis)
+        rate = 2.0 * config.rate * torch.atan2(sine, cosine)
+        self.rate.mul_(self._kept).add_((1.0 - self._kept) * rate)
+        self._orientation.copy_(pose[:, 3:])
+        place = pose[:, :3] - self._start[:, :3]
+        self.judged_pose.copy_(torch.cat([place, pose[:, 3:]], dim=-1))
+        self.judged_tension.copy_(self._loop.reading.force)
+        self._camera.take(place)
+        away = torch.linalg.vector_norm(place, dim=-1)
+        dropped = away > own.drop_distance
+        price = own.rate_weight * ((self.goal - self.rate).abs() - self.goal)
+        price = price + own.place_weight * away.clamp(max=own.drop_distance)
+        price = price + own.drop_price * dropped
+        price = with_work(
+            config, price, action=action, action_change=action_change, tendon_speed=tendon_speed
+        )
+        log = {
+            "/turning_rate_rad_s": rate.mean(),
+            "/displacement_m": away.mean(),
+            "/drops_per_minute": dropped.float().mean() * (60.0 * config.rate),
+        }
+        return TaskOutcome(reward=-price, failed=dropped, log=log)
+
+    def renew(self, ended: Tensor) -> None:
+        """Leave the rate as it is: an episode has one."""
+
+    def seen(self) -> tuple[Tensor, ...]:
+        """Return where a camera sees the balls, from where they started [m], shape (W, 3)."""
+        return (self._camera.seen(),)
+
+    def hidden(self) -> Tensor | None:
+        """Return place [m], velocities, mean rate and what is drawn of the balls, (W, 13)."""
+        drawn = (self._mass[:, None], self._friction[:, None], self._size[:, :1])
+        place = self._loop.body_pose[:, :3] - self._start[:, :3]
+        parts = (place, self._loop.body_velocity, self.rate[:, None], *drawn)
+        return torch.cat([part.float() for part in parts], dim=-1)

@@ -1,0 +1,110 @@
+"""What a diagnosis finds on the recordings, against what the virtual bench really contains."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tendon_newton.data.model_file import Model, load_model, write_model
+from tendon_newton.diagnosis.result import write_diagnosis
+from tendon_train.reproduction.diagnosis_words import (
+    cause_names,
+    causes_text,
+    passes_text,
+    rivals_of,
+    truth_text,
+)
+from tendon_train.reproduction.outcome import Outcome
+from tendon_train.reproduction.physical import diagnose_in_passes, refit, true_effects
+from tendon_train.reproduction.reproduction import Reproduction
+from tendon_train.reproduction.settings import ReproductionSettings
+from tendon_train.reproduction.unit import RECORDINGS, representative
+
+GIVEN = "The causes were given, and not looked for."
+
+
+async def run(reproduction: Reproduction) -> Outcome:
+    """Diagnose the first bench, and the others or their numbers."""
+    settings, units = reproduction.settings, reproduction.units
+    looked_at = range(len(units)) if settings.diagnoses_each_unit else range(1)
+    if reproduction.causes is not None:
+        looked_at = range(0)
+    found = await reproduction.each(diagnosed, looked_at)
+    models = await reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
+    truth = true_effects(units[0].folder / RECORDINGS)
+    first = found[0] if found else {"json": [], "text": GIVEN, "rivals": {}}
+    model = reproduction.model(units[0], "physical")
+    texts = [first["text"], truth_text(model, truth, first["rivals"])]
+    if len(found) > 1:
+        texts.append(causes_text(found, truth))
+    return Outcome(
+        numbers={
+            "passes": first["json"],
+            "models": {unit.name: own for unit, own in zip(units, models, strict=True)},
+            "truth": {bench: {e: dict(p) for e, p in own.items()} for bench, own in truth.items()},
+        },
+        text="\n\n".join(texts),
+    )
+
+
+def diagnosed(reproduction: Reproduction, place: int) -> dict[str, Any]:
+    """Diagnose one bench, write what was found, and return it as JSON and in words."""
+    settings, unit = reproduction.settings, reproduction.units[place]
+    model, passes = diagnose_in_passes(
+        representative(unit, settings.diagnosis_seconds, settings.diagnosis_kinds),
+        settings.diagnosis_passes,
+        lambda text: reproduction.tell(f"  {unit.name}: {text}"),
+    )
+    for number, diagnosis in enumerate(passes, start=1):
+        folder = reproduction.folder("models", unit.name)
+        write_diagnosis(folder / f"diagnosis_{number}.json", diagnosis)
+    write_model(reproduction.model_file(unit, "diagnosed"), model)
+    return {
+        "json": [diagnosis.to_json() for diagnosis in passes],
+        "text": f"{scope_text(settings)}\n\n{passes_text(passes)}",
+        "rivals": rivals_of(passes),
+    }
+
+
+def scope_text(settings: ReproductionSettings) -> str:
+    """Say where causes are looked for, and where their numbers come from."""
+    return (
+        f"Causes are looked for in the first {settings.diagnosis_seconds:g} s of one recording of "
+        f"each bench and each of {settings.diagnosis_kinds} kinds; their numbers are fitted to the "
+        f"first {settings.refit_seconds:g} s of such recordings of {settings.refit_kinds} kinds."
+    )
+
+
+def sources(found: Sequence[Mapping[str, Any]], count: int) -> list[int]:
+    """Return for each bench the one whose causes are fitted to it.
+
+    As a rule the source is the bench itself. Where its own recordings do not suffice to name a
+    cause, the source is one of those with the causes named most often. The benches are units of one
+    product.
+    """
+    named = [cause_names(each) for each in found]
+    told = Counter(causes for causes in named if causes)
+    usual = named.index(told.most_common(1)[0][0]) if told else 0
+    return [p if p < len(named) and (named[p] or not told) else usual for p in range(count)]
+
+
+def fitted(reproduction: Reproduction, item: tuple[int, int]) -> dict[str, dict[str, float | str]]:
+    """Fit the numbers of the causes to a bench, write its physical model, and return them.
+
+    Args:
+        reproduction: Run with the recordings.
+        item: The bench, and the one whose causes are taken.
+    """
+    settings, unit = reproduction.settings, reproduction.units[item[0]]
+    named_on = reproduction.units[item[1]]
+    source = reproduction.causes or reproduction.model_file(named_on, "diagnosed")
+    reproduction.tell(f"  {unit.name}: fitting the numbers of what {source} names")
+    part = representative(unit, settings.refit_seconds, settings.refit_kinds)
+    model = refit(part, load_model(source))
+    write_model(reproduction.model_file(unit, "physical"), model)
+    return numbers_of(model)
+
+
+def numbers_of(model: Model) -> dict[str, dict[str, float | str]]:
+    """Return a model's numbers by actuator and effect."""
+    named = (model.actuator, *model.effects)
+    return {part.name: dict(part.values) for part in named}
