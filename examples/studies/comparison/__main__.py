@@ -1,14 +1,17 @@
 """The page that compares everybody on the same logs and splits.
 
-``python -m examples.studies.comparison --xl330 LOGS --sts3215 LOGS --bam PYTHON`` fits and tests
-what is missing in ``comparison.json`` and prints the page's tables; ``python -m tests.results
---write`` puts them there. An entry of the file is not made again: delete it to renew it.
+``python -m examples.studies.comparison --xl330 LOGS --sts3215 LOGS --so101 LOGS --bam PYTHON`` fits
+and tests what is missing in ``comparison.json`` and prints the page's tables; ``python -m
+tests.results --write`` puts them there. An entry of the file is not made again: delete it to renew
+it. Several may work on one file, each on its ``--split`` and ``--row``.
 """
 
 from __future__ import annotations
 
 import argparse
+import fcntl
 import json
+import os
 import time
 from collections.abc import Callable
 from dataclasses import asdict
@@ -19,13 +22,15 @@ from typing import Any
 import numpy as np
 
 from examples.studies.comparison import bam, four_numbers
-from examples.studies.comparison.splits import PAIRS, Split, splits_of
-from examples.studies.comparison.table import tables
+from examples.studies.comparison.splits import Split, splits_of
+from examples.studies.comparison.table import ARM, OURS, beside_rivals, tables
+from examples.studies.so101_pairs import FIXED, TOLD, pooled_rms, squares
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.effects import EFFECTS
@@ -38,11 +43,18 @@ Row = dict[str, Any]
 
 def data_sheet(split: Split) -> Row:
     """Test the data sheet, with nothing fitted."""
-    return ours(split, split.start, ())
+    return ours(split, split.start, None)
+
+
+def told(split: Split) -> Row:
+    """Test a servo that is where it was told to be."""
+    return ours(split, TOLD, None)
 
 
 def four(split: Split) -> Row:
     """Fit lag, delay, deadband and offset."""
+    if split.servo == ARM:  # where something solid holds the shaft, as the others are scored
+        return ours(split, TOLD, FIXED)
     train, test = four_numbers.grid_of(split.train), four_numbers.grid_of(split.test)
     begun = time.monotonic()
     found = four_numbers.fitted(train)
@@ -57,27 +69,26 @@ def four(split: Split) -> Row:
     }
 
 
-def plain(split: Split) -> Row:
-    """Fit the motor's numbers and each pair of a list; the best on the training logs counts."""
-    return min((ours(split, split.start, pair) for pair in PAIRS), key=lambda row: row["trained"])
+def plain(split: Split, effects: tuple[str, ...]) -> Row:
+    """Fit a plain model until it moves no more; what the start states already is not added."""
+    known = [effect.name for effect in split.start.effects]
+    return ours(split, split.start, tuple(e for e in effects if e not in known))
 
 
-def ours(split: Split, model: Model, effects: tuple[str, ...]) -> Row:
-    """Fit and test a model of ours; with no effect named nothing is fitted."""
+def ours(split: Split, model: Model, effects: tuple[str, ...] | None) -> Row:
+    """Fit and test a model of ours with its unknown numbers; with None nothing is fitted."""
     begun = time.monotonic()
     train = study_of(split.train, model)
     values: dict[int, float] = {}
-    if effects:
+    if effects or (effects is not None and model.fit):
         worlds = SearchWorlds(train)
         found = fit_set_anew(worlds, model, effects)
         values = values_of(worlds, found.columns, found.place)
     seconds = time.monotonic() - begun
     return {
-        "held_out": mean_error(study_of(split.test, model), values),
-        "trained": mean_error(train, values),
-        "numbers": len(values),
+        **errors(split, train, study_of(split.test, model), values),
         "seconds": seconds if values else 0.0,
-        "says": ", ".join(effects).replace("_", " "),
+        "says": ", ".join(effects or ()).replace("_", " "),
     }
 
 
@@ -91,13 +102,15 @@ def diagnosed(split: Split) -> Row:
     begun = time.monotonic()
     diagnosis, evidence = diagnose(dataset, split.start)
     seconds = time.monotonic() - begun
-    values = evidence.extended
+    train = study_of(split.train, split.start, like=evidence.train)
     return {
-        "held_out": mean_error(study_of(split.test, split.start), values),
-        "trained": mean_error(study_of(split.train, split.start), values),
-        "numbers": len(values),
+        **errors(split, train, evidence.test, evidence.extended),
         "seconds": seconds,
         "says": ", ".join(effect.name for effect in diagnosis.effects).replace("_", " "),
+        "verdict": diagnosis.verdict,
+        "named": {effect.name: effect.probability for effect in diagnosis.effects},
+        "suspected": {effect.name: effect.probability for effect in diagnosis.suspected},
+        "rivals": [rival.to_json() for rival in diagnosis.rivals],
     }
 
 
@@ -106,15 +119,31 @@ def of_bam(split: Split, model: str, python: Path, trials: int) -> Row:
     return {**asdict(bam.fit(split, model, python, trials)), "says": f"{trials} trials"}
 
 
-def study_of(logs: tuple[ImportedLog, ...], model: Model) -> Study:
+def study_of(logs: tuple[ImportedLog, ...], model: Model, like: Study | None = None) -> Study:
     """Return logs ready to be compared with a model."""
-    return Study([log.recording for log in logs], model, tuple(EFFECTS), time_step=SEARCH_STEP)
+    recordings = [log.recording for log in logs]
+    return Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, like=like)
+
+
+def errors(split: Split, train: Study, test: Study, values: dict[int, float]) -> Row:
+    """Return what a model leaves on the logs of a split, and how many numbers it fitted."""
+    score = rms_error if split.servo == ARM else mean_error
+    return {
+        "held_out": score(test, values),
+        "trained": score(train, values),
+        "numbers": len(values),
+    }
 
 
 def mean_error(study: Study, values: dict[int, float]) -> float:
     """Return the mean absolute error of the angle over logs [mrad]."""
     residuals = study.residuals(*replacements([values]))
     return 1e3 * float(np.mean([np.abs(r.theta[0, r.trusted]).mean() for r in residuals]))
+
+
+def rms_error(study: Study, values: dict[int, float]) -> float:
+    """Return the RMS error of the angle over all rows in which the shaft is free [mrad]."""
+    return 1e3 * pooled_rms(squares(study, [values])[0])
 
 
 def wanted(name: str, chosen: list[str] | None) -> bool:
@@ -128,10 +157,27 @@ def results_in(path: Path) -> dict[str, dict[str, Row]]:
 
 
 def keep(path: Path, split: Split, name: str, row: Row) -> None:
-    """Add a result to those that are kept, which other runs may have added to meanwhile."""
+    """Add a result to those that are kept, which other runs add to as well."""
+    folder = os.open(path.resolve().parent, os.O_RDONLY)
+    fcntl.flock(folder, fcntl.LOCK_EX)
     results = results_in(path)
     results.setdefault(split.key, {})[name] = row
-    path.write_text(json.dumps(results, indent=1) + "\n")
+    written = path.with_suffix(".new")
+    written.write_text(json.dumps(results, indent=1) + "\n")
+    written.replace(path)
+    os.close(folder)
+
+
+def makers_of(split: Split, python: Path | None, trials: int) -> dict[str, Callable[[Split], Row]]:
+    """Return what makes each row of a split, without a diagnosis; Rhoban/bam knows no arm."""
+    makers: dict[str, Callable[[Split], Row]] = {"data sheet": data_sheet, "four numbers": four}
+    makers |= {name: partial(plain, effects=own) for name, own in PLAIN_MODELS.items()}
+    if split.servo == ARM:
+        makers["told"] = told
+    elif python is not None:
+        for model in bam.MODELS:
+            makers[f"bam {model}"] = partial(of_bam, model=model, python=python, trials=trials)
+    return makers
 
 
 def main() -> None:
@@ -139,6 +185,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--xl330", type=Path)
     parser.add_argument("--sts3215", type=Path)
+    parser.add_argument("--so101", type=Path)
     parser.add_argument("--bam", type=Path, help="Python of an environment that has their program")
     parser.add_argument("--trials", type=int, default=1500, help="of each of their fits")
     parser.add_argument("--diagnose", action="store_true", help="let a diagnosis choose as well")
@@ -146,30 +193,21 @@ def main() -> None:
     parser.add_argument("--row", action="append", help="rows that are made: all by default")
     parser.add_argument("--split", action="append", help="splits that are made: all by default")
     arguments = parser.parse_args()
-    makers: dict[str, Callable[[Split], Row]] = {
-        "data sheet": data_sheet,
-        "four numbers": four,
-        "ours, two effects": plain,
-    }
-    if arguments.diagnose:
-        makers["ours, diagnosed"] = diagnosed
-    if arguments.bam is not None:
-        for model in bam.MODELS:
-            makers[f"bam {model}"] = partial(
-                of_bam, model=model, python=arguments.bam, trials=arguments.trials
-            )
     kept: Path = arguments.results
-    for split in splits_of(arguments.xl330, arguments.sts3215):
+    for split in splits_of(arguments.xl330, arguments.sts3215, arguments.so101):
+        if not wanted(split.key, arguments.split):
+            continue
         if split.floor is not None:
             keep(kept, split, "repeats", {"held_out": split.floor})
+        makers = makers_of(split, arguments.bam, arguments.trials)
+        if arguments.diagnose:
+            makers[OURS] = diagnosed
         for name, make in makers.items():
-            if not wanted(name, arguments.row) or not wanted(split.name, arguments.split):
-                continue
-            if name not in results_in(kept).get(split.key, {}):
+            if wanted(name, arguments.row) and name not in results_in(kept).get(split.key, {}):
                 row = make(split)
                 print(f"{split.key}, {name}: {row['held_out']:.1f} mrad, {row}", flush=True)
                 keep(kept, split, name, row)
-    print(tables(results_in(kept)))
+    print(tables(results_in(kept)), beside_rivals(results_in(kept)), sep="\n\n")
 
 
 if __name__ == "__main__":
