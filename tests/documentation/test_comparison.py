@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from examples.studies.comparison.four_numbers import Grid, fitted, simulate
-from examples.studies.comparison.table import tables
+from examples.studies.comparison.table import OURS, REPEATS, beside_rivals, tables
 
 
 def test_a_row_that_was_not_made_waits() -> None:
@@ -27,6 +27,19 @@ def test_a_row_that_was_not_made_waits() -> None:
     assert "| data sheet, nothing fitted | 12.3 (5.7) |" in text
     assert "| Rhoban/bam m6, refitted by its own program | waits |" in text
     assert "repeats" not in text
+
+
+def test_a_diagnosis_stands_beside_the_best_of_all_others() -> None:
+    """What no model can beat, and a split without a diagnosis, count for nothing."""
+    rows = {"data sheet": 90.0, "Coulomb and viscous friction": 40.0, REPEATS: 4.0, OURS: 30.0}
+    cells = {
+        row: {"held_out": left, "says": "backlash", "seconds": 9.0} for row, left in rows.items()
+    }
+    alone = {OURS: cells[OURS]}
+    text = beside_rivals({"so101: Jaw by a and b": cells, "xl330: test kp 100": alone})
+    assert "| 30.0 | Coulomb and viscous friction | 40.0 | 0.75 | backlash | 9 s |" in text
+    assert text.endswith("ratio: median 0.75, greatest 0.75")
+    assert "kp 100" not in text
 
 
 def test_lag_delay_deadband_and_offset_are_found() -> None:
