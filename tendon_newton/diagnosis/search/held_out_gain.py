@@ -61,8 +61,8 @@ def held_out_terms(
 ) -> Array | None:
     """Return each row's share of the score under refits that did not see its part, shape (M,).
 
-    A row's signal counts alike however many rows it has, as in `Worlds.score`; the sum over rows is
-    the score.
+    A row's signal counts alike however many rows it has, as in `SearchWorlds.score`; the sum over
+    rows is the score.
 
     Args:
         worlds: Simulates candidates.

@@ -49,7 +49,7 @@ class Fit:
     residual: Array
     """Measured minus simulated [rad, N], shape (M,)."""
     score: float
-    """Negative log likelihood per row [nat], see `Worlds.score`."""
+    """Negative log likelihood per row [nat], see `SearchWorlds.score`."""
     scales: Array
     """Most likely scale of each signal [rad, N], shape (S,)."""
     stride: Array
@@ -288,7 +288,7 @@ def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
     """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
 
     They are differences over each fit's own strides, but for those that a fit brings with it, and
-    for those of benches that `Worlds.bench_slopes` has.
+    for those of benches that `SearchWorlds.bench_slopes` has.
     """
     ahead = [{**worlds.bench_slopes, **fit.slopes} for fit in fits]
     models, steps, places = [], [], []

@@ -22,7 +22,7 @@ LADDER = 3.0
 force is above the sliding one), one that sticks, one that does neither."""
 REST = 0.1
 """Weight of a row at rest where something sticks [1]: all rows of one rest repeat one error. Where
-nothing sticks the weight is `Worlds.rest_share`."""
+nothing sticks the weight is `SearchWorlds.rest_share`."""
 SURE = 3.0
 """Worth of a cause [bars] from which it is sure. Where something is left that no cause explains,
 one that is worth fewer prices is suspected and not named. Refits that leave out each part are
