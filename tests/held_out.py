@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from tendon_hardware.control.operator import SilentOperator
+from tendon_lab.reproduction.physical import starting_model
 from tendon_newton.cli import main as run
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import NamedValues, write_model
@@ -32,7 +33,6 @@ from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
 from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear
-from tendon_train.reproduction.physical import starting_model
 from tests.physics.runs import ideal_model
 from tests.train.actuator.without_cell.pulled_benches import pulled_log
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
@@ -281,11 +281,11 @@ def reproduce(folder: Path, noisy: bool) -> Made:
 
     Commands stay, since test recordings are told apart by them.
     """
+    from tendon_lab.reproduction.reproduction import Reproduction
+    from tendon_lab.reproduction.steps.stage_list import run_stages
+    from tendon_lab.reproduction.unit import EXPERIMENTS, RECORDINGS
     from tendon_newton.scheduler import InTurn
-    from tendon_train.reproduction.reproduction import Reproduction
-    from tendon_train.reproduction.steps.stage_list import run_stages
-    from tendon_train.reproduction.unit import EXPERIMENTS, RECORDINGS
-    from tests.train.reproduction.tiny import SETTINGS, TinyBench
+    from tests.lab.reproduction.tiny import SETTINGS, TinyBench
 
     TinyBench().record(0, folder / "recorded", seed=0, most=None)
     for part in (RECORDINGS, EXPERIMENTS):

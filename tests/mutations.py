@@ -216,10 +216,10 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="large-class-is-an-answer",
-        file="tendon_newton/exam/exam_score.py",
+        file="lab/tendon_lab/exam/exam_score.py",
         old="c if len(c) <= LARGEST_CLASS else c[:1]",
         new="c",
-        tests="tests/exam/test_exam_report.py",
+        tests="tests/lab/exam/test_exam_report.py",
     ),
     Mutation(
         name="run-whose-worst-case-was-not-looked-at",

@@ -5,5 +5,5 @@ from pathlib import Path
 
 
 def search_path(clone: Path) -> str:
-    """Return the PYTHONPATH of a clone: two of its packages stand in folders of their own."""
-    return os.pathsep.join(str(clone / part) for part in ("", "train", "hardware"))
+    """Return the PYTHONPATH of a clone: three of its packages stand in folders of their own."""
+    return os.pathsep.join(str(clone / part) for part in ("", "train", "hardware", "lab"))

@@ -19,6 +19,7 @@ PACKAGES = {
     "tendon_newton": "tendon_newton",
     "tendon_train": "train/tendon_train",
     "tendon_hardware": "hardware/tendon_hardware",
+    "tendon_lab": "lab/tendon_lab",
 }
 """Where each package stands in a clone."""
 BROUGHT_BY_THE_USER = {"lgpio"}
@@ -60,6 +61,7 @@ def test_imports_point_down() -> None:
     result = subprocess.run(
         [sys.executable, "-c", f"import sys; {linter}"],
         cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": search_path(ROOT)},
         capture_output=True,
         text=True,
         timeout=60,

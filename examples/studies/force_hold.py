@@ -20,6 +20,11 @@ import numpy as np
 import torch
 import tyro
 
+from tendon_lab.reproduction.closed_loop import Replayed, replayed
+from tendon_lab.reproduction.physical import SPOOL_RADIUS
+from tendon_lab.reproduction.steps.network_stage import learned_model
+from tendon_lab.reproduction.steps.tip_stage import SINES
+from tendon_lab.reproduction.unit import Unit
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
@@ -30,11 +35,6 @@ from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT
-from tendon_train.reproduction.closed_loop import Replayed, replayed
-from tendon_train.reproduction.physical import SPOOL_RADIUS
-from tendon_train.reproduction.steps.network_stage import learned_model
-from tendon_train.reproduction.steps.tip_stage import SINES
-from tendon_train.reproduction.unit import Unit
 
 TIME_STEP = 5.0e-4  # s
 FASTEST = 5.0

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from tendon_lab.reproduction.closed_loop import OBSTACLES, replayed
+from tendon_lab.reproduction.reproduction import Reproduction
+from tendon_lab.reproduction.settings import FULL
+from tendon_lab.reproduction.unit import Unit
 from tendon_newton.actuators.networks.artifact import load_network, write_network
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.scheduler import JobOptions, open_executor
-from tendon_train.reproduction.closed_loop import OBSTACLES, replayed
-from tendon_train.reproduction.reproduction import Reproduction
-from tendon_train.reproduction.settings import FULL
-from tendon_train.reproduction.unit import Unit
 
 PARTS = {
     "nominal": "servo with friction, network, nominal tendon",

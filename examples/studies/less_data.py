@@ -16,30 +16,22 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.cli.reproduce import say
-from tendon_newton.cli.terminal import Terminal
-from tendon_newton.data.dataset import Dataset
-from tendon_newton.data.model_file import Model, load_model
-from tendon_newton.data.recording import Recording
-from tendon_newton.scheduler import JobOptions, open_executor
-from tendon_newton.workflows.virtual_benches import VirtualBenches
-from tendon_train.actuator.scoring.figures import new_figure, save, tidy
-from tendon_train.reproduction.closed_loop import OBSTACLES, replayed
-from tendon_train.reproduction.outcome import Outcome, row
-from tendon_train.reproduction.physical import refit
-from tendon_train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
-from tendon_train.reproduction.reproduction_report import rows_table
-from tendon_train.reproduction.settings import PolicyEffort, ReproductionSettings
-from tendon_train.reproduction.steps.hybrid_stage import hybrid_of
-from tendon_train.reproduction.steps.network_stage import Aim, train
-from tendon_train.reproduction.steps.stage_list import MODELS as MADE
-from tendon_train.reproduction.steps.stage_list import (
+from tendon_lab.reproduction.closed_loop import OBSTACLES, replayed
+from tendon_lab.reproduction.outcome import Outcome, row
+from tendon_lab.reproduction.physical import refit
+from tendon_lab.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
+from tendon_lab.reproduction.reproduction_report import rows_table
+from tendon_lab.reproduction.settings import PolicyEffort, ReproductionSettings
+from tendon_lab.reproduction.steps.hybrid_stage import hybrid_of
+from tendon_lab.reproduction.steps.network_stage import Aim, train
+from tendon_lab.reproduction.steps.stage_list import MODELS as MADE
+from tendon_lab.reproduction.steps.stage_list import (
     REPRODUCTION_STAGES,
     ReproductionStage,
     run_stages,
 )
-from tendon_train.reproduction.steps.tip_stage import COLOURS, SINES
-from tendon_train.reproduction.unit import (
+from tendon_lab.reproduction.steps.tip_stage import COLOURS, SINES
+from tendon_lab.reproduction.unit import (
     Unit,
     beginning,
     interleaved,
@@ -47,6 +39,14 @@ from tendon_train.reproduction.unit import (
     of_benches,
     representative,
 )
+from tendon_lab.reproduction.virtual_benches import VirtualBenches
+from tendon_lab.verbs.reproduce import say
+from tendon_newton.cli.terminal import Terminal
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model, load_model
+from tendon_newton.data.recording import Recording
+from tendon_newton.scheduler import JobOptions, open_executor
+from tendon_train.actuator.scoring.figures import new_figure, save, tidy
 
 WITHOUT_STRONG, FREE, MINUTES = "without_strong", "free", "_minutes"
 SEEN = ("finger", "spring_weak")

@@ -23,6 +23,7 @@ import numpy as np
 
 from examples.studies.exported_worlds import ExportedWorlds
 from examples.studies.policy_transfer import climb, file_of, write_tables
+from tendon_lab.reproduction.physical import refit
 from tendon_newton.cli import main as run_verb
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
@@ -35,7 +36,6 @@ from tendon_train.policy.config.policy_training_config import PolicyTrainingConf
 from tendon_train.policy.runs.curve import read_curve
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
-from tendon_train.reproduction.physical import refit
 
 STEPS = {"ours": 2.0e-3, "program": 5.0e-4, "file": 1.0e-3}
 """Step of each simulator [s]."""

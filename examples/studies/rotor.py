@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.reproduction.physical import refit, starting_model
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.simulation.hosts.replay import replay
-from tendon_train.reproduction.physical import refit, starting_model
 
 EFFECTS = {
     "coulomb_friction": {"force": 0.5},

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -22,7 +23,6 @@ VERBS: dict[str, str] = {
     "simulate": "tendon_newton.cli.simulate",
     "diagnose": "tendon_newton.cli.diagnose",
     "explain": "tendon_newton.cli.explain",
-    "exam": "tendon_newton.cli.exam",
     "plan": "tendon_newton.cli.plan",
     "experiment": "tendon_newton.cli.experiment",
     "investigate": "tendon_newton.cli.investigate",
@@ -34,7 +34,6 @@ VERBS: dict[str, str] = {
     "fit-tendon": "tendon_newton.cli.fit_tendon",
     "train-policy": "tendon_newton.cli.train_policy",
     "evaluate-policy": "tendon_newton.cli.evaluate_policy",
-    "reproduce": "tendon_newton.cli.reproduce",
     "doctor": "tendon_newton.cli.doctor",
     "calibrate": "tendon_newton.cli.calibrate",
     "collect": "tendon_newton.cli.collect",
@@ -44,6 +43,10 @@ VERBS: dict[str, str] = {
     "view": "tendon_newton.cli.view",
     "virtual-bench": "tendon_newton.cli.virtual_bench",
 }
+LAB = "tendon_lab"
+"""Package of a clone that a wheel lacks; its own table has further verbs."""
+if find_spec(LAB):
+    VERBS.update(importlib.import_module(LAB).VERBS)
 
 VERBOSE_OPTION, VERBOSE_SHORT = "--verbose", "-v"
 VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of themselves"

@@ -50,13 +50,13 @@ def main(config: ExperimentConfig) -> None:
         raise InvalidOutput(f"{config.out}: a command file is a CSV file, NAME.csv")
     quiet_warp()
 
+    from tendon_newton.diagnosis.next_experiment.open_class_file import read_open_class
     from tendon_newton.diagnosis.next_experiment.separation import SEEDS, propose
     from tendon_newton.diagnosis.next_experiment.separation_files import (
         draw_prediction,
         write_command,
         write_prediction,
     )
-    from tendon_newton.exam.open_class_file import read_open_class
 
     try:
         question = read_open_class(config.diagnosis, config.cause)

@@ -19,9 +19,9 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     with_answer,
     write_log,
 )
+from tendon_newton.diagnosis.next_experiment.open_class_file import FILE
 from tendon_newton.diagnosis.reporting.path_report import write_path_report
 from tendon_newton.diagnosis.reporting.report import Origin
-from tendon_newton.exam.open_class_file import FILE
 from tendon_newton.workflows.diagnosing import diagnose_into
 from tendon_newton.workflows.investigation_check import (
     Ready,

@@ -12,9 +12,9 @@ from tendon_newton.data.excitations import DESIGNED, EXCITATIONS
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, plan_of
 from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
+from tendon_newton.diagnosis.next_experiment.open_class_file import read_answer, read_open_class
 from tendon_newton.diagnosis.next_experiment.run_design import design
 from tendon_newton.diagnosis.next_experiment.worst_case import Designs
-from tendon_newton.exam.open_class_file import read_answer, read_open_class
 from tendon_newton.workflows.options import InvestigateOptions
 
 RECORDINGS = "recordings"

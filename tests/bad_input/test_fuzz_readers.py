@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
+from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.formats.csv_file import read_csv
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.errors import TendonNewtonError
-from tendon_newton.exam.truth_file import read_truth
 from tests.fuzz.command import fuzz
 from tests.fuzz.mutations import REPLACEMENTS, replace_file
 from tests.fuzz.targets import GROUPS

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from tendon_lab.exam.run_exam import answer_one
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import write_model
-from tendon_newton.exam.run_exam import answer_one
 from tests.planted.generator import starting_model
 from tests.planted.physics.bench import BENCHES
 from tests.planted.physics.causes import Causes

@@ -12,12 +12,12 @@ import tomli_w
 
 from tendon_hardware.control.goals import read_goals
 from tendon_hardware.load_cells.calibration_file import load_calibration, write_calibration
+from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.exam.open_class_file import read_open_class
-from tendon_newton.exam.truth_file import read_truth
+from tendon_newton.diagnosis.next_experiment.open_class_file import read_open_class
 from tests.bad_input.test_bad_input_exams import ANSWER, OPEN, TRUTH
 from tests.fuzz.mutations import table_changer
 from tests.hardware.deploy.policies import card_of

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import torch
 
+from tendon_lab.reproduction.physical import DATA_SHEET
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
 from tendon_newton.data.model_file import Model, NamedValues
@@ -19,7 +20,6 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.simulators import find_simulator
-from tendon_train.reproduction.physical import DATA_SHEET
 from tests.physics.learned.networks import LIMIT, RATE, force_network, write_force_network
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
 from tests.physics.runs import RADIUS, ideal_model, run_of

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tendon_lab.exam.run_exam import answer_one
 from tendon_newton.effects import EFFECTS
-from tendon_newton.exam.run_exam import answer_one
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.sets.exam_draws import NEEDS_FINGER
 from tests.planted.truth import Truth

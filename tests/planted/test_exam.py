@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_lab.exam.exam_score import judge
+from tendon_lab.exam.run_exam import read_truths
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
-from tendon_newton.exam.exam_score import judge
-from tendon_newton.exam.run_exam import read_truths
 from tests.planted.exam import main
 from tests.planted.sets.draws import EFFECTS, OUTSIDE
 from tests.planted.sets.exam_draws import (

@@ -19,10 +19,10 @@ from tendon_newton.errors import InvalidParameter, TendonNewtonError
 from tendon_newton.scheduler import InTurn, JobOptions, completed, core_count, open_executor
 from tendon_train.actuator.fitting.sweep import SweepConfig
 from tendon_train.actuator.fitting.sweep import main as train_all
+from tests.lab.reproduction.tiny import TinyBench
 from tests.scheduling.jobs import refuse, squared
 from tests.search_path import search_path
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
-from tests.train.reproduction.tiny import TinyBench
 
 
 @pytest.fixture(scope="module")

@@ -28,10 +28,10 @@ from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, plan_of, posterior_of
+from tendon_newton.diagnosis.next_experiment.open_class_file import read_answer
 from tendon_newton.diagnosis.next_experiment.run_design import design
 from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.exam.open_class_file import read_answer
 from tendon_newton.workflows.collection import address_of, settings_of
 from tendon_newton.workflows.investigation import LOG
 from tendon_newton.workflows.investigation_choice import FORCE_SHARE, RECORDINGS

@@ -15,9 +15,9 @@ from tendon_hardware.virtual_bench.physics.planted import planted_causes
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.model_file import load_model
+from tendon_newton.diagnosis.next_experiment.open_class_file import FILE
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.exam.open_class_file import FILE
 from tendon_newton.workflows.collection import record
 from tendon_newton.workflows.diagnosing import diagnose_into
 from tendon_newton.workflows.investigation import LOG, investigate

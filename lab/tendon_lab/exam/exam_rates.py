@@ -6,7 +6,7 @@ from itertools import pairwise
 from statistics import median
 from typing import Any
 
-from tendon_newton.exam.exam_score import Mark
+from tendon_lab.exam.exam_score import Mark
 
 STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 """Edges of the bins of strength [noise floors]; what is below or above counts in the end bins."""

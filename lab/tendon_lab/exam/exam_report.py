@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tendon_lab.exam.exam_rates import by_strength, confusion, rates
+from tendon_lab.exam.exam_score import Mark
 from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, FAINT, INK, svg
 from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.effects import EFFECTS
-from tendon_newton.exam.exam_rates import by_strength, confusion, rates
-from tendon_newton.exam.exam_score import Mark
 
 TEMPLATE = "exam.html.jinja"
 VERDICTS = ("no_gap", "unexplained", "partly_explained", "explained", "no answer")
@@ -84,7 +84,7 @@ def write_exam_report(folder: Path, marks: Sequence[Mark]) -> None:
         InvalidOutput: A file cannot be written.
     """
     matrix = Matrix(marks)
-    write_page(folder / "exam.html", "tendon_newton.exam", TEMPLATE, content(marks, matrix))
+    write_page(folder / "exam.html", "tendon_lab.exam", TEMPLATE, content(marks, matrix))
     figure = new_figure(*matrix.size)
     matrix.draw(figure.subplots())
     save(figure, folder / "confusion.png", dpi=130)

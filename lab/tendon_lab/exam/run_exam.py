@@ -8,14 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from tendon_lab.exam.exam_score import Mark, Truth, judge
+from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.files.values import is_table
 from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, TendonNewtonError, unknown_name
-from tendon_newton.exam.exam_score import Mark, Truth, judge
-from tendon_newton.exam.truth_file import read_truth
 from tendon_newton.scheduler import JobOptions, completed
 
 ANSWER = "diagnosis.json"

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args
 
+from tendon_lab.exam.exam_score import Family, Truth
 from tendon_newton.data.files.checked_table import CheckedTable, read_checked
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_table
 from tendon_newton.errors import InvalidDataset, listed
-from tendon_newton.exam.exam_score import Family, Truth
 
 PROMISE = "a truth is a JSON file"
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_lab.reproduction.unit import kind_of
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Mask, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.simulators import TendonSimulator
-from tendon_train.reproduction.unit import kind_of
 
 SETTLED = 2.0
 """Start of what counts [s]: one period of the paper's sinusoid, in which a start is forgotten."""

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from tendon_lab.reproduction.physical import starting_model
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.effects import find_effect
-from tendon_train.reproduction.physical import starting_model
 
 Truth = Mapping[str, Mapping[str, Mapping[str, float]]]
 IN_STARTING_MODEL = ("viscous_friction", "gain_error", "voltage_sag")

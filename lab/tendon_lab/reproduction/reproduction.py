@@ -14,6 +14,9 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any, Protocol
 
+from tendon_lab.reproduction.physical import with_ideal
+from tendon_lab.reproduction.settings import ReproductionSettings
+from tendon_lab.reproduction.unit import Unit
 from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import write_text
@@ -21,9 +24,6 @@ from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.errors import InvalidDataset, InvalidOutput
 from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT, refitted_gain
 from tendon_train.actuator.samples.folds import usable
-from tendon_train.reproduction.physical import with_ideal
-from tendon_train.reproduction.settings import ReproductionSettings
-from tendon_train.reproduction.unit import Unit
 
 
 class ReproductionBench(Protocol):

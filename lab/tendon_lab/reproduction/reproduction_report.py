@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.reproduction.outcome import Outcome, Row
+from tendon_lab.reproduction.reproduction import BEST, MODELS, Reproduction
+from tendon_lab.reproduction.steps.stage_list import REPRODUCTION_STAGES
 from tendon_newton import __version__
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.files.text_file import write_text
-from tendon_train.reproduction.outcome import Outcome, Row
-from tendon_train.reproduction.reproduction import BEST, MODELS, Reproduction
-from tendon_train.reproduction.steps.stage_list import REPRODUCTION_STAGES
 
 SCHEMA = 1
 VIRTUAL = (

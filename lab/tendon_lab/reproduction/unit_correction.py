@@ -10,6 +10,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from tendon_lab.reproduction.physical import SPOOL_RADIUS
+from tendon_lab.reproduction.servo_force import MeasuredServo, missing_force
 from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
@@ -22,8 +24,6 @@ from tendon_train.actuator.samples.folds import prepare
 from tendon_train.actuator.samples.servo_law import NO_LAW, fit_servo_law
 from tendon_train.actuator.samples.windows import Windows
 from tendon_train.actuator.training_config import TrainingConfig
-from tendon_train.reproduction.physical import SPOOL_RADIUS
-from tendon_train.reproduction.servo_force import MeasuredServo, missing_force
 
 JUMPS = 0.05
 """Share of the rows whose missing force is cut: where a command jumps, rotor and load cell are

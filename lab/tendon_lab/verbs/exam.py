@@ -14,7 +14,7 @@ from tendon_newton.scheduler import JobOptions, core_count
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from tendon_newton.exam.exam_score import Mark
+    from tendon_lab.exam.exam_score import Mark
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,12 +40,12 @@ class ExamConfig:
 
 def main(config: ExamConfig) -> None:
     """Take the exam, and print and write the marks."""
+    from tendon_lab.exam.exam_rates import by_strength, confusion, rates
+    from tendon_lab.exam.exam_report import write_exam_report
+    from tendon_lab.exam.run_exam import read_truths, take_exam
     from tendon_newton.data.files.json_file import write_json
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.diagnosis.time_left import time_text
-    from tendon_newton.exam.exam_rates import by_strength, confusion, rates
-    from tendon_newton.exam.exam_report import write_exam_report
-    from tendon_newton.exam.run_exam import read_truths, take_exam
 
     out = make_folder(config.out)
     total = len(config.only or read_truths(config.folder))
@@ -82,7 +82,7 @@ def line(mark: Mark) -> str:
 
 def table(marks: Sequence[Mark]) -> str:
     """Return the figures as tables."""
-    from tendon_newton.exam.exam_rates import by_strength, rates
+    from tendon_lab.exam.exam_rates import by_strength, rates
 
     rows = [f"  {r.name:46s} {r.value:9.3f}   of {r.cases}" for r in rates(marks)]
     bins = [

@@ -29,7 +29,7 @@ from tendon_newton.cli.terminal import Terminal
 from tendon_newton.scheduler import JobOptions, open_executor
 
 if TYPE_CHECKING:
-    from tendon_train.reproduction.settings import ReproductionSettings
+    from tendon_lab.reproduction.settings import ReproductionSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,10 +65,10 @@ def main(config: ReproduceConfig) -> None:
 
     quiet_warp()
 
-    from tendon_newton.workflows.virtual_benches import VirtualBenches
-    from tendon_train.reproduction.reproduction import Reproduction
-    from tendon_train.reproduction.reproduction_report import rows_table, write_report
-    from tendon_train.reproduction.steps.stage_list import run_stages
+    from tendon_lab.reproduction.reproduction import Reproduction
+    from tendon_lab.reproduction.reproduction_report import rows_table, write_report
+    from tendon_lab.reproduction.steps.stage_list import run_stages
+    from tendon_lab.reproduction.virtual_benches import VirtualBenches
 
     with open_executor(config.jobs) as executor:
         reproduction = Reproduction(
@@ -89,7 +89,7 @@ def main(config: ReproduceConfig) -> None:
 
 def settings_of(config: ReproduceConfig) -> ReproductionSettings:
     """Return the settings that the options name."""
-    from tendon_train.reproduction.settings import POLICIES, find_settings
+    from tendon_lab.reproduction.settings import POLICIES, find_settings
 
     settings = find_settings("quick" if config.quick else "full")
     return replace(

@@ -16,8 +16,8 @@ from tendon_newton.data.excitations import LARGEST_COMMAND
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness
+from tendon_newton.diagnosis.next_experiment.open_class_file import read_open_class
 from tendon_newton.diagnosis.next_experiment.separation import NO_RUN, propose, repeats_needed
-from tendon_newton.exam.open_class_file import read_open_class
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.physics.bench import BENCHES

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from tendon_lab.exam.exam_report import write_exam_report
 from tendon_newton.diagnosis.reporting.report import write_report
-from tendon_newton.exam.exam_report import write_exam_report
 from tests.diagnosis.made_up import VERDICTS, diagnosis, evidence
 from tests.diagnosis.reporting.browser import find_browser, look_at
-from tests.exam.made_up_exam import marks
+from tests.lab.exam.made_up_exam import marks
 
 WIDTHS = (1280, 400)  # [px] a desk and a phone
 LEAST_LETTER = 8.0  # [px] smaller letters are guessed, not read

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from tendon_newton.exam.exam_score import Family, Mark, Truth, judge
+from tendon_lab.exam.exam_score import Family, Mark, Truth, judge
 
 ORACLE = {"force_rmse": (1.0, 0.1), "theta_rmse": (0.1, 0.01)}
 

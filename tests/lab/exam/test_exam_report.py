@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.exam.exam_rates import by_strength, confusion, rates
-from tendon_newton.exam.exam_report import Matrix, write_exam_report
-from tendon_newton.exam.exam_score import judge
-from tests.exam.made_up_exam import answer, marks, truth
+from tendon_lab.exam.exam_rates import by_strength, confusion, rates
+from tendon_lab.exam.exam_report import Matrix, write_exam_report
+from tendon_lab.exam.exam_score import judge
+from tests.lab.exam.made_up_exam import answer, marks, truth
 
 
 def test_the_figures_are_what_a_hand_counts() -> None:

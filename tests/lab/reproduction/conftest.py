@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tendon_train.reproduction.unit import Unit
-from tests.train.reproduction.tiny import TinyBench
+from tendon_lab.reproduction.unit import Unit
+from tests.lab.reproduction.tiny import TinyBench
 
 
 @pytest.fixture(autouse=True)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.reproduction.closed_loop import replayed
+from tendon_lab.reproduction.physical import starting_model
+from tendon_lab.reproduction.steps.hybrid_stage import hybrid_of
+from tendon_lab.reproduction.unit import Unit, of_benches
+from tendon_lab.reproduction.unit_correction import train_correction
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_train.reproduction.closed_loop import replayed
-from tendon_train.reproduction.physical import starting_model
-from tendon_train.reproduction.steps.hybrid_stage import hybrid_of
-from tendon_train.reproduction.unit import Unit, of_benches
-from tendon_train.reproduction.unit_correction import train_correction
-from tests.train.reproduction.tiny import SETTINGS
+from tests.lab.reproduction.tiny import SETTINGS
 
 LEARNED = NamedValues(name="learned", values={"file": "net.pt", "spool_radius": 0.0125})
 HOLDING = NamedValues(name="holding_friction", values={"share": 0.6})

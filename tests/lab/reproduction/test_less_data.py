@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from examples.studies.less_data import free_only, shortened
-from tendon_train.reproduction.unit import Unit, is_blocked
+from tendon_lab.reproduction.unit import Unit, is_blocked
 
 
 def test_shortened_data_keeps_every_bench_in_proportion(unit: Unit) -> None:

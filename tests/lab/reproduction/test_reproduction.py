@@ -12,28 +12,28 @@ from pathlib import Path
 import pytest
 import warp as wp
 
+from tendon_lab.reproduction.outcome import Outcome, mean_interval, row
+from tendon_lab.reproduction.physical import starting_model
+from tendon_lab.reproduction.reproduction import MODELS, NotDone, Reproduction
+from tendon_lab.reproduction.reproduction_report import rows_table, write_report
+from tendon_lab.reproduction.settings import POLICIES, find_settings
+from tendon_lab.reproduction.steps import policy_stage
+from tendon_lab.reproduction.steps.network_stage import anew_if_other
+from tendon_lab.reproduction.steps.stage_list import (
+    REPRODUCTION_STAGES,
+    ReproductionStage,
+    run_stages,
+    with_needs,
+)
+from tendon_lab.reproduction.steps.tip_stage import SINES
+from tendon_lab.reproduction.unit import Unit, of_benches
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.errors import InvalidDataset, UnknownName
 from tendon_newton.scheduler import InTurn, JobOptions, open_executor
 from tendon_train.actuator.fitting.run import train_to_file
-from tendon_train.reproduction.outcome import Outcome, mean_interval, row
-from tendon_train.reproduction.physical import starting_model
-from tendon_train.reproduction.reproduction import MODELS, NotDone, Reproduction
-from tendon_train.reproduction.reproduction_report import rows_table, write_report
-from tendon_train.reproduction.settings import POLICIES, find_settings
-from tendon_train.reproduction.steps import policy_stage
-from tendon_train.reproduction.steps.network_stage import anew_if_other
-from tendon_train.reproduction.steps.stage_list import (
-    REPRODUCTION_STAGES,
-    ReproductionStage,
-    run_stages,
-    with_needs,
-)
-from tendon_train.reproduction.steps.tip_stage import SINES
-from tendon_train.reproduction.unit import Unit, of_benches
-from tests.train.reproduction.tiny import SETTINGS, TinyBench
+from tests.lab.reproduction.tiny import SETTINGS, TinyBench
 
 ONLY = ("ramp", "tip")
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import torch
 
+from tendon_lab.reproduction.servo_force import MeasuredServo, missing_force
+from tendon_lab.reproduction.unit_correction import CorrectedSource, lasting_force
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.simulators import TendonSimulator
 from tendon_train.actuator.samples.servo_law import ServoLaw
-from tendon_train.reproduction.servo_force import MeasuredServo, missing_force
-from tendon_train.reproduction.unit_correction import CorrectedSource, lasting_force
 from tests.physics.learned.networks import force_network
 
 LAW = ServoLaw(stiffness=5.0, damping=2.0, dry_friction=0.0, load_friction=0.3)

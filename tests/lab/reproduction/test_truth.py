@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tendon_lab.reproduction.diagnosis_words import causes_text, truth_text
+from tendon_lab.reproduction.physical import starting_model
+from tendon_lab.reproduction.steps.diagnosis_stage import sources
 from tendon_newton.data.model_file import NamedValues
-from tendon_train.reproduction.diagnosis_words import causes_text, truth_text
-from tendon_train.reproduction.physical import starting_model
-from tendon_train.reproduction.steps.diagnosis_stage import sources
 
 TRUTH = {
     "finger": {

@@ -7,10 +7,9 @@ import pytest
 
 from tendon_hardware.collection.excitation_plan import find_plan
 from tendon_hardware.collection.experiment_plan import FURTHER_RUNS, thinned
-from tendon_newton.errors import InvalidDataset
-from tendon_train.reproduction.settings import find_settings
-from tendon_train.reproduction.steps.diagnosis_stage import scope_text
-from tendon_train.reproduction.unit import (
+from tendon_lab.reproduction.settings import find_settings
+from tendon_lab.reproduction.steps.diagnosis_stage import scope_text
+from tendon_lab.reproduction.unit import (
     Unit,
     beginning,
     interleaved,
@@ -18,6 +17,7 @@ from tendon_train.reproduction.unit import (
     of_benches,
     representative,
 )
+from tendon_newton.errors import InvalidDataset
 
 
 def test_a_thinned_plan_keeps_every_kind_and_every_test() -> None:

@@ -9,7 +9,7 @@ from tendon_hardware.collection.excitation_plan import BENCHES, Share, runs_of
 from tendon_hardware.collection.experiment_plan import record_unit
 from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.stop_request import StopRequest
-from tendon_train.reproduction.settings import ReproductionSettings
+from tendon_lab.reproduction.settings import ReproductionSettings
 
 TRAINING = (
     Share(excitation="random_steps", count=2, duration=8.0),

@@ -8,6 +8,7 @@ import torch
 from scipy.optimize import root
 from torch import Tensor
 
+from tendon_lab.reproduction.physical import DATA_SHEET
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
@@ -16,7 +17,6 @@ from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tendon_train.reproduction.physical import DATA_SHEET
 from tests.physics.contact.contacts import ball, ball_torque, block, floor
 from tests.physics.runs import GAIN, RADIUS, ideal_model
 from tests.physics.test_energy import energy

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.exam.run_exam import ANSWER, answer_one
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.exam.run_exam import ANSWER, answer_one
 from tendon_newton.identification.study import of_servo
 
 FINGER = "finger_routed"

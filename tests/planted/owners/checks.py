@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_lab.exam.run_exam import ANSWER, answer_one
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
-from tendon_newton.exam.run_exam import ANSWER, answer_one
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.exam.run_exam import ANSWER, answer_one
 from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
 from tendon_newton.effects import law_of
-from tendon_newton.exam.run_exam import ANSWER, answer_one
 from tendon_newton.scheduler import JobOptions, completed
 from tests.planted.owners.sets import (
     OF_MECHANISM,

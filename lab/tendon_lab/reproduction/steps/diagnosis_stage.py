@@ -4,20 +4,20 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tendon_newton.data.model_file import Model, load_model, write_model
-from tendon_newton.diagnosis.result import write_diagnosis
-from tendon_train.reproduction.diagnosis_words import (
+from tendon_lab.reproduction.diagnosis_words import (
     cause_names,
     causes_text,
     passes_text,
     rivals_of,
     truth_text,
 )
-from tendon_train.reproduction.outcome import Outcome
-from tendon_train.reproduction.physical import diagnose_in_passes, refit, true_effects
-from tendon_train.reproduction.reproduction import Reproduction
-from tendon_train.reproduction.settings import ReproductionSettings
-from tendon_train.reproduction.unit import RECORDINGS, representative
+from tendon_lab.reproduction.outcome import Outcome
+from tendon_lab.reproduction.physical import diagnose_in_passes, refit, true_effects
+from tendon_lab.reproduction.reproduction import Reproduction
+from tendon_lab.reproduction.settings import ReproductionSettings
+from tendon_lab.reproduction.unit import RECORDINGS, representative
+from tendon_newton.data.model_file import Model, load_model, write_model
+from tendon_newton.diagnosis.result import write_diagnosis
 
 GIVEN = "The causes were given, and not looked for."
 

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from tendon_lab.reproduction.outcome import Outcome
+from tendon_lab.reproduction.reproduction import Reproduction
+from tendon_lab.reproduction.steps.diagnosis_stage import numbers_of
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import find_effect
-from tendon_train.reproduction.outcome import Outcome
-from tendon_train.reproduction.reproduction import Reproduction
-from tendon_train.reproduction.steps.diagnosis_stage import numbers_of
 from tendon_train.tendon.taut_rows import shows_string
 from tendon_train.tendon.tendon_fit import fit_tendon
 

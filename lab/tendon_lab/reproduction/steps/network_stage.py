@@ -6,15 +6,15 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any, Literal, TypeVar
 
+from tendon_lab.reproduction.outcome import Outcome
+from tendon_lab.reproduction.physical import SPOOL_RADIUS
+from tendon_lab.reproduction.reproduction import Reproduction
+from tendon_lab.reproduction.unit import Unit
+from tendon_lab.reproduction.unit_correction import train_correction
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
 from tendon_train.actuator.fitting.run import train_to_file
 from tendon_train.actuator.training_config import Kind, Purpose
-from tendon_train.reproduction.outcome import Outcome
-from tendon_train.reproduction.physical import SPOOL_RADIUS
-from tendon_train.reproduction.reproduction import Reproduction
-from tendon_train.reproduction.unit import Unit
-from tendon_train.reproduction.unit_correction import train_correction
 
 Result = TypeVar("Result")
 Aim = Literal["prediction", "simulation", "correction"]

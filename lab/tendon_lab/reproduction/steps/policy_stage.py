@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import warp as wp
 
+from tendon_lab.reproduction.outcome import Outcome, Row, mean_text, reductions, row
+from tendon_lab.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
+from tendon_lab.reproduction.settings import POLICIES, POLICY_STEPS, PolicyEffort
+from tendon_lab.reproduction.steps.network_stage import anew_if_other
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
-from tendon_train.reproduction.outcome import Outcome, Row, mean_text, reductions, row
-from tendon_train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
-from tendon_train.reproduction.settings import POLICIES, POLICY_STEPS, PolicyEffort
-from tendon_train.reproduction.steps.network_stage import anew_if_other
 
 PAPER_STAIRS = {"ideal": 24.0, "network": 12.0}
 """[mm]"""

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from tendon_train.reproduction.outcome import Outcome
-from tendon_train.reproduction.reproduction import Reproduction
+from tendon_lab.reproduction.outcome import Outcome
+from tendon_lab.reproduction.reproduction import Reproduction
 
 
 async def run(reproduction: Reproduction) -> Outcome:

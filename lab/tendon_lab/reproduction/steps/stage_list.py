@@ -4,10 +4,9 @@ import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from tendon_newton.errors import unknown_name
-from tendon_train.reproduction.outcome import Outcome
-from tendon_train.reproduction.reproduction import NotDone, Reproduction
-from tendon_train.reproduction.steps import (
+from tendon_lab.reproduction.outcome import Outcome
+from tendon_lab.reproduction.reproduction import NotDone, Reproduction
+from tendon_lab.reproduction.steps import (
     diagnosis_stage,
     force_stage,
     hybrid_stage,
@@ -17,6 +16,7 @@ from tendon_train.reproduction.steps import (
     recording_stage,
     tip_stage,
 )
+from tendon_newton.errors import unknown_name
 
 
 @dataclass(frozen=True, kw_only=True)

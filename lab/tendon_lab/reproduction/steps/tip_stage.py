@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from tendon_lab.reproduction.closed_loop import SETTLED, replayed
+from tendon_lab.reproduction.outcome import Figure, Outcome, Row, mean_text, reductions, row
+from tendon_lab.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 from tendon_newton.data.recording import Recording
 from tendon_train.actuator.scoring.figures import GREY, INK, new_figure, save, tidy
-from tendon_train.reproduction.closed_loop import SETTLED, replayed
-from tendon_train.reproduction.outcome import Figure, Outcome, Row, mean_text, reductions, row
-from tendon_train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 
 SINES = {"open_sine": "about 0.2 rad", "closing_sine": "about pi/2"}
 """Kind of the recording and its centre in words; the first is the one that is compared."""

@@ -1,0 +1,1 @@
+"""Tests of what only a clone has: the exam, the reproduction."""
