@@ -33,9 +33,9 @@ from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
 from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear
+from tests.lab.without_cell.pulled_benches import pulled_log
 from tests.physics.runs import ideal_model
-from tests.train.actuator.without_cell.pulled_benches import pulled_log
-from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
+from tests.train.actuator.servo_logs import write_servo_dataset
 from tests.train.refresh.test_drift import FITTED, log_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
@@ -44,6 +44,7 @@ NO_DATASET = {
     "demo": "is diagnose, on the recordings that come along",
     "experiment": "reads a diagnosis",
     "plan": "reads a model",
+    "train-force-without-cell": "is train-force, on train recordings that lost their force",
     "investigate": "is collect and diagnose in turns, on recordings of its own",
     "view": "draws one log",
     "explain": "reads a diagnosis",

@@ -17,6 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.without_cell.sensorless import IMPLIED_WORDS, imply_forces, write_lines
+from tendon_lab.without_cell.sensorless_line import Line, nominal_line
+from tendon_lab.without_cell.sensorless_motion import SensorlessMotion, motions_of
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.recording import Array, Recording
@@ -28,9 +31,6 @@ from tendon_train.actuator.samples.folds import usable
 from tendon_train.actuator.samples.sample_protocol import step_hold
 from tendon_train.actuator.samples.servo_law import SLIDING
 from tendon_train.actuator.training_config import TrainingConfig
-from tendon_train.actuator.without_cell.sensorless import IMPLIED_WORDS, imply_forces, write_lines
-from tendon_train.actuator.without_cell.sensorless_line import Line, nominal_line
-from tendon_train.actuator.without_cell.sensorless_motion import SensorlessMotion, motions_of
 
 BENCHES = ("finger", "spring_strong", "spring_weak")
 PHASES = ("winds in", "driven back", "rests")

@@ -1,4 +1,4 @@
-"""What only this project's own lab needs: exams, and the reproduction of the paper.
+"""What only this project's own lab needs: exams, the paper, and what was tried.
 
 A wheel has none of this. In a clone its verbs are verbs of ``tendon-newton`` as all others.
 """
@@ -6,4 +6,5 @@ A wheel has none of this. In a clone its verbs are verbs of ``tendon-newton`` as
 VERBS: dict[str, str] = {
     "exam": "tendon_lab.verbs.exam",
     "reproduce": "tendon_lab.verbs.reproduce",
+    "train-force-without-cell": "tendon_lab.verbs.train_force_without_cell",
 }

@@ -12,11 +12,6 @@ interrupted.
 
 makes a network for simulations, which also knows the servo's force beside all recorded motion. Such
 a network is less exact along recordings, and several times as exact in a closed loop.
-
-  tendon-newton train-force recordings --without-load-cell --out networks
-
-reads no force of a train recording. The benches' springs, and on a finger the seen tip, imply it,
-once the give of each tendon is found from what one servo does on all of them (NAME.lines.json).
 """
 
 from __future__ import annotations
@@ -42,8 +37,6 @@ class TrainForceConfig:
     """Folder with dataset.toml and its recordings."""
     out: Path
     """Folder for the files; made if it is not there."""
-    without_load_cell: bool = False
-    """Learn from the force that the motion of the benches implies; no measured one is read."""
     training: tyro.conf.OmitArgPrefixes[TrainingConfig] = field(default_factory=TrainingConfig)
     """Settings that decide the training."""
 
@@ -52,19 +45,20 @@ def main(config: TrainForceConfig) -> None:
     """Train and write the network."""
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.files.text_file import make_folder
+    from tendon_train.actuator.samples.folds import SPLIT_WORDS
+
+    dataset = load_dataset(config.dataset, require_test=False)
+    train(dataset, config.training, make_folder(config.out), SPLIT_WORDS)
+
+
+def train(dataset: Dataset, training: TrainingConfig, out: Path, split: str) -> None:
+    """Train on a dataset, write the network with the words on its split, and print its errors."""
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_train.actuator.fitting.run import train_to_file
     from tendon_train.actuator.ideal_baseline import SERVO_LIMIT
-    from tendon_train.actuator.samples.folds import SPLIT_WORDS
-    from tendon_train.actuator.without_cell.sensorless import IMPLIED_WORDS
 
     quiet_warp()
-    dataset = load_dataset(config.dataset, require_test=False)
-    out, split = make_folder(config.out), SPLIT_WORDS
-    if config.without_load_cell:
-        dataset = imply(dataset, out / f"{config.training.name}.lines.json")
-        split = IMPLIED_WORDS
-    exported = train_to_file(dataset, config.training, out, report=show, split=split)
+    exported = train_to_file(dataset, training, out, report=show, split=split)
     assert exported is not None
     card = exported.card
     print(
@@ -83,21 +77,6 @@ def main(config: TrainForceConfig) -> None:
             f"held-out force error {error:.3f} N RMS on {len(card.held_out.recordings)} recordings,"
             f" {share:.1f} % of {SERVO_LIMIT:g} N{noise}"
         )
-
-
-def imply(dataset: Dataset, file: Path) -> Dataset:
-    """Put implied forces in place of measured ones; write and print what implies them."""
-    from tendon_train.actuator.without_cell.sensorless import imply_forces, write_lines
-
-    print("finding what each bench's tendon gives, from encoders and tip ...", flush=True)
-    implied = imply_forces(dataset)
-    write_lines(file, implied.lines)
-    for line in implied.lines:
-        print(
-            f"  {line.bench}: {line.stiffness:.0f} N/m after {1e3 * line.slack:.2f} mm of slack, "
-            f"guide friction {line.friction:.3f}"
-        )
-    return implied.dataset
 
 
 def show(progress: FittingProgress) -> None:

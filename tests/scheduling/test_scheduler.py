@@ -22,7 +22,7 @@ from tendon_train.actuator.fitting.sweep import main as train_all
 from tests.lab.reproduction.tiny import TinyBench
 from tests.scheduling.jobs import refuse, squared
 from tests.search_path import search_path
-from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
+from tests.train.actuator.servo_logs import write_servo_dataset
 
 
 @pytest.fixture(scope="module")

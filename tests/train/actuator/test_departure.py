@@ -19,7 +19,7 @@ from tendon_train.actuator.samples.sample_departure import (
 from tendon_train.actuator.samples.servo_law import FEWEST, NO_LAW, ServoLaw, fit_servo_law
 from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows, to_device
 from tendon_train.actuator.training_config import Purpose, TrainingConfig
-from tests.train.actuator.without_cell.servo_logs import servo_log
+from tests.train.actuator.servo_logs import servo_log
 
 LAW = ServoLaw(stiffness=6.0, damping=10.0, dry_friction=1.2, load_friction=0.2)
 RATE = 20.0  # Hz

@@ -9,7 +9,7 @@ from tendon_train.actuator.ideal_baseline import ideal_force, refitted_gain
 from tendon_train.actuator.prediction import ForcePrediction
 from tendon_train.actuator.samples.sample_protocol import Experiment, experiment_of
 from tendon_train.actuator.scoring.scores import score
-from tests.train.actuator.without_cell.servo_logs import GAIN, servo_log
+from tests.train.actuator.servo_logs import GAIN, servo_log
 
 
 def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> ForcePrediction:

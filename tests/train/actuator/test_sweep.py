@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from tendon_train.actuator.fitting.sweep import SweepConfig, main
-from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
+from tests.train.actuator.servo_logs import write_servo_dataset
 
 
 def test_training_needs_no_simulator() -> None:

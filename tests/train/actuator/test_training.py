@@ -17,7 +17,7 @@ from tendon_train.actuator.samples import changed_windows, sample_departure, ser
 from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows
 from tendon_train.actuator.training_config import TrainingConfig
 from tests.train.actuator.network_files import card_of
-from tests.train.actuator.without_cell.servo_logs import servo_log
+from tests.train.actuator.servo_logs import servo_log
 
 FEW = TrainingConfig(network="mlp", epochs=3, windows_per_epoch=2048, batch=256)
 RECIPE_NUMBERS = {

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.cli import main
-from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
+from tests.train.actuator.servo_logs import write_servo_dataset
 
 SHORT = ("--epochs", "2", "--windows-per-epoch", "1024", "--batch", "256")
 

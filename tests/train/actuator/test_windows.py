@@ -9,7 +9,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset, InvalidRecording
 from tendon_train.actuator.samples.folds import split_train
 from tendon_train.actuator.samples.windows import WindowShape, extract_windows
-from tests.train.actuator.without_cell.servo_logs import servo_log
+from tests.train.actuator.servo_logs import servo_log
 
 FULL = WindowShape(pad_start=False)
 
@@ -121,7 +121,7 @@ def test_what_cannot_be_cut_is_named() -> None:
 def test_validation_recordings_are_whole_train_recordings_of_every_bench(tmp_path) -> None:
     """No recording is in both parts, and every bench with several recordings is in both."""
     from tendon_newton.data.dataset import load_dataset
-    from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
+    from tests.train.actuator.servo_logs import write_servo_dataset
 
     dataset = load_dataset(write_servo_dataset(tmp_path / "data", duration=4.0))
     fold = split_train(dataset)

@@ -24,7 +24,7 @@ from tendon_train.tendon.tendon_fit import (
     sums_of,
     unseen_error,
 )
-from tests.train.actuator.without_cell.pulled_benches import TRUE, pulled_log
+from tests.lab.without_cell.pulled_benches import TRUE, pulled_log
 from tests.train.policy.small import environment
 
 NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"

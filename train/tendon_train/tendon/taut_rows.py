@@ -8,18 +8,20 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidDataset
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
-from tendon_train.actuator.without_cell.sensorless_motion import joints_at
 
 TAUT = 0.3
 """Tension from which a row counts [N]: some times what a load cell of 5 kg drifts by."""
 PIECE = 5.0
 """Length of the pieces that a recording is cut into [s]: creep of the joints and wander of the cell
 are forgotten within them."""
+PROBE = (0.3, 0.4)
+"""Posture at which a finger's own kinematics are compared with a planar one's [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,3 +95,33 @@ def surplus_of(recording: Recording, mechanism: Mechanism, radius: float | None)
     wound = (tendon.spool_radius if radius is None else radius) * recording.motor_position[:, 0]
     assert recording.tip is not None
     return wound - excursion(tendon, joints_at(recording.tip, mechanism))
+
+
+def joints_at(tip: Array, mechanism: Mechanism) -> Array:
+    r"""Return the joint angles that put a finger's tip at x and z, shape (T, J).
+
+    .. math::
+        \cos q_2 = \frac{x^2 + z^2 - L_1^2 - L_2^2}{2 L_1 L_2}, \qquad
+        q_1 = \operatorname{atan2}(-z, x) - \operatorname{atan2}(L_2 \sin q_2, L_1 + L_2 \cos q_2)
+    """
+    first, second = planar_lengths(mechanism)
+    x, down = tip[:, 0], -tip[:, 1]
+    cosine = (x**2 + down**2 - first**2 - second**2) / (2.0 * first * second)
+    distal = np.arccos(np.clip(cosine, -1.0, 1.0))
+    inner = np.arctan2(second * np.sin(distal), first + second * np.cos(distal))
+    return np.column_stack([np.arctan2(down, x) - inner, distal])
+
+
+def planar_lengths(mechanism: Mechanism) -> tuple[float, float]:
+    """Return the lengths of a finger's phalanges [m]; refuse any other mechanism."""
+    lengths = [length for length in mechanism.link_lengths if length is not None]
+    if len(lengths) == len(mechanism.joints) == 2 and mechanism.tip is not None:
+        angles = np.cumsum(PROBE)
+        flat = np.array([np.cos(angles) @ lengths, -np.sin(angles) @ lengths])
+        tip = tip_position(mechanism, np.array(PROBE))
+        if tip is not None and np.allclose(tip[[0, 2]], flat, atol=1.0e-6):
+            return lengths[0], lengths[1]
+    raise InvalidDataset(
+        f"{mechanism.name}: without a load cell a bench must be a slider, or a finger of two "
+        "joints in a plane whose tip is seen and which lies along +x at rest"
+    )

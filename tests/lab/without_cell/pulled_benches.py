@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_lab.without_cell.sensorless_line import Line
 from tendon_newton.data.excitations import excite
 from tendon_newton.data.recording import Array, Recording
-from tendon_train.actuator.without_cell.sensorless_line import Line
 
 GAIN = 5.0  # [N/rad]
 FRICTION = 2.0  # [N] that the servo holds

@@ -11,11 +11,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from tendon_lab.without_cell.sensorless_motion import SensorlessMotion
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.errors import InvalidDataset
 from tendon_train.actuator.samples.servo_law import SLIDING
 from tendon_train.actuator.samples.windows import WindowShape, window_rows
-from tendon_train.actuator.without_cell.sensorless_motion import SensorlessMotion
 
 SHAPE = WindowShape(window=3, rate=20.0, pad_start=False)
 """What is seen of the servo: now, and one and two ticks of its loop ago. Its force answers to its

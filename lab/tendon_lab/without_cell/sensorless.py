@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from tendon_lab.without_cell.sensorless_fit import LineFit, fit_lines
+from tendon_lab.without_cell.sensorless_line import Line
+from tendon_lab.without_cell.sensorless_motion import SensorlessMotion, motions_of
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.recording import Recording
 from tendon_train.actuator.samples.folds import SPLIT_WORDS
-from tendon_train.actuator.without_cell.sensorless_fit import LineFit, fit_lines
-from tendon_train.actuator.without_cell.sensorless_line import Line
-from tendon_train.actuator.without_cell.sensorless_motion import SensorlessMotion, motions_of
 
 IMPLIED_WORDS = f"{SPLIT_WORDS}; the force of the train recordings is implied by their motion"
 """What the card of a network says that was trained without a load cell."""

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_lab.without_cell.sensorless_motion import SensorlessMotion
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_train.actuator.without_cell.sensorless_motion import SensorlessMotion
 
 LINE_STIFFNESS = 1.0e4
 """Stiffness of a braided line of some 0.2 m with its knots [N/m]."""

@@ -5,7 +5,7 @@ import pytest
 
 from tendon_train.actuator.prediction import ForcePrediction
 from tendon_train.actuator.scoring.scores import lag
-from tests.train.actuator.without_cell.servo_logs import servo_log
+from tests.train.actuator.servo_logs import servo_log
 
 TIME = np.arange(24 * 80) / 80.0
 

@@ -7,6 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_lab.without_cell.sensorless import ImpliedForces, imply_forces
+from tendon_lab.without_cell.sensorless_fit import LineFit
+from tendon_lab.without_cell.sensorless_line import nominal_line
+from tendon_lab.without_cell.sensorless_motion import motions_of, winding_direction
+from tendon_lab.without_cell.sensorless_rows import sliding_windows
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset, write_dataset
@@ -17,18 +22,13 @@ from tendon_train.actuator.prediction import predict
 from tendon_train.actuator.samples.folds import prepare
 from tendon_train.actuator.samples.servo_law import SLIDING
 from tendon_train.actuator.training_config import TrainingConfig
-from tendon_train.actuator.without_cell.sensorless import ImpliedForces, imply_forces
-from tendon_train.actuator.without_cell.sensorless_fit import LineFit
-from tendon_train.actuator.without_cell.sensorless_line import nominal_line
-from tendon_train.actuator.without_cell.sensorless_motion import motions_of, winding_direction
-from tendon_train.actuator.without_cell.sensorless_rows import sliding_windows
-from tests.train.actuator.network_files import card_of
-from tests.train.actuator.without_cell.pulled_benches import (
+from tests.lab.without_cell.pulled_benches import (
     TRUE,
     pulled_log,
     pulled_logs,
     with_force,
 )
+from tests.train.actuator.network_files import card_of
 
 FIT = LineFit(steps=300)
 FEW = LineFit(steps=20)
@@ -201,7 +201,7 @@ def test_a_user_trains_a_network_without_a_load_cell(
     write_dataset(tmp_path / "data", [with_force(r, None) for r in logs], [])
     words = ["--network", "mlp", "--epochs", "1", "--windows-per-epoch", "1024"]
     out = tmp_path / "nets"
-    call = ["train-force", str(tmp_path / "data"), "--without-load-cell", "--out", str(out)]
+    call = ["train-force-without-cell", str(tmp_path / "data"), "--out", str(out)]
     assert main([*call, *words]) == 0
     assert "spring_strong: " in capsys.readouterr().out
     lines = json.loads((out / "mlp-paper-0.lines.json").read_text())
@@ -217,7 +217,7 @@ def test_a_dataset_that_tells_nothing_is_one_line(
     """Fingers without a tip: exit code 2 and what is needed."""
     logs = [replace(pulled_log("finger", seed=seed), tip=None) for seed in (0, 1)]
     write_dataset(tmp_path / "data", [replace(r, name=f"{i}.csv") for i, r in enumerate(logs)], [])
-    call = ["train-force", str(tmp_path / "data"), "--without-load-cell", "--out", str(tmp_path)]
+    call = ["train-force-without-cell", str(tmp_path / "data"), "--out", str(tmp_path)]
     assert main(call) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "without a load cell" in line

@@ -12,7 +12,7 @@ from tendon_train.actuator.samples.windows import (
     extract_windows,
     to_device,
 )
-from tests.train.actuator.without_cell.servo_logs import servo_log
+from tests.train.actuator.servo_logs import servo_log
 
 LAW = ServoLaw(stiffness=6.0, damping=10.0, dry_friction=1.5, load_friction=0.5)
 COUNT = 4000

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
+from tendon_lab.without_cell.sensorless_line import Line, LinePrior, line_prior
+from tendon_lab.without_cell.sensorless_motion import SensorlessMotion
+from tendon_lab.without_cell.sensorless_numbers import LineNumbers
+from tendon_lab.without_cell.sensorless_rows import SlidingRows, sliding_rows
 from tendon_newton.errors import InvalidDataset
-from tendon_train.actuator.without_cell.sensorless_line import Line, LinePrior, line_prior
-from tendon_train.actuator.without_cell.sensorless_motion import SensorlessMotion
-from tendon_train.actuator.without_cell.sensorless_numbers import LineNumbers
-from tendon_train.actuator.without_cell.sensorless_rows import SlidingRows, sliding_rows
 
 WIDTHS = (24, 12)
 EVIDENCE = 3.0

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor, nn
 
-from tendon_train.actuator.without_cell.sensorless_line import (
+from tendon_lab.without_cell.sensorless_line import (
     ARM_SPREAD,
     CAMERA_SPREAD,
     KNOT_SPREAD,
