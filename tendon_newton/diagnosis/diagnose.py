@@ -29,6 +29,7 @@ from tendon_newton.diagnosis.explanation import (
 from tendon_newton.diagnosis.findings import Findings, Found
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
 from tendon_newton.diagnosis.next_experiment.separation import propose
+from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Criterion,
@@ -170,8 +171,9 @@ def conclude(
     fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
     if final is not None and fraction <= 0.0:
         empty = replace(
-            findings, verdict="unexplained", final=None, notes=(*findings.notes, NO_SMALLER)
-        )
+            findings, verdict="unexplained", final=None, posterior=Posterior(),
+            notes=(*findings.notes, NO_SMALLER),
+        )  # fmt: skip
         return conclude(train, empty, model, test, rng, start)
     low, high = fraction_interval(before, after, train.noise, rng)
     structure = find_structure(train, extended)
@@ -191,6 +193,7 @@ def conclude(
         effects=tuple(cause for cause in found if cause.name not in findings.suspected),
         suspected=tuple(cause for cause in found if cause.name in findings.suspected),
         rivals=rivals(findings, named, after, others),
+        posterior=findings.posterior,
         candidates=findings.candidates,
         unexplained=Unexplained(
             fraction=remaining_fraction(verdict, fraction),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.posterior import OpenNumber, Posterior
 from tendon_newton.diagnosis.result import CandidateScore, Criterion, Verdict
 from tendon_newton.identification.linearisation import Linearisation
 
@@ -21,6 +23,10 @@ class Found:
     """Parameter column -> 95 % interval, given the causes."""
     point: Linearisation
     """Residuals around the optimum, one column of the Jacobian per value."""
+    numbers: tuple[OpenNumber, ...]
+    """Where each value is in its coordinate, F of them."""
+    covariance: Array
+    """Of these coordinates, as wide as the intervals, shape (F, F)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +63,8 @@ class Findings:
     """What each named cause had to pass."""
     probabilities: Mapping[str, float] = field(default_factory=dict)
     """Weight of all sets of causes that hold each found cause, or one of its class [1]."""
+    posterior: Posterior = field(default_factory=Posterior)
+    """All sets of causes that have weight."""
     plain: tuple[PlainModel, ...] = ()
     """Plain models beside the answer, the best on unseen parts first."""
     predicts: float | None = None

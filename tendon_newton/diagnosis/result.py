@@ -18,6 +18,7 @@ from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
+from tendon_newton.diagnosis.posterior import Posterior, write_posterior
 from tendon_newton.diagnosis.unexplained.remainder_structure import RemainderStructure
 
 if TYPE_CHECKING:
@@ -184,6 +185,8 @@ class Diagnosis:
     nothing: they are in the model, and no name is deserved."""
     rivals: tuple[Rival, ...] = ()
     """The answer beside plain models; none where nothing is left to explain."""
+    posterior: Posterior = field(default_factory=Posterior)
+    """Sets of causes by their weight, to draw worlds from; in a file of its own."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
     confounded: tuple[Confounded, ...] = ()
@@ -333,5 +336,6 @@ def account_json(criteria: tuple[Criterion, ...], probability: float | None) -> 
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
-    """Write ``diagnosis.json``."""
+    """Write ``diagnosis.json``, and before it what it leaves open."""
+    write_posterior(path, diagnosis.posterior)
     write_json(path, diagnosis.to_json())

@@ -64,7 +64,27 @@ def rows_together(point: Linearisation, where: Layout) -> float:
 def half_width(
     point: Linearisation, groups: Indices, spread: Array, together: float = 1.0
 ) -> Array:
-    """Return half the spread of a fit's parameters over draws of groups of rows, shape (F,).
+    """Return half the spread of a fit's parameters over draws of groups of rows, shape (F,)."""
+    return np.sqrt(np.diag(scatter(point, groups, spread, together)))
+
+
+def correlations(point: Linearisation, where: Layout, spread: Array) -> Array:
+    """Return how the numbers of a fit err together [1], shape (F, F).
+
+    Args:
+        point: The fit around its optimum.
+        where: Says which rows belong together.
+        spread: As of `half_widths`.
+    """
+    joint = scatter(point, where.block, spread, rows_together(point, where))
+    size = np.sqrt(np.maximum(np.diag(joint), 1.0e-300))
+    out = joint / np.outer(size, size)
+    np.fill_diagonal(out, 1.0)
+    return out
+
+
+def scatter(point: Linearisation, groups: Indices, spread: Array, together: float) -> Array:
+    """Return the covariance of half widths over draws of groups of rows, shape (F, F).
 
     It is the sandwich of the loss's curvature and the scatter of its slope from group to group.
     What states a number counts as one observation of it among those of the rows, of which
@@ -78,12 +98,11 @@ def half_width(
     rows = [groups == group for group in np.unique(groups)]
     count = len(rows)
     if count < 2:
-        return np.zeros(point.jacobian.shape[1])
+        return np.zeros((point.jacobian.shape[1],) * 2)
     gradients = np.stack([point.gradient(row) for row in rows])
     gradients -= gradients.mean(axis=0)  # of a fit that a bound holds, the sum is not zero
     bent = loss_curvatures(point.residual)[:, None] * point.jacobian
     stated = together / spread**2
     inverse = np.linalg.inv(invertible(point.jacobian.T @ bent + np.diag(stated)))
-    scatter = gradients.T @ gradients * count / (count - 1) + np.diag(together * stated)
-    variance = np.einsum("fg,gh,fh->f", inverse, scatter, inverse)
-    return float(stdtrit(count - 1, 0.5 * (1.0 + LEVEL))) * np.sqrt(variance)
+    slopes = gradients.T @ gradients * count / (count - 1) + np.diag(together * stated)
+    return float(stdtrit(count - 1, 0.5 * (1.0 + LEVEL))) ** 2 * inverse @ slopes @ inverse.T

@@ -12,7 +12,7 @@ from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.source import read_source
 from tendon_train.policy.config.environment_config import EnvironmentConfig
-from tendon_train.policy.worlds.randomisation import on_diagnosed_finger, ranges_of
+from tendon_train.policy.worlds.randomisation import differences_of, on_diagnosed_finger
 from tests.importers.logs import recording
 
 
@@ -109,4 +109,4 @@ def test_a_training_is_on_the_finger_of_the_diagnosis(found: Path) -> None:
         assert on_diagnosed_finger(EnvironmentConfig(**settings)).finger == "thumb"
     config = EnvironmentConfig(randomise=(str(found / "diagnosis.json"),))
     with pytest.raises(InvalidParameter, match="it is to be used on finger"):
-        ranges_of(config, ideal())
+        differences_of(config, ideal())

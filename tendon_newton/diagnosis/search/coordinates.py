@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
 from tendon_newton.data.parameters import Parameter
-from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.posterior import Coordinate
 from tendon_newton.effects import law_of
 from tendon_newton.identification.study import Study
 
@@ -30,40 +29,6 @@ PEAK = 0.995
 """Share of the rows below what counts as the greatest measured value [1]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Coordinate:
-    """One number of a model as a fit sees it: null is zero, and typical is about one."""
-
-    column: int
-    """Place in the parameter vector."""
-    kind: str
-    """``linear``, ``log`` for what is never zero, ``inverse`` for what is infinite when absent."""
-    origin: float
-    """Value at zero [unit]; the unit of the inverse where that is infinite."""
-    unit: float
-    """Change of the value, or of its logarithm, per one."""
-    lower: float
-    """Least coordinate."""
-    upper: float
-    """Greatest one."""
-
-    def value(self, u: float) -> float:
-        """Return the physical value at a coordinate."""
-        if self.kind == "log":
-            return self.origin * float(np.exp(self.unit * u))
-        if self.kind == "inverse":
-            return np.inf if u <= 0.0 else self.origin / u
-        return self.origin + self.unit * u
-
-    def place(self, value: float) -> float:
-        """Return the coordinate of a physical value."""
-        if self.kind == "log":
-            return float(np.log(value / self.origin)) / self.unit
-        if self.kind == "inverse":
-            return 0.0 if np.isinf(value) else self.origin / value
-        return (value - self.origin) / self.unit
-
-
 def coordinate_of(study: Study, column: int) -> Coordinate:
     """Return the coordinate of one column of a study's parameter vector."""
     parameter = study.parameter(column)
@@ -71,19 +36,19 @@ def coordinate_of(study: Study, column: int) -> Coordinate:
     low, high = parameter.lower, parameter.upper
     if np.isinf(parameter.null):
         return Coordinate(
-            column=column, kind="inverse", origin=parameter.nominal, unit=1.0,
+            kind="inverse", origin=parameter.nominal, unit=1.0,
             lower=0.0, upper=parameter.nominal / low,
         )  # fmt: skip
     if low > 0.0:
         origin = float(np.clip(null, low, high))
         unit = 0.25
         return Coordinate(
-            column=column, kind="log", origin=origin, unit=unit,
+            kind="log", origin=origin, unit=unit,
             lower=float(np.log(low / origin)) / unit, upper=float(np.log(high / origin)) / unit,
         )  # fmt: skip
     unit = typical_size(parameter)
     return Coordinate(
-        column=column, kind="linear", origin=null, unit=unit,
+        kind="linear", origin=null, unit=unit,
         lower=(low - null) / unit, upper=(high - null) / unit,
     )  # fmt: skip
 
@@ -173,8 +138,3 @@ def places(study: Study, parameter: Parameter) -> list[float]:
     angles = np.concatenate([r.motor_position[:, 0] for r in study.recordings])
     low, high = np.quantile(angles, (1.0 - PEAK, PEAK))
     return [inside(parameter, low + share * (high - low)) for share in PLACES]
-
-
-def vector(coordinates: list[Coordinate], values: dict[int, float]) -> Array:
-    """Return the coordinates of physical values, column -> value."""
-    return np.array([c.place(values[c.column]) for c in coordinates])

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tendon_newton.data.recording import Array, Mask
-from tendon_newton.diagnosis.search.coordinates import Coordinate, coordinate_of
+from tendon_newton.diagnosis.posterior import Coordinate
+from tendon_newton.diagnosis.search.coordinates import coordinate_of
 from tendon_newton.identification.objective import BLOCK, TAIL, Scales, layout, stack
 from tendon_newton.identification.study import Study, compares_force, replacements
 from tendon_newton.identification.testable import stated_columns

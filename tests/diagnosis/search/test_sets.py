@@ -23,7 +23,13 @@ from tendon_newton.diagnosis.search.decide.decision import (
     special_case_or_without,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
-from tendon_newton.diagnosis.search.decide.posterior import holds_null, probabilities
+from tendon_newton.diagnosis.search.decide.posterior import (
+    found_of,
+    holds_null,
+    posterior_of,
+    probability,
+    weights_of,
+)
 from tendon_newton.diagnosis.search.decide.rule import FORM_THETA, LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms, untold
@@ -535,11 +541,33 @@ def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -
                  ((one, 1.0), (two, 1.0), (fit, 1.0 - PRICE))}  # fmt: skip
     point = Linearisation(residual=fit.residual, jacobian=np.ones((len(fit.residual), 1)))
     found: Any = SimpleNamespace(point=point)
-    shares = probabilities(pool, found, fit, {}, ())
-    assert shares["viscous_friction"] == pytest.approx(2.0 / 3.0)
-    assert probabilities(pool, found, fit, {}, ("coulomb_friction",))["viscous_friction"] == 1.0
-    classes = {"viscous_friction": ("coulomb_friction",)}
-    assert probabilities(pool, found, fit, classes, ())["viscous_friction"] == pytest.approx(1.0)
+    weights = weights_of(pool, found, fit, ())
+    assert probability(weights, "viscous_friction", ()) == pytest.approx(2.0 / 3.0)
+    assert probability(weights, "viscous_friction", ("coulomb_friction",)) == pytest.approx(1.0)
+    kept = weights_of(pool, found, fit, ("coulomb_friction",))
+    assert probability(kept, "viscous_friction", ()) == 1.0
+
+
+def test_worlds_are_drawn_from_all_sets_that_have_weight(worlds: SearchWorlds) -> None:
+    """Numbers as wide as their intervals, with the correlation of the fit."""
+    pool = pool_of(worlds)
+    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
+    (fit,) = refit(worlds, [start], pool.floors, iterations=10)
+    pool.add([fit, started(pool, viscous_friction=1.2)])
+    found, other = found_of(pool, fit), frozenset({"viscous_friction"})
+    posterior = posterior_of(pool, found, fit, {frozenset(fit.names): 0.75, other: 0.25})
+    assert [(s.weight, set(s.causes)) for s in posterior.sets] == [
+        (0.75, set(fit.names)), (0.25, set(other)),
+    ]  # fmt: skip
+    drawn = replace(posterior, sets=posterior.sets[:1]).sample(20_000, 0)
+    for column, (low, high) in found.intervals.items():
+        owner, parameter = worlds.study.table.owners[column]
+        ends = np.quantile(drawn[owner, parameter.name], (0.025, 0.975))
+        assert ends == pytest.approx((low, high), abs=0.1 * (high - low))
+    linear = found.point.jacobian.T @ found.point.jacobian
+    together = np.corrcoef([*drawn.values()])[0, 1]
+    assert np.sign(together) == np.sign(np.linalg.inv(linear)[0, 1])
+    assert abs(together) > 0.3
 
 
 def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: SearchWorlds) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.findings import Findings
+from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.diagnosis.result import Criterion, Verdict
 from tendon_newton.diagnosis.search.decide.account import (
     TOGETHER,
@@ -20,7 +21,9 @@ from tendon_newton.diagnosis.search.decide.account import (
 from tendon_newton.diagnosis.search.decide.decision import Decided, decide, new_name, transfer
 from tendon_newton.diagnosis.search.decide.posterior import (
     found_of,
-    probabilities,
+    posterior_of,
+    probability,
+    weights_of,
 )
 from tendon_newton.diagnosis.search.decide.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.decide.time_limits import limits_of
@@ -158,6 +161,7 @@ def conclude_search(
     criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
     rivals = {name: {new_name(final, rival): rival for rival in own}
               for name, own in decided.rivals.items()}  # fmt: skip
+    weights = weights_of(decisive, shown, final, decided.refused)
     stop = None
     if named is None and final.names:
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
@@ -173,7 +177,8 @@ def conclude_search(
         },
         candidates=candidates(pool, decisive, names, final, decided, criteria, stop),
         criteria=criteria,
-        probabilities=probabilities(decisive, shown, final, rivals, decided.refused),
+        probabilities={n: probability(weights, n, rivals.get(n, ())) for n in final.names},
+        posterior=Posterior() if named is None else posterior_of(decisive, shown, final, weights),
         plain=decided.plain,
         predicts=decided.predicts,
         finished=not early,

@@ -1,12 +1,14 @@
-"""Numbers of a set of causes with intervals, all of them uncertain together."""
+"""Numbers of sets of causes with intervals, all of them uncertain together."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from tendon_newton.diagnosis.findings import Found
+from tendon_newton.diagnosis.posterior import SURE, FittedSet, OpenNumber, Posterior
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
@@ -17,12 +19,19 @@ from tendon_newton.diagnosis.search.refit import (
     row_units,
     values_of,
 )
-from tendon_newton.identification.intervals import LEAST_SHARE, half_widths, rows_together
+from tendon_newton.identification.intervals import (
+    LEAST_SHARE,
+    correlations,
+    half_widths,
+    rows_together,
+)
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.study import Study
 
 AT_END = 0.01
 """Share of a range that counts as its end [1]: a rigid string is written as the stiffest one."""
+LEAST_WEIGHT, MOST_SETS = 0.02, 8
+"""Sets with a smaller share of the weight [1], and beyond so many, are no part of the posterior."""
 
 
 def found_of(pool: Pool, fit: Fit) -> Found:
@@ -40,7 +49,7 @@ def found_of(pool: Pool, fit: Fit) -> Found:
     spread = np.array([worlds.stated_at(column)[1] for column in fit.columns])
     half = half_widths(point, worlds.where, spread)
     low, high = bounds_of(worlds, fit.columns, fit.names)
-    intervals = {}
+    intervals, numbers = {}, list[OpenNumber]()
     for f, (column, value) in enumerate(values.items()):
         coordinate = worlds.coordinate(column)
         ends = (max(low[f], fit.place[f] - half[f]), min(high[f], fit.place[f] + half[f]))
@@ -51,7 +60,21 @@ def found_of(pool: Pool, fit: Fit) -> Found:
             max(found[0] - slack, min(parameter.lower, value)),
             min(found[1] + slack, max(parameter.upper, value)),
         )
-    return Found(effects=fit.names, values=values, intervals=intervals, point=point)
+        half[f] += abs(coordinate.place((1.0 + LEAST_SHARE) * value) - fit.place[f])
+        own = replace(coordinate, lower=float(low[f]), upper=float(high[f]))
+        owner, name = worlds.study.table.owners[column][0], parameter.name
+        numbers.append(
+            OpenNumber(owner=owner, name=name, coordinate=own, place=float(fit.place[f]))
+        )
+    spreads = half / SURE
+    return Found(
+        effects=fit.names,
+        values=values,
+        intervals=intervals,
+        point=point,
+        numbers=tuple(numbers),
+        covariance=correlations(point, worlds.where, spread) * np.outer(spreads, spreads),
+    )
 
 
 def holds_null(study: Study, found: Found, name: str) -> bool:
@@ -67,20 +90,18 @@ def holds_null(study: Study, found: Found, name: str) -> bool:
     )
 
 
-def probabilities(
-    pool: Pool, found: Found, fit: Fit, classes: Mapping[str, Collection[str]],
-    refused: Collection[str],
-) -> dict[str, float]:  # fmt: skip
-    """Return the weight of all fitted sets that hold each cause, or one of its class [1].
+def weights_of(
+    pool: Pool, found: Found, fit: Fit, refused: Collection[str]
+) -> dict[frozenset[str], float]:
+    """Return the weights of all fitted sets, which are one together [1].
 
     The weights are those of the likelihood, of whose rows some tell as much as one alone, and of
     the price of each number.
 
     Args:
         pool: Has the fits of all rows.
-        found: The causes, with the residuals around their optimum.
+        found: The answer, with the residuals around its optimum.
         fit: The same.
-        classes: The rivals of each cause.
         refused: Causes that failed on unseen parts: sets that hold one have no weight.
     """
     rows = max(int(own.sum()) for _, own in pool.worlds.where.signals)
@@ -90,7 +111,37 @@ def probabilities(
     least = min(costs.values())
     weights = {key: float(np.exp(least - cost)) for key, cost in costs.items()}
     total = sum(weights.values())
-    return {
-        name: sum(w for key, w in weights.items() if key & {name, *classes.get(name, ())}) / total
-        for name in fit.names
-    }
+    return {key: weight / total for key, weight in weights.items()}
+
+
+def probability(
+    weights: Mapping[frozenset[str], float], name: str, rivals: Collection[str]
+) -> float:
+    """Return the weight of all sets that hold a cause, or one of its class [1]."""
+    return sum(weight for key, weight in weights.items() if key & {name, *rivals})
+
+
+def posterior_of(
+    pool: Pool, found: Found, fit: Fit, weights: Mapping[frozenset[str], float]
+) -> Posterior:
+    """Return the sets that have weight, each around its own optimum.
+
+    Args:
+        pool: Has the fits of all rows.
+        found: The answer.
+        fit: The same.
+        weights: Of all fitted sets.
+    """
+    kept = sorted((k for k, w in weights.items() if w >= LEAST_WEIGHT), key=lambda k: -weights[k])
+    answer, sets = frozenset(fit.names), list[FittedSet]()
+    for key in kept[:MOST_SETS]:
+        own = found if key == answer else found_of(pool, pool.fits[key])
+        sets.append(
+            FittedSet(
+                weight=weights[key],
+                causes=own.effects,
+                numbers=own.numbers,
+                covariance=own.covariance,
+            )
+        )
+    return Posterior(sets=tuple(sets))

@@ -105,7 +105,7 @@ def make_card(
             version=__version__,
             samples=points[-1].samples if points else 0,
             force=environment.force.name,
-            randomisation={r.label: (r.low, r.high) for r in environment.randomiser.ranges},
+            randomisation=environment.randomiser.told,
             files=files_of(environment, config),
         ),
     )

@@ -10,6 +10,7 @@ from typing import Any
 
 import torch
 
+from tendon_newton.diagnosis.posterior import ENDING
 from tendon_train.policy.config.policy_training_config import (
     PolicyTrainingConfig,
     exploration_at,
@@ -132,6 +133,7 @@ def learn_at(runner: Any, rate: float) -> None:
 
 def files_of(environment: FingerEnvironment, config: PolicyTrainingConfig) -> dict[str, str]:
     """Return the SHA-256 of every file that a training reads, by name."""
-    diagnoses = [Path(word) for word in config.environment.randomise if word.endswith(".json")]
+    words = config.environment.randomise
+    diagnoses = [Path(word).with_suffix(ENDING) for word in words if word.endswith(".json")]
     read = hashes(environment.mechanism.asset, *diagnoses)
     return {**read, **environment.force.files}

@@ -23,7 +23,7 @@ from tendon_train.policy.worlds.force_model import open_force_model
 from tendon_train.policy.worlds.goal_path import of_each_servo
 from tendon_train.policy.worlds.observation_tensors import ObservationTensors
 from tendon_train.policy.worlds.obstacle import with_obstacle
-from tendon_train.policy.worlds.randomisation import Randomiser, further_effects, ranges_of
+from tendon_train.policy.worlds.randomisation import Randomiser, differences_of
 from tendon_train.policy.worlds.task import Task
 from tendon_train.policy.worlds.tip_goal import TipGoal
 from tendon_train.policy.worlds.turning import Turning
@@ -91,8 +91,8 @@ class FingerEnvironment(VecEnv):
         self.mechanism = with_obstacle(load_mechanism(config.finger), config.obstacle)
         self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
         self.force = open_force_model(config.force, self.mechanism)
-        ranges = ranges_of(config, self.force.model)
-        drawn = ranges or config.obstacle != "none" or config.task != "tip"
+        differences = differences_of(config, self.force.model)
+        drawn = differences or config.obstacle != "none" or config.task != "tip"
         if simulator is not None and drawn:
             raise InvalidParameter(
                 "another simulator's worlds are all alike: randomise must be none, and so must "
@@ -106,14 +106,15 @@ class FingerEnvironment(VecEnv):
             rate=config.rate,
             max_step=config.max_step,
             precision=config.precision,
-            effects=further_effects(ranges),
+            effects=differences.effects,
             network="fused",
             device=str(wp.device_from_torch(self.device)),
         )
         self._draws = WorldDraws(config.worlds, self.device)
         self.randomiser = Randomiser(
-            self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
-        )
+            self.loop, differences, self.mechanism, self.force.model,
+            joint_friction=config.joint_friction, draws=self._draws,
+        )  # fmt: skip
         self.task: Task = (
             TipGoal(config, self.loop, self.mechanism, self._draws)
             if config.task == "tip"

@@ -1,6 +1,5 @@
 """Numbers that differ between the worlds of a training, drawn anew for each episode."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
@@ -10,13 +9,15 @@ from torch import Tensor
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.diagnosed_bench import recorded_benches, refuse_other_bench
-from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.effects import EFFECTS, find_effect, law_of
+from tendon_newton.diagnosis.posterior import Posterior, read_posterior
+from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, listed, unknown_name
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import FINGERS, EnvironmentConfig
-from tendon_train.policy.worlds.force_model import moves_finger
+from tendon_train.policy.worlds.drawn_sets import DrawnSets, causes_of
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 BENCH = "bench"
@@ -52,7 +53,25 @@ class NumberRange:
         return self.name if self.owner == BENCH else f"{self.owner}.{self.name}"
 
 
-def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...]:
+@dataclass(frozen=True, kw_only=True)
+class Differences:
+    """What differs between worlds: numbers by themselves, and whole sets of causes."""
+
+    ranges: tuple[NumberRange, ...] = ()
+    posteriors: tuple[Posterior, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Tell whether anything differs."""
+        return bool(self.ranges or self.posteriors)
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects that a simulation must hold for its numbers to differ."""
+        own = [r.owner for r in self.ranges if r.owner != BENCH]
+        return tuple(dict.fromkeys([*own, *(c for p in self.posteriors for c in causes_of(p))]))
+
+
+def differences_of(config: EnvironmentConfig, model: Model) -> Differences:
     """Return what a config randomises.
 
     Args:
@@ -65,14 +84,19 @@ def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...
         InvalidParameter: There is nothing that an effect could be drawn about, or a diagnosis is of
             another bench.
     """
-    ranges: list[NumberRange] = []
+    ranges, posteriors = list[NumberRange](), list[Posterior]()
     for word in config.randomise:
         if word in BENCH_NUMBERS:
             low, high = 1.0 - config.spread, 1.0 + config.spread
             ranges.append(NumberRange(owner=BENCH, name=word, low=low, high=high))
         elif word.endswith(".json"):
             refuse_other_bench(Path(word), [config.finger])
-            ranges += diagnosed_ranges(Path(word))
+            posteriors.append(read_posterior(Path(word)))
+            if not causes_of(posteriors[-1]):
+                raise InvalidDiagnosis(
+                    f"{word}: worlds differ by the causes that a diagnosis names; this one names "
+                    "none that moves the finger"
+                )
         elif word in EFFECTS:
             ranges += effect_ranges(word, model, config.spread)
         elif word != NONE:
@@ -81,7 +105,7 @@ def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...
                 word,
                 [*BENCH_NUMBERS, NONE, *EFFECTS, "a diagnosis.json file"],
             )
-    return tuple(ranges)
+    return Differences(ranges=tuple(ranges), posteriors=tuple(posteriors))
 
 
 def on_diagnosed_finger(config: EnvironmentConfig) -> EnvironmentConfig:
@@ -124,32 +148,6 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
     return ranges
 
 
-def diagnosed_ranges(path: Path) -> list[NumberRange]:
-    """Return the 95 % intervals of the causes that a diagnosis names, within what makes sense."""
-    ranges = []
-    for cause in read_diagnosis(path).effects:
-        if not moves_finger(cause.name):
-            continue
-        declared = {p.name: p for p in law_of(cause.name).parameters}
-        for name, estimate in cause.parameters.items():
-            if name not in declared:
-                raise unknown_name(f"parameter of {cause.name!r}", name, declared)
-            least, most = declared[name].widest
-            ends = [min(max(end, least), most) for end in sorted(estimate.ci95)]
-            ranges.append(NumberRange(owner=cause.name, name=name, low=ends[0], high=ends[1]))
-    if not ranges:
-        raise InvalidDiagnosis(
-            f"{path}: worlds differ by the causes that a diagnosis names; this one names none that "
-            "moves the finger"
-        )
-    return ranges
-
-
-def further_effects(ranges: Sequence[NumberRange]) -> tuple[str, ...]:
-    """Return the effects that a simulation must hold for its numbers to differ."""
-    return tuple(dict.fromkeys(r.owner for r in ranges if r.owner != BENCH))
-
-
 class Randomiser:
     """Draws the numbers of worlds.
 
@@ -158,7 +156,9 @@ class Randomiser:
 
     Args:
         loop: The worlds.
-        ranges: Numbers that differ, and their ranges.
+        differences: What differs.
+        mechanism: The bench of the worlds, as its asset states it.
+        model: Its actuator, effects and numbers of the bench are those of the worlds.
         joint_friction: Dry friction that `joint_friction` is drawn about [1], where the model has
             none of its own.
         draws: Source of the numbers, on the device of the worlds.
@@ -167,25 +167,42 @@ class Randomiser:
     def __init__(
         self,
         loop: ControlLoop,
-        ranges: Sequence[NumberRange],
+        differences: Differences,
+        mechanism: Mechanism,
+        model: Model,
         *,
         joint_friction: float,
         draws: WorldDraws,
     ) -> None:
-        self.ranges = tuple(ranges)
+        self.ranges = differences.ranges
+        """Numbers that differ by themselves."""
+        overrides = model.bench_overrides.get(mechanism.name)
+        bench = mechanism if overrides is None else override_mechanism(mechanism, overrides)
+        self.sets = tuple(
+            DrawnSets(loop, bench, model.actuator.name, p) for p in differences.posteriors
+        )
+        """Whole sets that differ."""
         self._draws = draws
         self._loop = loop
-        if any(r.owner == BENCH and r.name == "joint_friction" for r in ranges):
+        if any(r.owner == BENCH and r.name == "joint_friction" for r in self.ranges):
             make_friction_own(loop, joint_friction)
         self._nominal = {
             array: loop.bench_numbers(array).clone()
-            for r in ranges
+            for r in self.ranges
             if r.owner == BENCH
             for array in BENCH_NUMBERS[r.name]
         }
 
+    @property
+    def told(self) -> dict[str, tuple[float, float]]:
+        """Ends of what each number is drawn from, 95 % of it in whole sets, for a card."""
+        own = {r.label: (r.low, r.high) for r in self.ranges}
+        return {k: v for each in self.sets for k, v in each.ranges.items()} | own
+
     def draw(self, worlds: Tensor) -> None:
         """Give new numbers to some worlds, a mask of shape (W,)."""
+        for drawn in self.sets:
+            drawn.draw(self._draws.uniform(worlds=worlds), worlds)
         for number in self.ranges:
             if number.owner == BENCH:
                 self._draw_bench(number, worlds)

@@ -1,0 +1,203 @@
+"""What a diagnosis leaves open, as worlds to draw: whole sets of causes, their numbers together."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from scipy.stats import norm
+
+from tendon_newton.data.files.checked_table import CheckedTable, read_checked
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidDiagnosis
+
+ENDING = ".posterior.json"
+"""Ending of the file beside a ``diagnosis.json``, in place of its own."""
+SCHEMA = 1
+SURE = float(norm.ppf(0.975))
+"""Standard deviations to either end of a 95 % interval [1]."""
+QUARTERS = 4.0
+"""A range holds so many standard deviations of a number of which nothing else is known [1]: as many
+as a 95 % interval."""
+Kind = Literal["linear", "log", "inverse"]
+Worlds = Mapping[tuple[str, str], Array]
+"""Owner and name of each number that differs, and its value in each world, shape (N,)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coordinate:
+    """One number of a model as a fit sees it: null is zero, and typical is about one."""
+
+    kind: Kind
+    """``log`` for what is never zero, ``inverse`` for what is infinite when absent."""
+    origin: float
+    """Value at zero [unit]; the unit of the inverse where that is infinite."""
+    unit: float
+    """Change of the value, or of its logarithm, per one."""
+    lower: float
+    """Least coordinate."""
+    upper: float
+    """Greatest one."""
+
+    def value(self, u: float) -> float:
+        """Return the physical value at a coordinate."""
+        if self.kind == "log":
+            return self.origin * float(np.exp(self.unit * u))
+        if self.kind == "inverse":
+            return np.inf if u <= 0.0 else self.origin / u
+        return self.origin + self.unit * u
+
+    def place(self, value: float) -> float:
+        """Return the coordinate of a physical value."""
+        if self.kind == "log":
+            return float(np.log(value / self.origin)) / self.unit
+        if self.kind == "inverse":
+            return 0.0 if np.isinf(value) else self.origin / value
+        return (value - self.origin) / self.unit
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenNumber:
+    """A number that a set of causes was fitted with."""
+
+    owner: str
+    """Actuator, cause or bench."""
+    name: str
+    coordinate: Coordinate
+    place: float
+    """Its coordinate at the optimum."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedSet:
+    """A set of causes at its optimum, and how far its numbers may be off, all together."""
+
+    weight: float
+    """Share of the worlds that have it [1]."""
+    causes: tuple[str, ...]
+    numbers: tuple[OpenNumber, ...]
+    """F numbers: those of the causes, and what is stated with a tolerance."""
+    covariance: Array
+    """Of their coordinates, as wide as the 95 % intervals, shape (F, F)."""
+
+    def __post_init__(self) -> None:
+        self.covariance.setflags(write=False)
+
+    def at(self, normal: Array) -> Array:
+        """Return the values of the numbers, within their ranges, shape (N, F).
+
+        A number that is as open as its range is drawn with four standard deviations in it, and what
+        the data tie to it goes with it.
+
+        Args:
+            normal: Standard normal numbers, shape (N, F).
+        """
+        own = [number.coordinate for number in self.numbers]
+        low, high = np.array([c.lower for c in own]), np.array([c.upper for c in own])
+        width = np.maximum(high - low, 1.0e-12) / QUARTERS
+        scaled = self.covariance / np.outer(width, width)
+        sizes, ways = np.linalg.eigh(scaled)
+        sizes = np.sqrt(np.maximum(sizes, 0.0) / (1.0 + np.maximum(sizes, 0.0)))
+        places = np.array([n.place for n in self.numbers]) + (normal * sizes @ ways.T) * width
+        places = np.clip(places, low, high)
+        return np.array([[c.value(u) for c, u in zip(own, row, strict=True)] for row in places])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Posterior:
+    """The sets of causes that a diagnosis fitted, by their weight; none where it knows none."""
+
+    sets: tuple[FittedSet, ...] = ()
+
+    def sample(self, count: int, seed: int) -> Worlds:
+        """Draw worlds: a set each, by its weight, and all numbers of that set together.
+
+        A number that a world's set does not have is as the starting model has it.
+
+        Args:
+            count: Number of worlds N.
+            seed: Seed of all draws.
+        """
+        rng, out = np.random.default_rng(seed), dict[tuple[str, str], Array]()
+        weights = np.array([own.weight for own in self.sets])
+        chosen = rng.choice(len(weights), size=count, p=weights / weights.sum())
+        for k, own in enumerate(self.sets):
+            worlds = np.flatnonzero(chosen == k)
+            values = own.at(rng.normal(size=(len(worlds), len(own.numbers))))
+            for number, column in zip(own.numbers, values.T, strict=True):
+                absent = np.full(count, number.coordinate.value(0.0))
+                out.setdefault((number.owner, number.name), absent)[worlds] = column
+        return out
+
+
+def write_posterior(diagnosis: Path, posterior: Posterior) -> None:
+    """Write what a diagnosis leaves open beside its ``diagnosis.json``, a set on each line."""
+    rows = [
+        json.dumps(
+            {
+                "weight": own.weight,
+                "causes": own.causes,
+                "numbers": [asdict(number) for number in own.numbers],
+                "covariance": own.covariance.tolist(),
+            }
+        )
+        for own in posterior.sets
+    ]
+    sets = ",\n  ".join(rows)
+    path = diagnosis.with_suffix(ENDING)
+    write_text(path, f'{{\n "schema": {SCHEMA},\n "sets": [\n  {sets}\n ]\n}}\n')
+
+
+def read_posterior(diagnosis: Path) -> Posterior:
+    """Read what a diagnosis leaves open, from the file beside its ``diagnosis.json``.
+
+    Raises:
+        InvalidDiagnosis: There is none, or it is broken.
+    """
+    path = diagnosis.with_suffix(ENDING)
+    if not path.is_file():
+        raise InvalidDiagnosis(
+            f"{path}: worlds are drawn from what a diagnosis leaves open, and this one has no such "
+            "file: diagnose the data again with this release"
+        )
+    table = read_checked(path, InvalidDiagnosis, "what a diagnosis leaves open is a JSON file")
+    if table.values.get("schema") != SCHEMA:
+        table.refuse("schema", f"{SCHEMA}, the one that this release reads")
+    return Posterior(sets=tuple(map(read_set, table.tables("sets"))))
+
+
+def read_set(table: CheckedTable) -> FittedSet:
+    """Check one set of causes."""
+    numbers = tuple(map(read_number, table.tables("numbers")))
+    weight = table.number("weight")
+    if weight <= 0.0:
+        table.refuse("weight", "> 0")
+    try:
+        covariance = np.array(table.values.get("covariance"), dtype=float)
+    except (TypeError, ValueError):
+        covariance = np.zeros(0)
+    if covariance.shape != (len(numbers),) * 2 or not np.isfinite(covariance).all():
+        table.refuse("covariance", f"a table of {len(numbers)} x {len(numbers)} numbers")
+    return FittedSet(
+        weight=weight, causes=table.words("causes"), numbers=numbers, covariance=covariance
+    )
+
+
+def read_number(table: CheckedTable) -> OpenNumber:
+    """Check one number of a set."""
+    own = table.table("coordinate")
+    kind: Any = own.values.get("kind")
+    if kind not in get_args(Kind):
+        own.refuse("kind", f"one of {', '.join(get_args(Kind))}")
+    ends = {key: own.number(key) for key in ("origin", "unit", "lower", "upper")}
+    return OpenNumber(
+        owner=table.word("owner"),
+        name=table.word("name"),
+        coordinate=Coordinate(kind=kind, **ends),
+        place=table.number("place"),
+    )

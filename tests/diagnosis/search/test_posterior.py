@@ -1,0 +1,105 @@
+"""Worlds are drawn as a diagnosis leaves them open: whole sets, numbers together."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.diagnosis.posterior import (
+    ENDING,
+    Coordinate,
+    FittedSet,
+    OpenNumber,
+    Posterior,
+    read_posterior,
+    write_posterior,
+)
+from tendon_newton.errors import InvalidDiagnosis
+
+FORCE = ("coulomb_friction", "force")
+DELAY = ("command_delay", "delay")
+SPEED = ("speed_limit", "speed")
+
+
+OWN = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=0.0, upper=10.0)
+INVERSE = Coordinate(kind="inverse", origin=8.0, unit=1.0, lower=0.0, upper=4.0)
+
+
+def number(key: tuple[str, str], place: float, scale: Coordinate = OWN) -> OpenNumber:
+    """Return a number in a coordinate, by default its own unit from 0 to 10."""
+    return OpenNumber(owner=key[0], name=key[1], coordinate=scale, place=place)
+
+
+SURE = FittedSet(
+    weight=0.7,
+    causes=("coulomb_friction",),
+    numbers=(number(FORCE, 5.0), number(("bench", "mass_mcp"), 4.0)),
+    covariance=np.array([[0.04, 0.054], [0.054, 0.09]]),
+)
+SUSPECTED = FittedSet(
+    weight=0.3,
+    causes=("command_delay", "coulomb_friction", "speed_limit"),
+    numbers=(
+        number(FORCE, 2.0), number(("bench", "mass_mcp"), 4.0), number(DELAY, 1.0),
+        number(SPEED, 0.1, INVERSE),
+    ),
+    covariance=np.diag([0.04, 0.09, 1.0, 0.04]),
+)  # fmt: skip
+BOTH = Posterior(sets=(SURE, SUSPECTED))
+COUNT = 20_000
+
+
+def test_numbers_scatter_as_wide_as_their_intervals_and_together() -> None:
+    """Deviations of 0.2 and 0.3 with a correlation of 0.9; 20,000 draws tell them to 1 %."""
+    drawn = Posterior(sets=(SURE,)).sample(COUNT, 0)
+    force, mass = drawn[FORCE], drawn["bench", "mass_mcp"]
+    assert (force.mean(), mass.mean()) == pytest.approx((5.0, 4.0), rel=0.01)
+    assert (force.std(), mass.std()) == pytest.approx((0.2, 0.3), rel=0.02)
+    assert np.corrcoef(force, mass)[0, 1] == pytest.approx(0.9, abs=0.01)
+
+
+def test_suspected_causes_are_in_the_worlds_of_their_weight_and_null_in_the_others() -> None:
+    """A world has all causes of a set or none; a limit that is absent is infinite."""
+    drawn = BOTH.sample(COUNT, 1)
+    held, slow = drawn[FORCE] < 3.5, np.isfinite(drawn[SPEED])  # 7 deviations from either
+    assert held.mean() == pytest.approx(0.3, abs=0.02)
+    assert np.all(drawn[DELAY][~held] == 0.0)
+    assert not np.any(slow & ~held)
+    assert np.mean(drawn[DELAY] > 0.0) == pytest.approx(0.3 * 0.84, abs=0.02)
+    assert slow.mean() == pytest.approx(0.3 * 0.69, abs=0.02)  # half a deviation from none
+
+
+def test_draws_stay_within_ranges_and_are_fixed_by_their_seed() -> None:
+    """A number that the data leave open is about where they put it, in its range."""
+    wild = replace(SURE, covariance=np.diag([1.0e6, 1.0e6]))
+    drawn = Posterior(sets=(wild,)).sample(COUNT, 2)
+    for values in drawn.values():
+        assert values.min() >= 0.0
+        assert values.max() <= 10.0
+        assert 2.0 < values.std() < 2.5  # a quarter of the range
+    again = Posterior(sets=(wild,)).sample(COUNT, 2)
+    assert all(np.array_equal(drawn[key], again[key]) for key in drawn)
+    assert not np.array_equal(drawn[FORCE], BOTH.sample(COUNT, 3)[FORCE])
+
+
+def test_a_posterior_comes_back_from_its_file(tmp_path: Path) -> None:
+    """To the bit; a file that is none is refused in one line that says how to mend it."""
+    path = tmp_path / "diagnosis.json"
+    write_posterior(path, BOTH)
+    for key, values in read_posterior(path).sample(100, 0).items():
+        assert np.array_equal(values, BOTH.sample(100, 0)[key])
+    file = path.with_suffix(ENDING)
+    whole = json.loads(file.read_text())
+    for spoilt, said in (
+        ({"schema": 2}, "schema must be 1"),
+        ({"sets": [{**whole["sets"][0], "covariance": [[1.0]]}]}, "table of 2 x 2"),
+        ({"sets": [{**whole["sets"][0], "weight": -1.0}]}, "weight must be > 0"),
+    ):
+        file.write_text(json.dumps(whole | spoilt))
+        with pytest.raises(InvalidDiagnosis, match=said):
+            read_posterior(path)
+    file.unlink()
+    with pytest.raises(InvalidDiagnosis, match="diagnose the data again with this release"):
+        read_posterior(path)
