@@ -21,6 +21,7 @@ from tendon_newton.diagnosis.search.refit import (
 )
 from tendon_newton.identification.intervals import (
     LEAST_SHARE,
+    WIDENING,
     correlations,
     half_widths,
     rows_together,
@@ -96,7 +97,8 @@ def weights_of(
     """Return the weights of all fitted sets, which are one together [1].
 
     The weights are those of the likelihood, of whose rows some tell as much as one alone, and of
-    the price of each number.
+    the price of each number. What widens intervals, errors of form that blocks of time share, tells
+    sets apart as much less.
 
     Args:
         pool: Has the fits of all rows.
@@ -105,7 +107,7 @@ def weights_of(
         refused: Causes that failed on unseen parts: sets that hold one have no weight.
     """
     rows = max(int(own.sum()) for _, own in pool.worlds.where.signals)
-    telling = rows / rows_together(found.point, pool.worlds.where)
+    telling = rows / rows_together(found.point, pool.worlds.where) / WIDENING**2
     costs = {key: telling * (pool.cost(other) - pool.cost(fit))
              for key, other in pool.fits.items() if not key & set(refused)}  # fmt: skip
     least = min(costs.values())
