@@ -21,14 +21,8 @@ class Ideal(Actuator):
     name = "ideal"
     stiffness = "gain"
     parameters = (
-        Parameter(
-            name="gain",
-            unit="N/rad",
-            null=0.0,
-            nominal=4.2,
-            lower=0.1,
-            upper=100.0,
-            source="measured at 4.2 N/rad by the paper's authors",
+        Parameter("gain", "N/rad", null=0.0, nominal=4.2, lower=0.1, upper=100.0).since(
+            "measured at 4.2 N/rad by the paper's authors"
         ),
     )
 

@@ -47,32 +47,14 @@ class Learned(Actuator):
 
     name = "learned"
     parameters = (
-        Parameter(
-            name="hold_stiffness",
-            unit="N/rad",
-            null=0.0,
-            nominal=6.0,
-            lower=0.0,
-            upper=1000.0,
-            source="fitted to train recordings; the virtual bench has 6.3 N/rad",
+        Parameter("hold_stiffness", "N/rad", null=0.0, nominal=6.0, lower=0.0, upper=1000.0).since(
+            "fitted to train recordings; the virtual bench has 6.3 N/rad"
         ),
-        Parameter(
-            name="hold_damping",
-            unit="N s/rad",
-            null=0.0,
-            nominal=10.0,
-            lower=0.0,
-            upper=1000.0,
-            source="the same fit; 10.6 N s/rad there, which is back-EMF",
+        Parameter("hold_damping", "N s/rad", null=0.0, nominal=10.0, lower=0.0, upper=1000.0).since(
+            "the same fit; 10.6 N s/rad there, which is back-EMF"
         ),
-        Parameter(
-            name="force_scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.0,
-            upper=10.0,
-            source="servos of one type differ by a tenth; none is ten times as strong",
+        Parameter("force_scale", "1", null=1.0, nominal=1.0, lower=0.0, upper=10.0).since(
+            "servos of one type differ by a tenth; none is ten times as strong"
         ),
     )
     held = True

@@ -28,25 +28,11 @@ class MeasuredPath(Actuator):
     name = "measured_path"
     parameters = (
         Parameter(
-            name="travel",
-            unit="rad",
-            null=0.0,
-            nominal=0.002,
-            lower=1.0e-4,
-            upper=0.05,
-            source="from a tenth of a count of an encoder of 4096 a turn to the play of a gear",
-            absolute=True,
-        ),
+            "travel", "rad", null=0.0, nominal=0.002, lower=1.0e-4, upper=0.05, absolute=True
+        ).since("from a tenth of a count of an encoder of 4096 a turn to the play of a gear"),
         Parameter(
-            name="twist",
-            unit="rad/(N m)",
-            null=0.0,
-            nominal=0.5,
-            lower=0.0,
-            upper=5.0,
-            source="couplings and torque sensors of benches of 0.1 N m",
-            optional=True,
-        ),
+            "twist", "rad/(N m)", null=0.0, nominal=0.5, lower=0.0, upper=5.0, optional=True
+        ).since("couplings and torque sensors of benches of 0.1 N m"),
     )
     kinematic = True
     leads = True

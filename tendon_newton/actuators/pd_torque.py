@@ -28,41 +28,17 @@ class PdTorque(Actuator):
     name = "pd_torque"
     rotor = True
     parameters = (
-        Parameter(
-            name="kp",
-            unit="N m/rad",
-            null=0.0,
-            nominal=20.0,
-            lower=0.0,
-            upper=2.0e4,
-            source="20 to 100 N m/rad for legs of 12 to 30 kg; thousands for arms and carts",
+        Parameter("kp", "N m/rad", null=0.0, nominal=20.0, lower=0.0, upper=2.0e4).since(
+            "20 to 100 N m/rad for legs of 12 to 30 kg; thousands for arms and carts"
         ),
-        Parameter(
-            name="kd",
-            unit="N m s/rad",
-            null=0.0,
-            nominal=0.5,
-            lower=0.0,
-            upper=2.0e3,
-            source="0.5 to 2 N m s/rad are usual beside it",
+        Parameter("kd", "N m s/rad", null=0.0, nominal=0.5, lower=0.0, upper=2.0e3).since(
+            "0.5 to 2 N m s/rad are usual beside it"
         ),
-        Parameter(
-            name="max_torque",
-            unit="N m",
-            null=0.0,
-            nominal=20.0,
-            lower=0.01,
-            upper=1000.0,
-            source="24 N m of a Go1's hip; a few hundred in humanoids",
+        Parameter("max_torque", "N m", null=0.0, nominal=20.0, lower=0.01, upper=1000.0).since(
+            "24 N m of a Go1's hip; a few hundred in humanoids"
         ),
-        Parameter(
-            name="armature",
-            unit="kg m2",
-            null=0.0,
-            nominal=0.005,
-            lower=0.0,
-            upper=1.0,
-            source="rotor inertia of some 1e-4 kg m2 times the square of a gear ratio of 6 to 10",
+        Parameter("armature", "kg m2", null=0.0, nominal=0.005, lower=0.0, upper=1.0).since(
+            "rotor inertia of some 1e-4 kg m2 times the square of a gear ratio of 6 to 10"
         ),
     )
 

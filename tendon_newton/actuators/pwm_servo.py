@@ -46,72 +46,31 @@ class PwmServo(Actuator):
     rotor = True
     modulated = True
     parameters = (
-        Parameter(
-            name="duty_per_rad",
-            unit="1/rad",
-            null=0.0,
-            nominal=1.0,
-            lower=0.01,
-            upper=100.0,
-            source="Dynamixel X position P-gain registers 50 to 5,000",
+        Parameter("duty_per_rad", "1/rad", null=0.0, nominal=1.0, lower=0.01, upper=100.0).since(
+            "Dynamixel X position P-gain registers 50 to 5,000"
+        ),
+        Parameter("max_duty", "1", null=0.0, nominal=1.0, lower=0.01, upper=1.0).since("full duty"),
+        Parameter("supply_voltage", "V", null=0.0, nominal=5.0, lower=3.0, upper=30.0).since(
+            "hobby servos run on 3.5 to 24 V"
         ),
         Parameter(
-            name="max_duty",
-            unit="1",
-            null=0.0,
-            nominal=1.0,
-            lower=0.01,
-            upper=1.0,
-            source="full duty",
-        ),
-        Parameter(
-            name="supply_voltage",
-            unit="V",
-            null=0.0,
-            nominal=5.0,
-            lower=3.0,
-            upper=30.0,
-            source="hobby servos run on 3.5 to 24 V",
-        ),
-        Parameter(
-            name="torque_constant",
-            unit="N m/A",
+            "torque_constant",
+            "N m/A",
             null=0.0,
             nominal=0.4,
             lower=0.01,
             upper=10.0,
-            source="stall torque over stall current of hobby servos, at the output shaft",
             tolerance=0.15,
+        ).since("stall torque over stall current of hobby servos, at the output shaft"),
+        Parameter(
+            "resistance", "ohm", null=0.0, nominal=3.0, lower=0.1, upper=100.0, tolerance=0.15
+        ).since("supply over stall current of hobby servos"),
+        Parameter("armature", "kg m2", null=0.0, nominal=0.002, lower=0.0, upper=0.1).since(
+            "rotor inertia times the square of a gear ratio of 100 to 400"
         ),
         Parameter(
-            name="resistance",
-            unit="ohm",
-            null=0.0,
-            nominal=3.0,
-            lower=0.1,
-            upper=100.0,
-            source="supply over stall current of hobby servos",
-            tolerance=0.15,
-        ),
-        Parameter(
-            name="armature",
-            unit="kg m2",
-            null=0.0,
-            nominal=0.002,
-            lower=0.0,
-            upper=0.1,
-            source="rotor inertia times the square of a gear ratio of 100 to 400",
-        ),
-        Parameter(
-            name="duty_offset",
-            unit="1",
-            null=0.0,
-            nominal=0.0,
-            lower=-0.5,
-            upper=0.5,
-            source="0.02 on the paper's bench; a loop that adds more than half drives, not holds",
-            optional=True,
-        ),
+            "duty_offset", "1", null=0.0, nominal=0.0, lower=-0.5, upper=0.5, optional=True
+        ).since("0.02 on the paper's bench; a loop that adds more than half drives, not holds"),
     )
 
     @classmethod

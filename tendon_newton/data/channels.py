@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import pi
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Channel:
     """One channel of a recording as it stands in a file."""
 
@@ -32,86 +32,44 @@ class Channel:
 TURNS = 20.0 * pi
 
 CHANNELS = (
-    Channel(
-        field="command",
-        column="theta_d",
-        unit="radians",
-        lower=-TURNS,
-        upper=TURNS,
-        slip="degrees or encoder counts",
-    ),
-    Channel(
-        field="motor_position",
-        column="theta",
-        unit="radians",
-        lower=-TURNS,
-        upper=TURNS,
-        slip="degrees or encoder counts",
-    ),
+    Channel("command", "theta_d", "radians", -TURNS, TURNS, "degrees or encoder counts"),
+    Channel("motor_position", "theta", "radians", -TURNS, TURNS, "degrees or encoder counts"),
     # a released spool of the nominal finger reaches 170 rad/s; the fastest servo of the class,
     # XL330-M077, turns at 48 rad/s without load (ROBOTIS e-manual)
     Channel(
-        field="motor_velocity",
-        column="theta_dot",
-        unit="radians per second",
-        lower=-1000.0,
-        upper=1000.0,
-        slip="degrees per second or register counts",
+        "motor_velocity",
+        "theta_dot",
+        "radians per second",
+        -1000.0,
+        1000.0,
+        "degrees per second or register counts",
     ),
     # the servo gives at most 21 N, so 21,000 mN or 2,140 g of tension leave the range
-    Channel(
-        field="force",
-        column="force",
-        unit="newtons",
-        lower=-1000.0,
-        upper=1000.0,
-        slip="millinewtons or grams",
-    ),
-    Channel(
-        field="joint_position",
-        column="joint_angle",
-        unit="radians",
-        lower=-TURNS,
-        upper=TURNS,
-        slip="degrees or encoder counts",
-    ),
+    Channel("force", "force", "newtons", -1000.0, 1000.0, "millinewtons or grams"),
+    Channel("joint_position", "joint_angle", "radians", -TURNS, TURNS, "degrees or encoder counts"),
     # a joint that any of these servos turns holds a few newton metres
     Channel(
-        field="joint_load",
-        column="joint_load",
-        unit="newton metres",
-        lower=-100.0,
-        upper=100.0,
-        slip="millinewton metres or register counts",
+        "joint_load",
+        "joint_load",
+        "newton metres",
+        -100.0,
+        100.0,
+        "millinewton metres or register counts",
     ),
     # a finger is 55 mm long: its tip in millimetres leaves the range
-    Channel(field="tip", column="tip", unit="metres", lower=-1.0, upper=1.0, slip="millimetres"),
+    Channel("tip", "tip", "metres", -1.0, 1.0, "millimetres"),
     # a DYNAMIXEL-P PH54-200 stalls below 20 A and is far stronger than these benches need
-    Channel(
-        field="current",
-        column="current",
-        unit="amperes",
-        lower=-30.0,
-        upper=30.0,
-        slip="milliamperes or register counts",
-    ),
+    Channel("current", "current", "amperes", -30.0, 30.0, "milliamperes or register counts"),
     # the highest supply of the class is 24 V (DYNAMIXEL-P)
-    Channel(
-        field="voltage",
-        column="voltage",
-        unit="volts",
-        lower=0.0,
-        upper=40.0,
-        slip="millivolts or tenths of a volt",
-    ),
+    Channel("voltage", "voltage", "volts", 0.0, 40.0, "millivolts or tenths of a volt"),
     # from a cold room to far above the 70 degC at which these servos shut down
     Channel(
-        field="temperature",
-        column="temperature",
-        unit="degrees Celsius",
-        lower=-40.0,
-        upper=200.0,
-        slip="kelvins or tenths of a degree",
+        "temperature",
+        "temperature",
+        "degrees Celsius",
+        -40.0,
+        200.0,
+        "kelvins or tenths of a degree",
     ),
 )
 

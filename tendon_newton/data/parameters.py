@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 
 from tendon_newton.errors import InvalidParameter
 
@@ -76,7 +76,7 @@ class BenchScale:
         return self.force**force * (self.travel * self.turn) ** angle * self.travel**length
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Parameter:
     """One physical number with the range in which it makes sense on the nominal benches."""
 
@@ -84,6 +84,7 @@ class Parameter:
     """Key in a model file."""
     unit: str
     """SI unit, ``1`` where it has none."""
+    _: KW_ONLY
     null: float
     """Value at which what it describes vanishes [unit]; may be infinite (a rigid tendon)."""
     nominal: float
@@ -92,7 +93,7 @@ class Parameter:
     """Least value that makes sense [unit]."""
     upper: float
     """Greatest value that makes sense [unit]."""
-    source: str
+    source: str = ""
     """Source of the range."""
     absolute: bool = False
     """Whether the range is the same on a bench of any size, whatever the unit: a tilt's."""
@@ -117,6 +118,10 @@ class Parameter:
             )
         if math.isnan(self.null):
             raise InvalidParameter(f"the null value of {self.name!r} must be a number; it is nan")
+
+    def since(self, source: str) -> Parameter:
+        """Return it with the source of its range."""
+        return replace(self, source=source)
 
     @property
     def widest(self) -> tuple[float, float]:

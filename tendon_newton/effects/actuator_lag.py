@@ -30,14 +30,8 @@ class ActuatorLag(Effect):
     side = "actuator"
     memory = Stage.MOTOR_FORCE
     parameters = (
-        Parameter(
-            name="time_constant",
-            unit="s",
-            null=0.0,
-            nominal=0.02,
-            lower=0.0,
-            upper=0.5,
-            source="a tenth of a hobby servo's slowest response",
+        Parameter("time_constant", "s", null=0.0, nominal=0.02, lower=0.0, upper=0.5).since(
+            "a tenth of a hobby servo's slowest response"
         ),
     )
 

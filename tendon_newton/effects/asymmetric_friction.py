@@ -28,23 +28,11 @@ class AsymmetricFriction(Effect):
     dry = ("winding", "unwinding")
     includes = ("coulomb_friction",)
     parameters = (
-        Parameter(
-            name="winding",
-            unit="N",
-            null=0.0,
-            nominal=0.8,
-            lower=0.0,
-            upper=8.0,
-            source="as for coulomb_friction",
+        Parameter("winding", "N", null=0.0, nominal=0.8, lower=0.0, upper=8.0).since(
+            "as for coulomb_friction"
         ),
-        Parameter(
-            name="unwinding",
-            unit="N",
-            null=0.0,
-            nominal=0.4,
-            lower=0.0,
-            upper=8.0,
-            source="as for coulomb_friction",
+        Parameter("unwinding", "N", null=0.0, nominal=0.4, lower=0.0, upper=8.0).since(
+            "as for coulomb_friction"
         ),
     )
 

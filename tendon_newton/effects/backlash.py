@@ -28,14 +28,8 @@ class Backlash(Effect):
     side = "transmission"
     undamped = True
     parameters = (
-        Parameter(
-            name="width",
-            unit="rad",
-            null=0.0,
-            nominal=0.02,
-            lower=0.0,
-            upper=0.5,
-            source="gear trains of hobby servos have 0.2 to 2 degrees; ten times that is broken",
+        Parameter("width", "rad", null=0.0, nominal=0.02, lower=0.0, upper=0.5).since(
+            "gear trains of hobby servos have 0.2 to 2 degrees; ten times that is broken"
         ),
     )
 

@@ -25,14 +25,8 @@ class CommandDelay(Effect):
     name = "command_delay"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="delay",
-            unit="s",
-            null=0.0,
-            nominal=0.02,
-            lower=0.0,
-            upper=0.4,
-            source="twice the longest seen",
+        Parameter("delay", "s", null=0.0, nominal=0.02, lower=0.0, upper=0.4).since(
+            "twice the longest seen"
         ),
     )
 

@@ -42,14 +42,8 @@ class CommandRateLimit(Effect):
     side = "actuator"
     memory = Stage.ERROR
     parameters = (
-        Parameter(
-            name="limit",
-            unit="rad/s",
-            null=math.inf,
-            nominal=5.0,
-            lower=0.2,
-            upper=100.0,
-            source="hobby servos turn at 3 to 12 rad/s; slow profiles are a tenth of it",
+        Parameter("limit", "rad/s", null=math.inf, nominal=5.0, lower=0.2, upper=100.0).since(
+            "hobby servos turn at 3 to 12 rad/s; slow profiles are a tenth of it"
         ),
     )
 

@@ -26,14 +26,8 @@ class CoulombFriction(Effect):
     side = "actuator"
     dry = ("force",)
     parameters = (
-        Parameter(
-            name="force",
-            unit="N",
-            null=0.0,
-            nominal=0.5,
-            lower=0.0,
-            upper=8.0,
-            source="a third of the 21 N that the servo gives",
+        Parameter("force", "N", null=0.0, nominal=0.5, lower=0.0, upper=8.0).since(
+            "a third of the 21 N that the servo gives"
         ),
     )
 

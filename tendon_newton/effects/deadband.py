@@ -25,14 +25,8 @@ class Deadband(Effect):
     name = "deadband"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="width",
-            unit="rad",
-            null=0.0,
-            nominal=0.05,
-            lower=0.0,
-            upper=1.0,
-            source="firmware bands are below 0.1 rad; worn ones are wider",
+        Parameter("width", "rad", null=0.0, nominal=0.05, lower=0.0, upper=1.0).since(
+            "firmware bands are below 0.1 rad; worn ones are wider"
         ),
     )
 

@@ -36,24 +36,11 @@ class ForceSaturation(Effect):
     name = "force_saturation"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="limit",
-            unit="N",
-            null=math.inf,
-            nominal=10.0,
-            lower=0.5,
-            upper=100.0,
-            source="from a tenth to five times what a small servo gives",
+        Parameter("limit", "N", null=math.inf, nominal=10.0, lower=0.5, upper=100.0).since(
+            "from a tenth to five times what a small servo gives"
         ),
-        Parameter(
-            name="knee",
-            unit="1",
-            null=0.0,
-            nominal=0.05,
-            lower=0.0,
-            upper=0.2,
-            source="at 0.2 a seventh is missing at the limit already: more is an amplifier's law",
-            optional=True,
+        Parameter("knee", "1", null=0.0, nominal=0.05, lower=0.0, upper=0.2, optional=True).since(
+            "at 0.2 a seventh is missing at the limit already: more is an amplifier's law"
         ),
     )
 

@@ -24,14 +24,8 @@ class GainDrift(Effect):
     name = "gain_drift"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="rate",
-            unit="1/s",
-            null=0.0,
-            nominal=0.005,
-            lower=-0.05,
-            upper=0.05,
-            source="a half of the gain in ten seconds is a fault of another kind",
+        Parameter("rate", "1/s", null=0.0, nominal=0.005, lower=-0.05, upper=0.05).since(
+            "a half of the gain in ten seconds is a fault of another kind"
         ),
     )
 

@@ -25,14 +25,8 @@ class GainError(Effect):
     name = "gain_error"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.2,
-            upper=3.0,
-            source="unit-to-unit spread of hobby servos is within a factor of three",
+        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=3.0).since(
+            "unit-to-unit spread of hobby servos is within a factor of three"
         ),
     )
 

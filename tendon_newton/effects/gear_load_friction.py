@@ -35,14 +35,8 @@ class GearLoadFriction(Effect):
     side = "actuator"
     dry = ("coefficient",)
     parameters = (
-        Parameter(
-            name="coefficient",
-            unit="1",
-            null=0.0,
-            nominal=0.1,
-            lower=0.0,
-            upper=0.8,
-            source="0 to 0.22 in the parameter files published with the source; at one it locks",
+        Parameter("coefficient", "1", null=0.0, nominal=0.1, lower=0.0, upper=0.8).since(
+            "0 to 0.22 in the parameter files published with the source; at one it locks"
         ),
     )
 

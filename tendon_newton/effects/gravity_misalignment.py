@@ -26,15 +26,8 @@ class GravityMisalignment(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="angle",
-            unit="rad",
-            null=0.0,
-            nominal=0.0,
-            lower=-1.6,
-            upper=1.6,
-            absolute=True,
-            source="a bench stood on its end",
-        ),
+            "angle", "rad", null=0.0, nominal=0.0, lower=-1.6, upper=1.6, absolute=True
+        ).since("a bench stood on its end"),
     )
 
     @staticmethod

@@ -28,14 +28,8 @@ class HoldingFriction(Effect):
     side = "actuator"
     dry = ("share",)
     parameters = (
-        Parameter(
-            name="share",
-            unit="1",
-            null=0.0,
-            nominal=0.1,
-            lower=0.0,
-            upper=0.9,
-            source="at one the gear locks itself",
+        Parameter("share", "1", null=0.0, nominal=0.1, lower=0.0, upper=0.9).since(
+            "at one the gear locks itself"
         ),
     )
 

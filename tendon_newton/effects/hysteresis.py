@@ -75,35 +75,16 @@ class Hysteresis(Effect):
     memory = Stage.TENSION
     includes = ("coulomb_friction",)
     parameters = (
-        Parameter(
-            name="force",
-            unit="N",
-            null=0.0,
-            nominal=0.8,
-            lower=0.0,
-            upper=8.0,
-            source="as for coulomb_friction",
+        Parameter("force", "N", null=0.0, nominal=0.8, lower=0.0, upper=8.0).since(
+            "as for coulomb_friction"
+        ),
+        Parameter("travel", "m", null=5.0e-4, nominal=5.0e-4, lower=1.0e-4, upper=2.0e-2).since(
+            "from half a degree of a spool of 12.5 mm, below which any dry friction's "
+            "bristles bend (5 to 40 um), to the gear of a worn servo"
         ),
         Parameter(
-            name="travel",
-            unit="m",
-            null=5.0e-4,
-            nominal=5.0e-4,
-            lower=1.0e-4,
-            upper=2.0e-2,
-            source="from half a degree of a spool of 12.5 mm, below which any dry friction's "
-            "bristles bend (5 to 40 um), to the gear of a worn servo",
-        ),
-        Parameter(
-            name="exponent",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.0,
-            upper=2.0,
-            source="Dahl: from 0 for what is brittle to above 1 for what is ductile",
-            optional=True,
-        ),
+            "exponent", "1", null=1.0, nominal=1.0, lower=0.0, upper=2.0, optional=True
+        ).since("Dahl: from 0 for what is brittle to above 1 for what is ductile"),
     )
 
     @staticmethod

@@ -23,14 +23,8 @@ class InertiaError(Effect):
     name = "inertia_error"
     side = "mechanism"
     parameters = (
-        Parameter(
-            name="scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.2,
-            upper=10.0,
-            source="a heavy fingertip or a reflected rotor",
+        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=10.0).since(
+            "a heavy fingertip or a reflected rotor"
         ),
     )
 

@@ -24,14 +24,8 @@ class JointDampingError(Effect):
     name = "joint_damping_error"
     side = "mechanism"
     parameters = (
-        Parameter(
-            name="scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.0,
-            upper=10.0,
-            source="from none to ten times as much",
+        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.0, upper=10.0).since(
+            "from none to ten times as much"
         ),
     )
 

@@ -24,14 +24,8 @@ class JointDryFriction(Effect):
     name = "joint_dry_friction"
     side = "mechanism"
     parameters = (
-        Parameter(
-            name="fraction",
-            unit="1",
-            null=0.0,
-            nominal=0.05,
-            lower=0.0,
-            upper=0.8,
-            source="a spring must still bring its joint back",
+        Parameter("fraction", "1", null=0.0, nominal=0.05, lower=0.0, upper=0.8).since(
+            "a spring must still bring its joint back"
         ),
     )
 

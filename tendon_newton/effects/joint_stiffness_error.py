@@ -25,15 +25,8 @@ class JointStiffnessError(Effect):
     name = "joint_stiffness_error"
     side = "mechanism"
     parameters = (
-        Parameter(
-            name="scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.2,
-            upper=4.0,
-            source="printed flexures vary by a factor of two and more",
-            tolerance=0.04,
+        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=4.0, tolerance=0.04).since(
+            "printed flexures vary by a factor of two and more"
         ),
     )
 

@@ -23,15 +23,8 @@ class LoadCellBias(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="offset",
-            unit="N",
-            null=0.0,
-            nominal=0.0,
-            lower=-10.0,
-            upper=10.0,
-            source="half of what the servo gives",
-            tolerance=0.05,
-        ),
+            "offset", "N", null=0.0, nominal=0.0, lower=-10.0, upper=10.0, tolerance=0.05
+        ).since("half of what the servo gives"),
     )
 
     @staticmethod

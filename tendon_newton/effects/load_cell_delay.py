@@ -23,14 +23,8 @@ class LoadCellDelay(Effect):
     name = "load_cell_delay"
     side = "sensor"
     parameters = (
-        Parameter(
-            name="delay",
-            unit="s",
-            null=0.0,
-            nominal=0.03,
-            lower=0.0,
-            upper=0.5,
-            source="ten readings of a slow cell",
+        Parameter("delay", "s", null=0.0, nominal=0.03, lower=0.0, upper=0.5).since(
+            "ten readings of a slow cell"
         ),
     )
 

@@ -22,14 +22,8 @@ class LoadCellDrift(Effect):
     name = "load_cell_drift"
     side = "sensor"
     parameters = (
-        Parameter(
-            name="rate",
-            unit="N/s",
-            null=0.0,
-            nominal=0.0,
-            lower=-1.0,
-            upper=1.0,
-            source="a cell that runs away by a newton per second is broken",
+        Parameter("rate", "N/s", null=0.0, nominal=0.0, lower=-1.0, upper=1.0).since(
+            "a cell that runs away by a newton per second is broken"
         ),
     )
 

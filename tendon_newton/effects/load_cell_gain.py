@@ -22,15 +22,8 @@ class LoadCellGain(Effect):
     name = "load_cell_gain"
     side = "sensor"
     parameters = (
-        Parameter(
-            name="scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.3,
-            upper=3.0,
-            source="beyond, a calibration is of another cell",
-            tolerance=0.015,
+        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.3, upper=3.0, tolerance=0.015).since(
+            "beyond, a calibration is of another cell"
         ),
     )
 

@@ -23,14 +23,8 @@ class LoadCellLag(Effect):
     name = "load_cell_lag"
     side = "sensor"
     parameters = (
-        Parameter(
-            name="time_constant",
-            unit="s",
-            null=0.0,
-            nominal=0.03,
-            lower=0.0,
-            upper=0.5,
-            source="ten readings of a slow cell",
+        Parameter("time_constant", "s", null=0.0, nominal=0.03, lower=0.0, upper=0.5).since(
+            "ten readings of a slow cell"
         ),
     )
 

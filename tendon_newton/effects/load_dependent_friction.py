@@ -28,14 +28,8 @@ class LoadDependentFriction(Effect):
     side = "actuator"
     dry = ("coefficient",)
     parameters = (
-        Parameter(
-            name="coefficient",
-            unit="1",
-            null=0.0,
-            nominal=0.1,
-            lower=0.0,
-            upper=0.8,
-            source="hobby servos lose 10-40 % of their torque in the gear",
+        Parameter("coefficient", "1", null=0.0, nominal=0.1, lower=0.0, upper=0.8).since(
+            "hobby servos lose 10-40 % of their torque in the gear"
         ),
     )
 

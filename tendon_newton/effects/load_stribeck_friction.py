@@ -31,33 +31,15 @@ class LoadStribeckFriction(Effect):
     dry = ("coefficient", "static_coefficient")
     includes = ("gear_load_friction",)
     parameters = (
-        Parameter(
-            name="coefficient",
-            unit="1",
-            null=0.0,
-            nominal=0.1,
-            lower=0.0,
-            upper=0.8,
-            source="as for gear_load_friction",
+        Parameter("coefficient", "1", null=0.0, nominal=0.1, lower=0.0, upper=0.8).since(
+            "as for gear_load_friction"
+        ),
+        Parameter("static_coefficient", "1", null=0.0, nominal=0.2, lower=0.0, upper=0.9).since(
+            "0.06 to 0.23 in the parameter files published with the source"
         ),
         Parameter(
-            name="static_coefficient",
-            unit="1",
-            null=0.0,
-            nominal=0.2,
-            lower=0.0,
-            upper=0.9,
-            source="0.06 to 0.23 in the parameter files published with the source",
-        ),
-        Parameter(
-            name="stribeck_velocity",
-            unit="rad/s",
-            null=1.0,
-            nominal=1.0,
-            lower=0.05,
-            upper=10.0,
-            source="0.3 to 2.6 rad/s in the same files",
-        ),
+            "stribeck_velocity", "rad/s", null=1.0, nominal=1.0, lower=0.05, upper=10.0
+        ).since("0.3 to 2.6 rad/s in the same files"),
     )
 
     @staticmethod

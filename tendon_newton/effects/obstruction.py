@@ -30,34 +30,15 @@ class Obstruction(Effect):
     side = "mechanism"
     undamped = True
     parameters = (
-        Parameter(
-            name="stiffness",
-            unit="N/m",
-            null=0.0,
-            nominal=500.0,
-            lower=0.0,
-            upper=20000.0,
-            source="above, the contact is an end stop",
+        Parameter("stiffness", "N/m", null=0.0, nominal=500.0, lower=0.0, upper=20000.0).since(
+            "above, the contact is an end stop"
+        ),
+        Parameter("position", "rad", null=0.0, nominal=1.0, lower=0.0, upper=7.0).since(
+            "the travel of a bench is below 6.4 rad"
         ),
         Parameter(
-            name="position",
-            unit="rad",
-            null=0.0,
-            nominal=1.0,
-            lower=0.0,
-            upper=7.0,
-            source="the travel of a bench is below 6.4 rad",
-        ),
-        Parameter(
-            name="dissipation",
-            unit="s/m",
-            null=0.0,
-            nominal=1.0,
-            lower=0.0,
-            upper=10.0,
-            source="Hunt and Crossley: 0.1 to 0.5 for wood and metal; skin and rubber have 10",
-            optional=True,
-        ),
+            "dissipation", "s/m", null=0.0, nominal=1.0, lower=0.0, upper=10.0, optional=True
+        ).since("Hunt and Crossley: 0.1 to 0.5 for wood and metal; skin and rubber have 10"),
     )
 
     @staticmethod

@@ -32,32 +32,14 @@ class OverloadCut(Effect):
     side = "actuator"
     memory = Stage.DUTY
     parameters = (
-        Parameter(
-            name="duty",
-            unit="1",
-            null=1.0,
-            nominal=0.8,
-            lower=0.05,
-            upper=1.0,
-            source="80 of 100 from the factory",
+        Parameter("duty", "1", null=1.0, nominal=0.8, lower=0.05, upper=1.0).since(
+            "80 of 100 from the factory"
         ),
-        Parameter(
-            name="fraction",
-            unit="1",
-            null=1.0,
-            nominal=0.2,
-            lower=0.0,
-            upper=1.0,
-            source="20 of 100 from the factory",
+        Parameter("fraction", "1", null=1.0, nominal=0.2, lower=0.0, upper=1.0).since(
+            "20 of 100 from the factory"
         ),
-        Parameter(
-            name="time",
-            unit="s",
-            null=2.0,
-            nominal=2.0,
-            lower=0.05,
-            upper=2.55,
-            source="200 of 255 units of 10 ms from the factory",
+        Parameter("time", "s", null=2.0, nominal=2.0, lower=0.05, upper=2.55).since(
+            "200 of 255 units of 10 ms from the factory"
         ),
     )
 

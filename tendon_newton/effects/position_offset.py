@@ -25,14 +25,8 @@ class PositionOffset(Effect):
     name = "position_offset"
     side = "sensor"
     parameters = (
-        Parameter(
-            name="angle",
-            unit="rad",
-            null=0.0,
-            nominal=0.0,
-            lower=-1.0,
-            upper=1.0,
-            source="a tooth of a 25-tooth spline is 0.25 rad",
+        Parameter("angle", "rad", null=0.0, nominal=0.0, lower=-1.0, upper=1.0).since(
+            "a tooth of a 25-tooth spline is 0.25 rad"
         ),
     )
 

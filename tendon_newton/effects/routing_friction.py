@@ -32,14 +32,8 @@ class RoutingFriction(Effect):
     needs_string = True
     dry = ("exponent",)
     parameters = (
-        Parameter(
-            name="exponent",
-            unit="1",
-            null=0.0,
-            nominal=0.1,
-            lower=0.0,
-            upper=1.5,
-            source="a friction coefficient of 0.3 over a wrap of five radians",
+        Parameter("exponent", "1", null=0.0, nominal=0.1, lower=0.0, upper=1.5).since(
+            "a friction coefficient of 0.3 over a wrap of five radians"
         ),
     )
 

@@ -23,14 +23,8 @@ class SamplePeriodError(Effect):
     name = "sample_period_error"
     side = "sensor"
     parameters = (
-        Parameter(
-            name="scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.8,
-            upper=1.25,
-            source="a clock that is off by more than a quarter is seen without a model",
+        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.8, upper=1.25).since(
+            "a clock that is off by more than a quarter is seen without a model"
         ),
     )
 

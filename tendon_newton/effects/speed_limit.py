@@ -28,14 +28,8 @@ class SpeedLimit(Effect):
     name = "speed_limit"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="limit",
-            unit="rad/s",
-            null=math.inf,
-            nominal=8.0,
-            lower=0.5,
-            upper=100.0,
-            source="hobby servos turn at 3 to 12 rad/s",
+        Parameter("limit", "rad/s", null=math.inf, nominal=8.0, lower=0.5, upper=100.0).since(
+            "hobby servos turn at 3 to 12 rad/s"
         ),
     )
 

@@ -26,15 +26,8 @@ class SpoolRadiusError(Effect):
     side = "transmission"
     needs_string = True
     parameters = (
-        Parameter(
-            name="scale",
-            unit="1",
-            null=1.0,
-            nominal=1.0,
-            lower=0.5,
-            upper=2.0,
-            source="a core of half or twice the radius is another spool",
-            tolerance=0.015,
+        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.5, upper=2.0, tolerance=0.015).since(
+            "a core of half or twice the radius is another spool"
         ),
     )
 

@@ -25,14 +25,8 @@ class SpringStiffening(Effect):
     name = "spring_stiffening"
     side = "mechanism"
     parameters = (
-        Parameter(
-            name="beta",
-            unit="1",
-            null=0.0,
-            nominal=0.5,
-            lower=-0.8,
-            upper=5.0,
-            source="softer than a fifth or six times as stiff at the end",
+        Parameter("beta", "1", null=0.0, nominal=0.5, lower=-0.8, upper=5.0).since(
+            "softer than a fifth or six times as stiff at the end"
         ),
     )
 

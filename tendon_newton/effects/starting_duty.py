@@ -27,14 +27,8 @@ class StartingDuty(Effect):
     name = "starting_duty"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="duty",
-            unit="1",
-            null=0.0,
-            nominal=0.016,
-            lower=0.0,
-            upper=0.3,
-            source="Feetech memory table: 0 to 1,000 thousandths, 16 from the factory",
+        Parameter("duty", "1", null=0.0, nominal=0.016, lower=0.0, upper=0.3).since(
+            "Feetech memory table: 0 to 1,000 thousandths, 16 from the factory"
         ),
     )
 

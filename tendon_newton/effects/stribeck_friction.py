@@ -28,33 +28,15 @@ class StribeckFriction(Effect):
     dry = ("coulomb_force", "static_force")
     includes = ("coulomb_friction",)
     parameters = (
-        Parameter(
-            name="coulomb_force",
-            unit="N",
-            null=0.0,
-            nominal=0.5,
-            lower=0.0,
-            upper=8.0,
-            source="as for coulomb_friction",
+        Parameter("coulomb_force", "N", null=0.0, nominal=0.5, lower=0.0, upper=8.0).since(
+            "as for coulomb_friction"
+        ),
+        Parameter("static_force", "N", null=0.0, nominal=0.8, lower=0.0, upper=12.0).since(
+            "up to one and a half times the Coulomb force"
         ),
         Parameter(
-            name="static_force",
-            unit="N",
-            null=0.0,
-            nominal=0.8,
-            lower=0.0,
-            upper=12.0,
-            source="up to one and a half times the Coulomb force",
-        ),
-        Parameter(
-            name="stribeck_velocity",
-            unit="rad/s",
-            null=1.0,
-            nominal=1.0,
-            lower=0.05,
-            upper=10.0,
-            source="hobby gears run mixed up to a few rad/s",
-        ),
+            "stribeck_velocity", "rad/s", null=1.0, nominal=1.0, lower=0.05, upper=10.0
+        ).since("hobby gears run mixed up to a few rad/s"),
     )
 
     @staticmethod

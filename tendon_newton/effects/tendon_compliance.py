@@ -41,14 +41,8 @@ class TendonCompliance(Effect):
     spool_stages = (Stage.STRETCH, Stage.SPOOL_FORCE)
     parameters = (
         Parameter(
-            name="stiffness",
-            unit="N/m",
-            null=math.inf,
-            nominal=10000.0,
-            lower=500.0,
-            upper=1000000.0,
-            source="from a long rubber-like cord to a short steel rope",
-        ),
+            "stiffness", "N/m", null=math.inf, nominal=10000.0, lower=500.0, upper=1000000.0
+        ).since("from a long rubber-like cord to a short steel rope"),
     )
 
     @staticmethod

@@ -33,14 +33,8 @@ class TendonSlack(Effect):
     needs_string = True
     spool_stages = (Stage.ENCODER,)
     parameters = (
-        Parameter(
-            name="length",
-            unit="m",
-            null=0.0,
-            nominal=0.002,
-            lower=0.0,
-            upper=0.02,
-            source="more would be seen with the naked eye",
+        Parameter("length", "m", null=0.0, nominal=0.002, lower=0.0, upper=0.02).since(
+            "more would be seen with the naked eye"
         ),
     )
 

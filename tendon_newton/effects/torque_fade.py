@@ -57,23 +57,11 @@ class TorqueFade(Effect):
     side = "actuator"
     memory = Stage.MOTOR_FORCE
     parameters = (
-        Parameter(
-            name="fade",
-            unit="1/N2",
-            null=0.0,
-            nominal=0.003,
-            lower=0.0,
-            upper=0.5,
-            source="1.4 N, of a small servo's 21, would halve themselves",
+        Parameter("fade", "1/N2", null=0.0, nominal=0.003, lower=0.0, upper=0.5).since(
+            "1.4 N, of a small servo's 21, would halve themselves"
         ),
-        Parameter(
-            name="time_constant",
-            unit="s",
-            null=1.0,
-            nominal=1.0,
-            lower=0.05,
-            upper=60.0,
-            source="windings of hobby motors warm in seconds, their cases in minutes",
+        Parameter("time_constant", "s", null=1.0, nominal=1.0, lower=0.05, upper=60.0).since(
+            "windings of hobby motors warm in seconds, their cases in minutes"
         ),
     )
 

@@ -28,23 +28,11 @@ class ViscoelasticSpring(Effect):
     side = "mechanism"
     memory = Stage.SPRING
     parameters = (
-        Parameter(
-            name="stiffness_ratio",
-            unit="1",
-            null=0.0,
-            nominal=0.3,
-            lower=0.0,
-            upper=3.0,
-            source="polymers relax by half and more",
+        Parameter("stiffness_ratio", "1", null=0.0, nominal=0.3, lower=0.0, upper=3.0).since(
+            "polymers relax by half and more"
         ),
-        Parameter(
-            name="relaxation_time",
-            unit="s",
-            null=0.5,
-            nominal=0.5,
-            lower=0.005,
-            upper=10.0,
-            source="from a damper to the length of a recording",
+        Parameter("relaxation_time", "s", null=0.5, nominal=0.5, lower=0.005, upper=10.0).since(
+            "from a damper to the length of a recording"
         ),
     )
 

@@ -25,14 +25,8 @@ class ViscousFriction(Effect):
     name = "viscous_friction"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="coefficient",
-            unit="N s/rad",
-            null=0.0,
-            nominal=0.5,
-            lower=0.0,
-            upper=20.0,
-            source="a hobby servo loses its 21 N at 3-10 rad/s",
+        Parameter("coefficient", "N s/rad", null=0.0, nominal=0.5, lower=0.0, upper=20.0).since(
+            "a hobby servo loses its 21 N at 3-10 rad/s"
         ),
     )
 

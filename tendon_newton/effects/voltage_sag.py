@@ -26,14 +26,8 @@ class VoltageSag(Effect):
     name = "voltage_sag"
     side = "actuator"
     parameters = (
-        Parameter(
-            name="sag",
-            unit="1/N",
-            null=0.0,
-            nominal=0.01,
-            lower=0.0,
-            upper=0.2,
-            source="a supply that halves the force at 5 N is not usable",
+        Parameter("sag", "1/N", null=0.0, nominal=0.01, lower=0.0, upper=0.2).since(
+            "a supply that halves the force at 5 N is not usable"
         ),
     )
 

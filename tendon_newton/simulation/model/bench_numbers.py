@@ -55,15 +55,14 @@ class BenchNumber:
         """Return the number's column of a parameter table."""
         low, high = sorted((self.value / self.reach, self.value * self.reach))
         return Parameter(
-            name=self.name,
-            unit=BENCH_OVERRIDE_RANGES[self.key][2],
+            self.name,
+            BENCH_OVERRIDE_RANGES[self.key][2],
             null=self.value,
             nominal=self.value,
             lower=low,
             upper=high,
-            source=f"{self.reach:g} times either way",
             tolerance=0.5 * TOLERANCE if self.reach < REACH else 0.0,
-        )
+        ).since(f"{self.reach:g} times either way")
 
 
 def unknown_numbers(
