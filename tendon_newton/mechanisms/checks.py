@@ -50,9 +50,7 @@ def validator_findings(stage: Any, path: Path) -> list[AssetFinding]:
             errors = UsdValidation.ValidationContext(validators).Validate(stage)
     except InvalidAsset as error:
         return [
-            about(
-                STAGE,
-                "usd:Validate",
+            about(STAGE, "usd:Validate").error(
                 f"USD's validators must come to an end; {str(error).rstrip('.')}",
                 "Mend the value that they name",
             )
@@ -66,10 +64,8 @@ def _from_validator(error: Any) -> AssetFinding:
     prims = [site.GetPrim() for site in error.GetSites()]
     paths = [str(prim.GetPath()) for prim in prims if prim]
     fatal = error.GetType() == UsdValidation.ValidationErrorType.Error
-    return about(
-        paths[0] if paths else STAGE,
-        f"usd:{error.GetName()}",
+    return about(paths[0] if paths else STAGE, f"usd:{error.GetName()}").found(
+        "error" if fatal else "warning",
         " ".join(error.GetMessage().split()).rstrip("."),
         "Mend what USD's own validator objects to",
-        "error" if fatal else "warning",
     )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter
@@ -71,12 +71,9 @@ def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Findin
     recording = log.recording
     why = moved_at_first(recording) or away_from_rest(recording, imported)
     start = "equilibrium" if why is None else "first_row"
-    told = Finding(
-        recording=recording.name,
-        channel="theta",
-        severity="note",
-        evidence=why or "stands where a bench without friction rests under the first command",
-        consequence="a simulation starts from "
+    told = Examined(recording.name, "theta").note(
+        why or "stands where a bench without friction rests under the first command",
+        "a simulation starts from "
         + ("the equilibrium" if why is None else "the first row")
         + f' (start = "{start}"); the mapping may say otherwise',
     )
@@ -166,13 +163,10 @@ def too_strong(recording: Recording, force: Array, mechanism: Mechanism) -> Iter
     limit = max(tendon.force_limit for tendon in mechanism.tendons)
     most = float(np.abs(force).max())
     if most > STRONGER * limit:
-        yield Finding(
-            recording=recording.name,
-            channel="force",
-            severity="defect",
-            evidence=f"reaches {most:.4g}, and the servo of {mechanism.name} gives at most "
+        yield Examined(recording.name, "force").defect(
+            f"reaches {most:.4g}, and the servo of {mechanism.name} gives at most "
             f"{limit:.4g} by its asset",
-            consequence="a simulation stops at the asset's limit: raise tendon:forceLimit there "
+            "a simulation stops at the asset's limit: raise tendon:forceLimit there "
             "(--force-limit of asset new), or the force is in another unit",
         )
 
@@ -186,13 +180,10 @@ def beyond_rail(recording: Recording, mechanism: Mechanism) -> Iterator[Finding]
     low, high = joint.limits
     beyond = float(max(low - place.min(), place.max() - high))
     if beyond > OVERSHOOT * (high - low):
-        yield Finding(
-            recording=recording.name,
-            channel="theta",
-            severity="defect",
-            evidence=f"lies up to {beyond:.3g} m beyond the range of {mechanism.name}, "
+        yield Examined(recording.name, "theta").defect(
+            f"lies up to {beyond:.3g} m beyond the range of {mechanism.name}, "
             f"{low:.3g} to {high:.3g} m",
-            consequence="its zero is another one (offset in the mapping), or the range is (--range "
+            "its zero is another one (offset in the mapping), or the range is (--range "
             "of asset new)",
         )
 
@@ -202,12 +193,9 @@ def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
     mean = float(force.mean())
     if mean < -PUSH:
         share = float((force < 0.0).mean())
-        yield Finding(
-            recording=recording.name,
-            channel="force",
-            severity="defect",
-            evidence=f"{mean:.2f} N on average, below zero in {100.0 * share:.0f} % of the rows",
-            consequence="a string cannot push: its sign is the other one (sign = -1 in the "
+        yield Examined(recording.name, "force").defect(
+            f"{mean:.2f} N on average, below zero in {100.0 * share:.0f} % of the rows",
+            "a string cannot push: its sign is the other one (sign = -1 in the "
             "mapping), or its zero is off",
         )
 
@@ -217,14 +205,9 @@ def beyond_reach(recording: Recording, mechanism: Mechanism) -> Iterator[Finding
     reach = bench_reach(mechanism)
     span = float(np.ptp(recording.motor_position, axis=0).max())
     if span > REACH * reach:
-        yield Finding(
-            recording=recording.name,
-            channel="theta",
-            severity="defect",
-            evidence=f"spans {span:.3g} rad, and the whole range of {mechanism.name} is "
-            f"{reach:.3g} rad",
-            consequence='theta is in degrees (unit = "deg" in the mapping), or the bench is '
-            "another one",
+        yield Examined(recording.name, "theta").defect(
+            f"spans {span:.3g} rad, and the whole range of {mechanism.name} is {reach:.3g} rad",
+            'theta is in degrees (unit = "deg" in the mapping), or the bench is another one',
         )
 
 

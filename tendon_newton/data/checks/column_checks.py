@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.register_checks import lag_between
 from tendon_newton.data.recording import Recording
 
@@ -23,12 +23,9 @@ LEAST_CONTRADICTION = 0.02  # [rad] as little is backlash
 def short(recording: Recording) -> Iterator[Finding]:
     """Less time than a servo takes for one answer."""
     if recording.duration < LEAST_TIME:
-        yield Finding(
-            recording=recording.name,
-            channel="t",
-            severity="defect",
-            evidence=f"lasts {recording.duration:.2g} s ({recording.sample_count} rows)",
-            consequence="too short to tell one cause from another: record 10 s or more with the "
+        yield Examined(recording.name, "t").defect(
+            f"lasts {recording.duration:.2g} s ({recording.sample_count} rows)",
+            "too short to tell one cause from another: record 10 s or more with the "
             "command in motion",
         )
 
@@ -43,12 +40,9 @@ def exchanged(recording: Recording) -> Iterator[Finding]:
         theta, command = recording.motor_position[:, place], recording.command[:, place]
         lag, score, gain = lag_between(time, command, theta, time)
         if score > LIKENESS and lag < -least and gain > LEAD_GAIN:
-            yield Finding(
-                recording=recording.name,
-                channel="theta",
-                severity="defect",
-                evidence=f"{-1e3 * lag:.0f} ms ahead of theta_d (correlation {score:.3f})",
-                consequence="no servo moves before it is told to: theta and theta_d are exchanged "
+            yield Examined(recording.name, "theta").defect(
+                f"{-1e3 * lag:.0f} ms ahead of theta_d (correlation {score:.3f})",
+                "no servo moves before it is told to: theta and theta_d are exchanged "
                 "(exchange them in the mapping), or their clocks differ",
             )
 
@@ -67,12 +61,9 @@ def degrees(recording: Recording) -> Iterator[Finding]:
             ("theta_d", "theta", asked / spread, COMMAND_TOO_FAR),
         ):
             if least < ratio < COUNTS:
-                yield Finding(
-                    recording=recording.name,
-                    channel=column,
-                    severity="defect",
-                    evidence=f"moves {ratio:.1f} times as far as {other}",
-                    consequence=f'{column} is in degrees: say unit = "deg" in the mapping',
+                yield Examined(recording.name, column).defect(
+                    f"moves {ratio:.1f} times as far as {other}",
+                    f'{column} is in degrees: say unit = "deg" in the mapping',
                 )
 
 
@@ -92,13 +83,10 @@ def contradictions(recordings: Sequence[Recording]) -> Iterator[Finding]:
                 pairs.append((apart, first, other))
     if pairs:
         apart, first, other = max(pairs, key=lambda pair: pair[0])
-        yield Finding(
-            recording="all",
-            channel="theta",
-            severity="caution",
-            evidence=f"{len(pairs)} runs repeat a command and answer it otherwise; farthest apart "
+        yield Examined("all", "theta").caution(
+            f"{len(pairs)} runs repeat a command and answer it otherwise; farthest apart "
             f"are {first.name} and {other.name}, by {1e3 * apart:.0f} mrad RMS",
-            consequence="no model answers one command in two ways: something changed between them "
+            "no model answers one command in two ways: something changed between them "
             "that no column says; state it (actuator_overrides, bench_overrides) or leave one out",
         )
 

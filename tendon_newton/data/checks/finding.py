@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 SEVERITIES = ("defect", "caution", "note")
+Severity = Literal["note", "caution", "defect"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,8 +20,40 @@ class Finding:
     """Evidence, with numbers."""
     consequence: str
     """Consequence for the use of the data."""
-    severity: Literal["note", "caution", "defect"]
+    severity: Severity
     """``defect``: wrong as it stands; ``caution``: misleads a fit; ``note``: good to know."""
+
+
+@dataclass(frozen=True)
+class Examined:
+    """Column of a recording that is looked at."""
+
+    recording: str
+    """File name, or ``all``."""
+    channel: str
+    """Column."""
+
+    def defect(self, evidence: str, consequence: str) -> Finding:
+        """Return what is wrong as it stands."""
+        return self.found("defect", evidence, consequence)
+
+    def caution(self, evidence: str, consequence: str) -> Finding:
+        """Return what misleads a fit."""
+        return self.found("caution", evidence, consequence)
+
+    def note(self, evidence: str, consequence: str) -> Finding:
+        """Return what is good to know."""
+        return self.found("note", evidence, consequence)
+
+    def found(self, severity: Severity, evidence: str, consequence: str) -> Finding:
+        """Return a finding of any severity."""
+        return Finding(
+            recording=self.recording,
+            channel=self.channel,
+            evidence=evidence,
+            consequence=consequence,
+            severity=severity,
+        )
 
 
 def findings_text(findings: Iterable[Finding], most: int | None = None) -> list[str]:

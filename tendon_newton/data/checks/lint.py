@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tendon_newton.data.checks.column_checks import COLUMN_CHECKS, contradictions
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.lint_checks import CHECKS, CORRELATION_LIMIT, measured_channels
 from tendon_newton.data.checks.register_checks import correlations
 from tendon_newton.data.recording import Recording
@@ -43,12 +43,9 @@ def saturation(recording: Recording, limits: Mapping[str, float]) -> Iterator[Fi
     for column, limit in limits.items():
         share = float((np.abs(channels[column]) >= limit).mean()) if column in channels else 0.0
         if share > 0.0:
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="note",
-                evidence=f"{100.0 * share:.1f} % of the rows are at the limit of {limit:g}",
-                consequence="there the position loop does nothing; the model must limit too",
+            yield Examined(recording.name, column).note(
+                f"{100.0 * share:.1f} % of the rows are at the limit of {limit:g}",
+                "there the position loop does nothing; the model must limit too",
             )
 
 
@@ -57,12 +54,9 @@ def copies(train: Sequence[Recording], test: Sequence[Recording]) -> Iterator[Fi
     for held in test:
         for seen in train:
             if np.array_equal(held.motor_position, seen.motor_position):
-                yield Finding(
-                    recording=held.name,
-                    channel="theta",
-                    severity="defect",
-                    evidence=f"equal to {seen.name} of the train split in every row",
-                    consequence="errors on it are not held out",
+                yield Examined(held.name, "theta").defect(
+                    f"equal to {seen.name} of the train split in every row",
+                    "errors on it are not held out",
                 )
 
 
@@ -81,10 +75,7 @@ def warming(recordings: Sequence[Recording]) -> Iterator[Finding]:
         (trend,) = correlations(np.array(list(means)), np.array(list(means.values())))
         if rise > WARMING_LIMIT and abs(trend) > CORRELATION_LIMIT:
             listed = ", ".join(f"{mean:.1f} degC at {value:.3g}" for value, mean in means.items())
-            yield Finding(
-                recording="all",
-                channel="temperature",
-                severity="caution",
-                evidence=f"goes with {key}: {listed}",
-                consequence=f"an effect of temperature cannot be told from one of {key}",
+            yield Examined("all", "temperature").caution(
+                f"goes with {key}: {listed}",
+                f"an effect of temperature cannot be told from one of {key}",
             )

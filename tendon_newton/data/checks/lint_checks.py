@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.register_checks import lag_between, wrap_period
 from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
 from tendon_newton.data.recording import Array, Mask, Recording
@@ -43,23 +43,17 @@ def clock(recording: Recording) -> Iterator[Finding]:
     (gaps,) = np.nonzero(steps > GAP_LIMIT * middle)
     if gaps.size:
         worst = int(gaps[np.argmax(steps[gaps])])
-        yield Finding(
-            recording=recording.name,
-            channel="t",
-            severity="caution",
-            evidence=f"{gaps.size} gaps; the largest lasts {1e3 * steps[worst]:.0f} ms after "
+        yield Examined(recording.name, "t").caution(
+            f"{gaps.size} gaps; the largest lasts {1e3 * steps[worst]:.0f} ms after "
             f"t = {recording.time[worst]:.3f} s (median step {1e3 * middle:.1f} ms)",
-            consequence="commands sent within a gap are unknown; differences across it mean little",
+            "commands sent within a gap are unknown; differences across it mean little",
         )
     elif long > RATE_SPREAD_LIMIT * short:
-        yield Finding(
-            recording=recording.name,
-            channel="t",
-            severity="note",
-            evidence=f"mean rate {1.0 / steps.mean():.0f} Hz, steps from {1e3 * short:.2f} to "
+        yield Examined(recording.name, "t").note(
+            f"mean rate {1.0 / steps.mean():.0f} Hz, steps from {1e3 * short:.2f} to "
             f"{1e3 * long:.2f} ms ({1.0 / long:.0f}-{1.0 / short:.0f} Hz), none longer than "
             f"{1e3 * steps.max():.2f} ms",
-            consequence="use t row by row; nothing may assume one rate",
+            "use t row by row; nothing may assume one rate",
         )
 
 
@@ -76,22 +70,16 @@ def velocity(recording: Recording) -> Iterator[Finding]:
         reference = np.interp(time - lag, middle, slope)
         scale = float(register @ reference / (reference @ reference))
         if not SCALE_RANGE[0] <= scale <= SCALE_RANGE[1]:
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="defect",
-                evidence=f"{scale:.4g} times the slope of theta (correlation {score:.3f})",
-                consequence=misread_speed(scale),
+            yield Examined(recording.name, column).defect(
+                f"{scale:.4g} times the slope of theta (correlation {score:.3f})",
+                misread_speed(scale),
             )
         limit = max(LAG_LIMIT, LAG_STEPS_LIMIT * float(np.median(np.diff(time))))
         if abs(lag) >= limit and gain > LAG_GAIN_LIMIT:
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="caution",
-                evidence=f"{abs(lag) * 1e3:.0f} ms {'behind' if lag > 0.0 else 'ahead of'} the "
+            yield Examined(recording.name, column).caution(
+                f"{abs(lag) * 1e3:.0f} ms {'behind' if lag > 0.0 else 'ahead of'} the "
                 f"slope of theta (correlation {score:.3f})",
-                consequence="do not use theta_dot as the speed at its row; a start from the first "
+                "do not use theta_dot as the speed at its row; a start from the first "
                 "row takes an old speed; residuals of theta_dot show the lag",
             )
 
@@ -114,14 +102,11 @@ def failed_reads(recording: Recording) -> Iterator[Finding]:
         lone = lone_rows(theta, LONE_ANGLE)
         if lone.any():
             worst = int(np.flatnonzero(lone)[0])
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="defect",
-                evidence=f"{lone.sum()} of {theta.size} rows stand alone, first row {worst} with "
+            yield Examined(recording.name, column).defect(
+                f"{lone.sum()} of {theta.size} rows stand alone, first row {worst} with "
                 f"{theta[worst]:.4f} rad between {theta[worst - 1]:.4f} and "
                 f"{theta[min(worst + 1, theta.size - 1)]:.4f} rad",
-                consequence="the register was not read there: leave those rows out",
+                "the register was not read there: leave those rows out",
             )
     supply = recording.voltage
     if supply is None or np.median(supply) <= 0.0:
@@ -129,13 +114,10 @@ def failed_reads(recording: Recording) -> Iterator[Finding]:
     share = supply / np.median(supply)
     lost = (share < SUPPLY_RANGE[0]) | (share > SUPPLY_RANGE[1])
     if lost.any():
-        yield Finding(
-            recording=recording.name,
-            channel="voltage",
-            severity="defect",
-            evidence=f"{lost.sum()} of {supply.size} rows say {supply[lost].min():.1f}-"
+        yield Examined(recording.name, "voltage").defect(
+            f"{lost.sum()} of {supply.size} rows say {supply[lost].min():.1f}-"
             f"{supply[lost].max():.1f} V where the median is {np.median(supply):.1f} V",
-            consequence="the register was not read there, or the supply failed: hold the last "
+            "the register was not read there, or the supply failed: hold the last "
             "good value, since a simulated motor takes it at its word",
         )
 
@@ -147,13 +129,10 @@ def torque_off(recording: Recording) -> Iterator[Finding]:
         return
     edges = np.flatnonzero(np.diff(np.r_[False, off, False]))
     starts, ends = recording.time[edges[::2]], recording.time[edges[1::2] - 1]
-    yield Finding(
-        recording=recording.name,
-        channel="enabled",
-        severity="note",
-        evidence=f"the motor is off in {off.sum()} of {off.size} rows, {len(starts)} times, first "
+    yield Examined(recording.name, "enabled").note(
+        f"the motor is off in {off.sum()} of {off.size} rows, {len(starts)} times, first "
         f"from t = {starts[0]:.2f} s to {ends[0]:.2f} s",
-        consequence="there the mechanism is alone with gear friction and the rotor: such rows tell "
+        "there the mechanism is alone with gear friction and the rotor: such rows tell "
         "friction from the motor's numbers, and nothing of the loop",
     )
 
@@ -166,13 +145,10 @@ def wrapped(recording: Recording) -> Iterator[Finding]:
         period = wrap_period(values)
         if period is not None:
             count = int((values > 0.5 * period).sum())
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="defect",
-                evidence=f"{count} of {values.size} rows lie just below {period:g} and none "
+            yield Examined(recording.name, column).defect(
+                f"{count} of {values.size} rows lie just below {period:g} and none "
                 "between: negative values read as unsigned",
-                consequence=f"subtract {period:g} there",
+                f"subtract {period:g} there",
             )
 
 
@@ -185,13 +161,10 @@ def position_jumps(recording: Recording) -> Iterator[Finding]:
         jumps = jumps[np.abs(steps[jumps]) > 2.0 * reach[jumps]]
         if jumps.size:
             k = int(jumps[0]) + 1
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="defect",
-                evidence=f"{jumps.size} steps of a turn within one row, first at row {k} "
+            yield Examined(recording.name, column).defect(
+                f"{jumps.size} steps of a turn within one row, first at row {k} "
                 f"(t = {recording.time[k]:.3f} s), which theta_dot does not show",
-                consequence="the encoder wrapped around: add the turns before use",
+                "the encoder wrapped around: add the turns before use",
             )
 
 
@@ -201,12 +174,9 @@ def dead_channels(recording: Recording) -> Iterator[Finding]:
         return
     for column, values in measured_channels(recording):
         if np.ptp(values) == 0.0:
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="defect",
-                evidence=f"{values[0]:g} in all {values.size} rows although theta moves",
-                consequence="the channel was not measured: remove the column",
+            yield Examined(recording.name, column).defect(
+                f"{values[0]:g} in all {values.size} rows although theta moves",
+                "the channel was not measured: remove the column",
             )
 
 
@@ -220,13 +190,10 @@ def resting_position(recording: Recording) -> Iterator[Finding]:
         span = float(np.ptp(goal[first:last]))
         lasting = float(recording.time[last - 1] - recording.time[first])
         if lasting > STUCK_LIMIT and span > MOTION_LIMIT and recording.enabled[first:last].all():
-            yield Finding(
-                recording=recording.name,
-                channel=column,
-                severity="note",
-                evidence=f"rests for {lasting:.2f} s from t = {recording.time[first]:.2f} s while "
+            yield Examined(recording.name, column).note(
+                f"rests for {lasting:.2f} s from t = {recording.time[first]:.2f} s while "
                 f"theta_d moves by {span:.2f} rad",
-                consequence="dry friction, a deadband or an end stop holds it, or the encoder "
+                "dry friction, a deadband or an end stop holds it, or the encoder "
                 "is stuck; such rows say little about anything else",
             )
 
@@ -238,13 +205,10 @@ def supply_scatter(recording: Recording) -> Iterator[Finding]:
         return
     scatter = float(np.std(np.diff(voltage)) / np.sqrt(2.0))
     if scatter > SUPPLY_SCATTER_LIMIT * voltage.mean():
-        yield Finding(
-            recording=recording.name,
-            channel="voltage",
-            severity="caution",
-            evidence=f"scatters by {scatter:.2f} V from row to row about {voltage.mean():.2f} V "
+        yield Examined(recording.name, "voltage").caution(
+            f"scatters by {scatter:.2f} V from row to row about {voltage.mean():.2f} V "
             f"({voltage.min():.1f}-{voltage.max():.1f} V)",
-            consequence="no supply moves so fast: smooth it or use its mean, else the scatter "
+            "no supply moves so fast: smooth it or use its mean, else the scatter "
             "enters the simulated torque",
         )
 
@@ -259,13 +223,9 @@ def unsigned_current(recording: Recording) -> Iterator[Finding]:
     speed = recording.motor_velocity.max(axis=1)
     forth, back = (current[side].size for side in (speed > 0.0, speed < 0.0))
     if min(forth, back) > SIGN_SHARE * current.size:
-        yield Finding(
-            recording=recording.name,
-            channel="current",
-            severity="caution",
-            evidence=f"never negative, while the shaft turns forth in {forth} rows and back in "
-            f"{back}",
-            consequence="its sign was lost: it is a size, and no torque follows from it",
+        yield Examined(recording.name, "current").caution(
+            f"never negative, while the shaft turns forth in {forth} rows and back in {back}",
+            "its sign was lost: it is a size, and no torque follows from it",
         )
 
 

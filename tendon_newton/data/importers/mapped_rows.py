@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
 from tendon_newton.data.files.values import are_tables, is_list, is_table
 from tendon_newton.data.formats.mapped_column import MappedColumn
@@ -114,12 +114,9 @@ def resampled(columns: Mapping[str, Array], rate: float, path: Path) -> dict[str
 def guessed(name: str, words: str) -> Iterator[Finding]:
     """Say what was guessed of a file."""
     if words:
-        yield Finding(
-            recording=name,
-            channel="all",
-            severity="note",
-            evidence=f"{words}, by its first lines",
-            consequence="seen, not stated; delimiter and decimal in the mapping say otherwise",
+        yield Examined(name, "all").note(
+            f"{words}, by its first lines",
+            "seen, not stated; delimiter and decimal in the mapping say otherwise",
         )
 
 
@@ -127,12 +124,9 @@ def left_out(name: str, empty: Counter[str], places: Sized, count: int) -> Itera
     """Say how many rows lack a number, and in which columns."""
     if empty:
         cells = ", ".join(f"{column} {times}" for column, times in empty.items())
-        yield Finding(
-            recording=name,
-            channel="all",
-            severity="caution",
-            evidence=f"{count - len(places)} of {count} rows ({cells} empty cells)",
-            consequence="rows without a number in a mapped column are left out; a column that is "
+        yield Examined(name, "all").caution(
+            f"{count - len(places)} of {count} rows ({cells} empty cells)",
+            "rows without a number in a mapped column are left out; a column that is "
             "often empty is better not mapped",
         )
 

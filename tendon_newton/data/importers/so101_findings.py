@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.recording import Array, Recording
@@ -21,12 +21,9 @@ def joint_findings(log: ImportedLog) -> Iterator[Finding]:
     assert recording.command is not None
     theta, goal = recording.motor_position[:, 0], recording.command[:, 0]
     if abs(theta[0] - goal[0]) > START_LIMIT:
-        yield Finding(
-            recording=recording.name,
-            channel="theta",
-            severity="note",
-            evidence=f"begins {1e3 * (theta[0] - goal[0]):.0f} mrad from its first command",
-            consequence="the joint hangs beside its goal: a simulation must start from the row",
+        yield Examined(recording.name, "theta").note(
+            f"begins {1e3 * (theta[0] - goal[0]):.0f} mrad from its first command",
+            "the joint hangs beside its goal: a simulation must start from the row",
         )
     yield from stops(log, theta, goal)
 
@@ -38,14 +35,11 @@ def stops(log: ImportedLog, theta: Array, goal: Array) -> Iterator[Finding]:
     for side, word in ((1.0, "above"), (-1.0, "below")):
         held = blocked_rows(theta, goal, side)
         if held.any():
-            yield Finding(
-                recording=log.recording.name,
-                channel="theta",
-                severity="caution",
-                evidence=f"{held.sum()} rows stay at {theta[held].mean():.3f} rad with theta_d up "
+            yield Examined(log.recording.name, "theta").caution(
+                f"{held.sum()} rows stay at {theta[held].mean():.3f} rad with theta_d up "
                 f"to {1e3 * np.abs(goal - theta)[held].max():.0f} mrad {word}; the current rises "
                 f"to {current[held].max():.1f} A there and is {np.median(current):.2f} A else",
-                consequence="something solid is in the way: these rows tell of no servo, and no "
+                "something solid is in the way: these rows tell of no servo, and no "
                 "other motion goes there",
             )
 
@@ -55,20 +49,14 @@ def folder_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
     motions = {log.conditions["motion"]: log.recording for log in logs}
     rates = [(r.sample_count - 1) / r.duration for r in motions.values()]
     longest = max(motions.values(), key=lambda r: r.duration)
-    yield Finding(
-        recording="all",
-        channel="t",
-        severity="note",
-        evidence=f"{min(rates):.2f}-{max(rates):.2f} rows per second; at 50 the longest motion "
+    yield Examined("all", "t").note(
+        f"{min(rates):.2f}-{max(rates):.2f} rows per second; at 50 the longest motion "
         f"would last {(longest.sample_count - 1) / 50.0:.2f} s, and lasts {longest.duration:.2f} s",
-        consequence="count time by the stamps; rows times 20 ms is wrong",
+        "count time by the stamps; rows times 20 ms is wrong",
     )
-    yield Finding(
-        recording="all",
-        channel="t",
-        severity="caution",
-        evidence="commands and states have the same stamps to the last digit",
-        consequence="one of the two was not stamped when it happened: a delay found here holds up "
+    yield Examined("all", "t").caution(
+        "commands and states have the same stamps to the last digit",
+        "one of the two was not stamped when it happened: a delay found here holds up "
         "to a row of 20 ms",
     )
     yield from grids(logs)
@@ -106,10 +94,4 @@ def grids(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
             )
         else:
             continue
-        yield Finding(
-            recording="all",
-            channel="theta",
-            severity="note",
-            evidence=evidence,
-            consequence=consequence,
-        )
+        yield Examined("all", "theta").note(evidence, consequence)

@@ -64,11 +64,8 @@ def attribute_findings(stage: Any) -> Iterator[AssetFinding]:
             expected = fault(name, value) or schema_fault(attribute.GetTypeName(), value)
             if expected is not None:
                 came = shown(value)
-                yield about(
-                    prim,
-                    "attribute",
-                    f"{name} must be {expected}; it is {came}",
-                    f"Write {expected}",
+                yield about(prim, "attribute").error(
+                    f"{name} must be {expected}; it is {came}", f"Write {expected}"
                 )
 
 

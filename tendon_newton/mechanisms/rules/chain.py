@@ -72,31 +72,23 @@ def chain_findings(stage: Any) -> Iterator[AssetFinding]:
         if link is None:
             continue
         if link == carrier(joint):
-            yield about(
-                joint,
-                "chain",
+            yield about(joint, "chain").error(
                 f"a joint joins two links; both of its ends are {link}",
                 "Point physics:body0 to the link before it",
             )
         elif table[link] != joint:
-            yield about(
-                joint,
-                "chain",
+            yield about(joint, "chain").error(
                 f"one joint moves a link; {link} is moved by {table[link].GetPath()} too",
                 "Point physics:body1 to its own link",
             )
         elif loops(table, joint):
-            yield about(
-                joint,
-                "chain",
+            yield about(joint, "chain").error(
                 "a chain of joints ends at the base; this one returns to itself",
                 "Point physics:body0 of the first joint to the base",
             )
     for prim in stage.Traverse():
         if is_link(prim) and str(prim.GetPath()) not in table:
-            yield about(
-                prim,
-                "chain",
+            yield about(prim, "chain").error(
                 "a joint holds every link; no joint's physics:body1 points to this "
                 "one, so it would fall",
                 "Add a joint that moves it, or a PhysicsFixedJoint that holds it",

@@ -30,17 +30,13 @@ FRAME_GAP = 1.0e-4
 def joint_findings(stage: Any) -> Iterator[AssetFinding]:
     """Apply every rule for joints to a stage."""
     if not moved_joints(stage):
-        yield about(
-            STAGE,
-            "joint",
+        yield about(STAGE, "joint").error(
             "a mechanism needs a revolute or prismatic joint; there is none",
             "Add a PhysicsRevoluteJoint or PhysicsPrismaticJoint",
         )
     for prim in all_joints(stage):
         if prim.GetTypeName() not in (*JOINT_TYPES, "PhysicsFixedJoint"):
-            yield about(
-                prim,
-                "joint_type",
+            yield about(prim, "joint_type").error(
                 "a mechanism has revolute and prismatic joints, and "
                 f"fixed ones that hold; this one is a {prim.GetTypeName()}",
                 "Build it from revolute joints, one per axis",
@@ -59,17 +55,13 @@ def _check_bodies(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     for name in ("physics:body0", "physics:body1"):
         for target in relationship_targets(prim, name):
             if not stage.GetPrimAtPath(target):
-                yield about(
-                    prim,
-                    "joint_body",
+                yield about(prim, "joint_body").error(
                     f"a joint joins prims that exist; {name} is {target}, which does not",
                     f"Point {name} to a link",
                 )
     moved = [stage.GetPrimAtPath(target) for target in relationship_targets(prim, "physics:body1")]
     if not any(body and is_link(body) for body in moved):
-        yield about(
-            prim,
-            "joint_body",
+        yield about(prim, "joint_body").error(
             "a joint moves a rigid body; physics:body1 of this one is none",
             "Point physics:body1 to a prim with PhysicsRigidBodyAPI",
         )
@@ -90,12 +82,9 @@ def _check_frames(stage: Any, prim: Any) -> Iterator[AssetFinding]:
         places.append(frame.Transform(Gf.Vec3d(*local)))
     gap = (places[0] - places[1]).GetLength()
     if gap > FRAME_GAP:
-        yield about(
-            prim,
-            "joint_frame",
+        yield about(prim, "joint_frame").warning(
             f"both links put the joint in the same place; as drawn they are {gap:.3g} m apart",
             "Check physics:localPos0 and localPos1 [m] against the links' translations",
-            "warning",
         )
 
 
@@ -107,19 +96,13 @@ def _check_limits(prim: Any) -> Iterator[AssetFinding]:
     elif not lower < upper:
         message = f"a range's lower end lies below its upper end; it is [{lower:g}, {upper:g}]"
     elif prim.GetTypeName() == "PhysicsRevoluteJoint" and upper - lower < SMALL_RANGE:
-        yield about(
-            prim,
-            "limits",
+        yield about(prim, "limits").warning(
             f"a range of {upper - lower:g} degrees hardly moves",
             "Write physics:lowerLimit and physics:upperLimit in degrees: radians times 57.29578",
-            "warning",
         )
         return
     else:
         return
-    yield about(
-        prim,
-        "limits",
-        message,
-        "Write physics:lowerLimit and physics:upperLimit, in degrees or metres",
+    yield about(prim, "limits").error(
+        message, "Write physics:lowerLimit and physics:upperLimit, in degrees or metres"
     )

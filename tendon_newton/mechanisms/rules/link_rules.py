@@ -36,26 +36,18 @@ def is_link(prim: Any) -> bool:
 def _check_mass(prim: Any) -> Iterator[AssetFinding]:
     mass = float(authored(prim, "physics:mass", 0.0))
     if "PhysicsMassAPI" not in prim.GetAppliedSchemas():
-        yield about(
-            prim,
-            "mass",
+        yield about(prim, "mass").error(
             "a link has its own mass; PhysicsMassAPI is not applied",
             'Add "PhysicsMassAPI" to its apiSchemas and write physics:mass',
         )
     elif not mass > 0.0:
-        yield about(
-            prim,
-            "mass",
-            f"a link's mass must be positive; it is {mass:g} kg",
-            "Write physics:mass in kilograms",
+        yield about(prim, "mass").error(
+            f"a link's mass must be positive; it is {mass:g} kg", "Write physics:mass in kilograms"
         )
     elif not MASS_RANGE[0] <= mass <= MASS_RANGE[1]:
-        yield about(
-            prim,
-            "mass",
+        yield about(prim, "mass").warning(
             f"a bench's link weighs 0.1 g to 10 kg; this one {mass:g} kg",
             "Check the unit of physics:mass: kilograms",
-            "warning",
         )
 
 
@@ -63,35 +55,26 @@ def _check_inertia(prim: Any) -> Iterator[AssetFinding]:
     mass = float(authored(prim, "physics:mass", 0.0))
     moments = sorted(float(x) for x in authored(prim, "physics:diagonalInertia", (0.0, 0.0, 0.0)))
     if not moments[0] > 0.0:
-        yield about(
-            prim,
-            "inertia",
+        yield about(prim, "inertia").error(
             f"principal moments of inertia must be positive; they are {moments}",
             "Write physics:diagonalInertia in kg m^2",
         )
         return
     if moments[0] + moments[1] < moments[2] * (1.0 - 1e-6):  # float32 slack of a thin rod
-        yield about(
-            prim,
-            "inertia",
+        yield about(prim, "inertia").error(
             f"no principal moment of inertia may exceed the sum of the others; they are {moments}",
             "Check physics:diagonalInertia against the link's shape",
         )
     elif mass > 0.0 and (moments[2] / mass) ** 0.5 > GYRATION_LIMIT:
-        yield about(
-            prim,
-            "inertia",
+        yield about(prim, "inertia").warning(
             f"the largest moment of inertia, {moments[2]:g} kg m^2, is "
             f"that of {mass:g} kg at {(moments[2] / mass) ** 0.5:.3g} m from the "
             f"centre; no link of a bench is larger than {GYRATION_LIMIT:g} m",
             "Check the unit of physics:diagonalInertia: kg m^2; a rod has m L^2 / 12",
-            "warning",
         )
     axes = authored(prim, "physics:principalAxes", None)
     if axes is not None and abs(float(axes.GetLength()) - 1.0) > 1e-3:
-        yield about(
-            prim,
-            "inertia",
+        yield about(prim, "inertia").error(
             "physics:principalAxes must be a rotation, a quaternion "
             f"of length 1; its length is {float(axes.GetLength()):.3g}",
             "Write (1, 0, 0, 0) where the moments are along the axes",
@@ -101,23 +84,17 @@ def _check_inertia(prim: Any) -> Iterator[AssetFinding]:
 def _check_center(prim: Any) -> Iterator[AssetFinding]:
     center = authored(prim, "physics:centerOfMass", None)
     if center is None:
-        yield about(
-            prim,
-            "center_of_mass",
+        yield about(prim, "center_of_mass").warning(
             "a link gives physics:centerOfMass; it is missing, and its frame's origin is used",
             "Write physics:centerOfMass in metres, in the link's frame",
-            "warning",
         )
         return
     distance = float(np.linalg.norm(list(center)))
     if distance > REACH:
-        yield about(
-            prim,
-            "center_of_mass",
+        yield about(prim, "center_of_mass").warning(
             f"the centre of mass is {distance:g} m from the "
             f"link's frame; beyond {REACH:g} m it is no bench's",
             "Check the unit of physics:centerOfMass: metres",
-            "warning",
         )
 
 
@@ -127,18 +104,11 @@ def _check_tip(stage: Any) -> Iterator[AssetFinding]:
     sites = [p for p in tips if "MjcSiteAPI" in p.GetPrimTypeInfo().GetAppliedAPISchemas()]
     for prim in tips:
         if prim not in sites:
-            yield about(
-                prim,
-                "tip",
+            yield about(prim, "tip").warning(
                 "the tip is a site; MjcSiteAPI is not applied",
                 'Write prepend apiSchemas = ["MjcSiteAPI"], or another name',
-                "warning",
             )
     for prim in sites[1:]:
-        yield about(
-            prim,
-            "tip",
-            f"a mechanism has one tip; {sites[0].GetPath()} is one too",
-            "Rename one of them",
-            "warning",
+        yield about(prim, "tip").warning(
+            f"a mechanism has one tip; {sites[0].GetPath()} is one too", "Rename one of them"
         )

@@ -51,12 +51,9 @@ def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:
             yield from _check_slack(mechanism, tendon)
             yield from _check_closing(mechanism, index)
         except InvalidParameter as error:
-            yield about(
-                tendon.prim,
-                "equilibrium",
+            yield about(tendon.prim, "equilibrium").error(
                 "a mechanism comes to rest at every tension; " + str(error).rstrip("."),
                 "Give every joint a spring or stop that holds it",
-                "error",
             )
 
 
@@ -83,24 +80,19 @@ def _check_arms(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
     worst = float(np.max(np.abs(arm_errors(mechanism, tendon))))
     arms = moment_arms(tendon, range_positions(mechanism, RANGE_STEPS))
     if worst > ARM_TOLERANCE * float(np.max(np.abs(arms))):
-        yield about(
-            tendon.prim,
-            "moment_arm",
+        yield about(tendon.prim, "moment_arm").error(
             f"moment arms must be the slope of the excursion; they differ by up to {worst:.3g} m",
             "Mend the tendon's path",
-            "error",
         )
 
 
 def _check_tip(mechanism: Mechanism) -> Iterator[AssetFinding]:
     if mechanism.tip is None and "prismatic" not in mechanism.joint_kinds:
-        yield about(
-            STAGE,
-            "tip",
+        yield about(STAGE, "tip").found(
+            "note",
             "a finger has a tip; there is no site named tip, so that recordings cannot be "
             "compared with tip_x and tip_z",
             "Add a Sphere named tip with MjcSiteAPI to the last link",
-            "note",
         )
 
 
@@ -110,13 +102,11 @@ def _check_slack(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]
     still = equilibrium(mechanism, np.zeros(len(mechanism.tendons)))
     share = float((excursion(tendon, still) - opened) / (closed - opened))
     if share > SLACK_NOTE:
-        yield about(
-            tendon.prim,
-            "slack",
+        yield about(tendon.prim, "slack").found(
+            "warning" if share > SLACK_LIMIT else "note",
             f"a slack tendon leaves the mechanism open; here it rests {100.0 * share:.0f} % closed "
             f"at {np.array2string(still, precision=3)}, and the string hangs in what lies before",
             "Stiffen the springs, or turn mjc:springref towards the open end",
-            "warning" if share > SLACK_LIMIT else "note",
         )
 
 
@@ -124,12 +114,9 @@ def _check_spool(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]
     ends = excursion(tendon, range_positions(mechanism, 2))
     turns = float(np.ptp(ends)) / (2.0 * np.pi * tendon.spool_radius)
     if turns > TURN_LIMIT:
-        yield about(
-            tendon.prim,
-            "spool",
+        yield about(tendon.prim, "spool").warning(
             f"a spool keeps its radius for {TURN_LIMIT:g} turns; the range winds {turns:.1f}",
             "Check tendon:spoolRadius [m] and the moment arms [m]",
-            "warning",
         )
 
 
@@ -143,11 +130,9 @@ def _check_closing(mechanism: Mechanism, index: int) -> Iterator[AssetFinding]:
     wound = float(np.interp(tendon.force_limit, path.tension, path.excursion))
     share = (wound - path.excursion[0]) / (path.excursion[-1] - path.excursion[0])
     drives = share >= REACH_LIMIT
-    yield about(
-        tendon.prim,
-        "closing_force",
+    yield about(tendon.prim, "closing_force").found(
+        "note" if drives else "error",
         f"closing takes {needed:.3g} N at rest; the servo's {tendon.force_limit:g} N reach "
         f"{100.0 * share:.0f} % of the range",
         "Nothing, if that is meant" if drives else "Weaken the springs or lengthen the moment arms",
-        "note" if drives else "error",
     )

@@ -40,7 +40,7 @@ def is_site(prim: Any) -> bool:
 
 def path_error(prim: Any, message: str, remedy: str) -> AssetFinding:
     """Return the error about a tendon's path."""
-    return about(prim, "tendon_path", message, remedy)
+    return about(prim, "tendon_path").error(message, remedy)
 
 
 def _check_lists(_stage: Any, prim: Any) -> Iterator[AssetFinding]:
@@ -81,9 +81,7 @@ def _check_targets(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     for target in targets:
         there = stage.GetPrimAtPath(target.prim)
         if there and there.GetTypeName() in JOINT_TYPES:
-            yield about(
-                prim,
-                "tendon_type",
+            yield about(prim, "tendon_type").error(
                 f"a routed tendon runs through sites; {target.prim} is a joint",
                 'Write mjc:type = "fixed" and the moment arms as mjc:path:coef, or point mjc:path '
                 "to sites",
@@ -104,9 +102,7 @@ def _check_targets(stage: Any, prim: Any) -> Iterator[AssetFinding]:
             "Write the same sites into both",
         )
     if authored(prim, "tendon:direct", False):
-        yield about(
-            prim,
-            "tendon_type",
+        yield about(prim, "tendon_type").error(
             "a shaft turns a joint; one with tendon:direct cannot run through sites",
             'Write mjc:type = "fixed", or tendon:direct = false',
         )
@@ -143,23 +139,17 @@ def _check_pulleys(stage: Any, prim: Any) -> Iterator[AssetFinding]:
         radius = float(authored(cylinder, "radius", 1.0))
         side = stage.GetPrimAtPath(target.side) if target.side else None
         if not side or not is_site(side):
-            yield about(
-                prim,
-                "pulley",
+            yield about(prim, "pulley").error(
                 f"a site says on which side of {target.prim} the string passes; there is none",
                 "Name it in mjc:sideSites and mjc:sideSites:indices",
             )
         elif link_of(side) != link_of(cylinder):
-            yield about(
-                prim,
-                "pulley",
+            yield about(prim, "pulley").error(
                 f"a side site moves with its pulley; {target.side} is on another link",
                 f"Put it on the link of {target.prim}",
             )
         elif not radius > 0.0 or _off_axis(cylinder, side) <= radius:
-            yield about(
-                prim,
-                "pulley",
+            yield about(prim, "pulley").error(
                 f"a string passes outside a pulley; {target.side} is within the radius of "
                 f"{radius:g} m of {target.prim}",
                 "Move the side site out, to where the string is",
@@ -212,13 +202,10 @@ def _check_chain(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     farthest = max((joints_below(stage, joint) for joint in carriers), key=len, default=[])
     for link in dict.fromkeys(links):
         if link in table and table[link] not in farthest:
-            yield about(
-                prim,
-                "tendon_path",
+            yield about(prim, "tendon_path").warning(
                 f"a tendon runs along one chain of links; {link} is on another branch than "
                 f"{farthest[0].GetPath()} moves",
                 "Give each chain its own tendon",
-                "warning",
             )
     if len(set(links)) < 2:
         yield path_error(

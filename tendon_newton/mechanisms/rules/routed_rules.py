@@ -42,22 +42,17 @@ def _check_signs(
     for j, name in enumerate(joint_names):
         low, high = float(arms[:, j].min()), float(arms[:, j].max())
         if low < -NO_ARM and high > NO_ARM:
-            yield about(
-                tendon.prim,
-                "moment_arm_sign",
+            yield about(tendon.prim, "moment_arm_sign").warning(
                 f"a tendon closes a joint or opens it over the whole range; about {name} "
                 f"its moment arm goes from {1e3 * low:.3g} to {1e3 * high:.3g} mm",
                 "Move its sites to one side of the axis, or shorten the range",
-                "warning",
             )
     if np.all(arms < NO_ARM) and np.any(arms < -NO_ARM):
-        yield about(
-            tendon.prim,
-            "moment_arm_sign",
+        yield about(tendon.prim, "moment_arm_sign").found(
+            "note",
             "a tendon closes a joint where its moment arm is positive; this one opens all "
             "that it moves",
             "Nothing, if that is meant",
-            "note",
         )
 
 
@@ -78,21 +73,15 @@ def _check_pulley(
         again = turned_span(span, route.joints, q).pulley
         turned = turned or (again is not None and again.turn != pulley.turn)
     if nearest <= pulley.radius:
-        yield about(
-            tendon.prim,
-            "pulley",
+        yield about(tendon.prim, "pulley").error(
             f"the sites beside a pulley stay outside it; one comes within "
             f"{1e3 * nearest:.3g} mm of the axis of {pulley.prim}, whose radius is "
             f"{1e3 * pulley.radius:.3g} mm",
             "Move the site away from it, or make the pulley smaller",
-            "error",
         )
     elif turned:
-        yield about(
-            tendon.prim,
-            "pulley",
+        yield about(tendon.prim, "pulley").warning(
             f"a string stays on one side of a pulley; around {pulley.prim} it changes "
             "sides within the range",
             "Move the side site to where the string is at every angle",
-            "warning",
         )

@@ -26,9 +26,30 @@ class AssetFinding:
     """An ``error`` cannot be simulated, a ``warning`` should be mended, a ``note`` informs."""
 
 
-def about(
-    prim: Any, rule: str, message: str, remedy: str, severity: Severity = "error"
-) -> AssetFinding:
-    """Build the finding about a prim of a stage, or about the path of one."""
-    path = prim if isinstance(prim, str) else str(prim.GetPath())
-    return AssetFinding(prim=path, rule=rule, message=message, remedy=remedy, severity=severity)
+@dataclass(frozen=True)
+class Judged:
+    """Prim that a rule looks at."""
+
+    prim: str
+    """Its path, or `STAGE`."""
+    rule: str
+    """Name of the rule."""
+
+    def error(self, message: str, remedy: str) -> AssetFinding:
+        """Return what cannot be simulated."""
+        return self.found("error", message, remedy)
+
+    def warning(self, message: str, remedy: str) -> AssetFinding:
+        """Return what should be mended."""
+        return self.found("warning", message, remedy)
+
+    def found(self, severity: Severity, message: str, remedy: str) -> AssetFinding:
+        """Return a finding of any severity."""
+        return AssetFinding(
+            prim=self.prim, rule=self.rule, message=message, remedy=remedy, severity=severity
+        )
+
+
+def about(prim: Any, rule: str) -> Judged:
+    """Begin a finding of a rule about a prim of a stage, or about the path of one."""
+    return Judged(prim if isinstance(prim, str) else str(prim.GetPath()), rule)

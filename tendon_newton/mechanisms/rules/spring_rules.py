@@ -23,23 +23,17 @@ def check_losses(prim: Any) -> Iterator[AssetFinding]:
     """Check damping and friction: they take energy and let the spring open the joint."""
     for name in ("newton:damping", "newton:friction"):
         if (value := float(authored(prim, name, 0.0))) < 0.0:
-            yield about(
-                prim,
-                "damping",
-                f"{name} must be 0 or more; it is {value:g}",
-                f"Write {name} as a positive number",
+            yield about(prim, "damping").error(
+                f"{name} must be 0 or more; it is {value:g}", f"Write {name} as a positive number"
             )
     stiffness = float(authored(prim, "mjc:stiffness", 0.0))
     revolute = prim.GetTypeName() == "PhysicsRevoluteJoint"
     damping = float(authored(prim, "newton:damping", 0.0)) * (DEGREES if revolute else 1.0)
     if stiffness > 0.0 and damping / stiffness > RETURN_TIME:
-        yield about(
-            prim,
-            "damping",
+        yield about(prim, "damping").warning(
             f"against its damping the spring takes "
             f"{damping / stiffness:.3g} s to open the joint; a finger's takes 0.01 s",
             "Check newton:damping: N m s per degree, not per radian",
-            "warning",
         )
 
 
@@ -48,33 +42,25 @@ def check_spring(prim: Any) -> Iterator[AssetFinding]:
     stiffness = float(authored(prim, "mjc:stiffness", 0.0))
     limit, unit = SPRING_LIMITS[prim.GetTypeName()]
     if not stiffness > 0.0:
-        yield about(
-            prim,
-            "spring",
+        yield about(prim, "spring").found(
+            "error" if stiffness < 0.0 else "warning",
             "a tendon cannot push, so a spring must open the joint; "
             f"its stiffness is {stiffness:g}",
             "Write mjc:stiffness in N m/rad or N/m",
-            "error" if stiffness < 0.0 else "warning",
         )
         return
     if stiffness > limit:
-        yield about(
-            prim,
-            "spring",
+        yield about(prim, "spring").warning(
             f"a return spring of {stiffness:g} {unit} is no bench's; they end at {limit:g}",
             "Check the unit of mjc:stiffness: N m/rad or N/m",
-            "warning",
         )
     rest = authored(prim, "mjc:springref", None)
     upper = float(authored(prim, "physics:upperLimit", float("inf")))
     if rest is None or rest >= upper:
         found = "missing" if rest is None else f"{rest:g}, at or past the upper limit {upper:g}"
-        yield about(
-            prim,
-            "springref",
+        yield about(prim, "springref").warning(
             f"a return spring is relaxed where the joint is open; mjc:springref is {found}",
             "Write mjc:springref, in degrees or metres",
-            "warning",
         )
 
 
@@ -89,25 +75,19 @@ def check_stops(prim: Any) -> Iterator[AssetFinding]:
         attribute = prim.GetAttribute(name)
         value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
         if value is None:  # Get() alone would return the schema's own number
-            yield about(
-                prim,
-                "stop",
+            yield about(prim, "stop").warning(
                 f"a joint gives {name}; it is missing, and Newton's own "
                 "number is too stiff for a light link",
                 f"Write {name}, as assets/finger does",
-                "warning",
             )
         elif value < 0.0 or (value == 0.0 and least == "positive"):
-            yield about(
-                prim, "stop", f"{name} must be {least}; it is {value:g}", f"Write {name} [{unit}]"
+            yield about(prim, "stop").error(
+                f"{name} must be {least}; it is {value:g}", f"Write {name} [{unit}]"
             )
     stiffness = float(authored(prim, "newton:limitStiffness", 0.0)) * (DEGREES if revolute else 1.0)
     if stiffness > STOP_LIMITS[prim.GetTypeName()]:
-        yield about(
-            prim,
-            "stop",
+        yield about(prim, "stop").warning(
             f"an end stop of {stiffness:g} {unit.replace('deg', 'rad')} "
             "throws a light link back harder than any step can follow",
             f"Check the unit of newton:limitStiffness: {unit}",
-            "warning",
         )

@@ -51,32 +51,23 @@ def _check_units(stage: Any) -> Iterator[AssetFinding]:
 
     meters = UsdGeom.GetStageMetersPerUnit(stage)
     if meters != 1.0:
-        yield about(
-            STAGE,
-            "units",
+        yield about(STAGE, "units").error(
             f"lengths must be in metres; metersPerUnit is {meters:g}",
             "Write lengths in metres and metersPerUnit = 1",
         )
     kilograms = UsdPhysics.GetStageKilogramsPerUnit(stage)
     if kilograms != 1.0:
-        yield about(
-            STAGE,
-            "units",
+        yield about(STAGE, "units").error(
             f"masses must be in kilograms; kilogramsPerUnit is {kilograms:g}",
             "Write masses in kilograms and kilogramsPerUnit = 1",
         )
     up = UsdGeom.GetStageUpAxis(stage)
     if up != "Z":
-        yield about(
-            STAGE,
-            "up_axis",
-            f"z must point up; upAxis is {up}",
-            'Turn the asset and write upAxis = "Z"',
+        yield about(STAGE, "up_axis").error(
+            f"z must point up; upAxis is {up}", 'Turn the asset and write upAxis = "Z"'
         )
     if not stage.GetDefaultPrim():
-        yield about(
-            STAGE,
-            "default_prim",
+        yield about(STAGE, "default_prim").error(
             "the layer must name the asset's root; defaultPrim is missing or names no prim",
             'Write defaultPrim = "<name of the root prim>"',
         )
@@ -86,9 +77,7 @@ def _check_composition(stage: Any) -> Iterator[AssetFinding]:
     for error in stage.GetCompositionErrors():
         words = " ".join(str(error).split()).removesuffix("; skipping.").rstrip(".: ")
         cycle = "ycle" in words
-        yield about(
-            STAGE,
-            "composition",
+        yield about(STAGE, "composition").error(
             (
                 "layers must not lead back to themselves; "
                 if cycle
@@ -104,30 +93,21 @@ def _check_composition(stage: Any) -> Iterator[AssetFinding]:
 def _check_gravity(stage: Any) -> Iterator[AssetFinding]:
     scenes = [prim for prim in stage.Traverse() if prim.GetTypeName() == "PhysicsScene"]
     if not scenes:
-        yield about(
-            STAGE,
-            "gravity",
+        yield about(STAGE, "gravity").warning(
             "an asset says how gravity acts on it; there is no PhysicsScene, "
             "and Newton's default is used",
             "Add a PhysicsScene with gravityDirection and gravityMagnitude",
-            "warning",
         )
     for prim in scenes[:1]:
         strength = float(authored(prim, "physics:gravityMagnitude", float("-inf")))
         low, high = GRAVITY_RANGE
         if strength > 0.0 and not low <= strength <= high:
-            yield about(
-                prim,
-                "gravity",
+            yield about(prim, "gravity").warning(
                 f"gravity is 9.81 m/s^2 on Earth; it is {strength:g}",
                 "Check the unit of physics:gravityMagnitude: m/s^2",
-                "warning",
             )
     for prim in scenes[1:]:
-        yield about(
-            prim,
-            "gravity",
+        yield about(prim, "gravity").warning(
             f"a mechanism has one PhysicsScene; {scenes[0].GetPath()} is one too",
             "Take one of them out",
-            "warning",
         )

@@ -30,11 +30,8 @@ def tendon_findings(stage: Any) -> Iterator[AssetFinding]:
     """Apply every rule for tendons to a stage."""
     tendons = _tendons(stage)
     if not tendons:
-        yield about(
-            STAGE,
-            "tendon",
-            "a mechanism needs a tendon; there is no MjcTendon prim",
-            "Add a prim of type MjcTendon",
+        yield about(STAGE, "tendon").error(
+            "a mechanism needs a tendon; there is no MjcTendon prim", "Add a prim of type MjcTendon"
         )
     for prim in tendons:
         yield from route_findings(stage, prim) if is_routed(prim) else _check_path(stage, prim)
@@ -48,18 +45,14 @@ def _tendons(stage: Any) -> list[Any]:
 def _check_path(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     targets = relationship_targets(prim, "mjc:path")
     if not targets:
-        yield about(
-            prim,
-            "tendon_path",
+        yield about(prim, "tendon_path").error(
             "a tendon acts on joints; its mjc:path is empty",
             "Point mjc:path to the joints that it closes",
         )
     joints = [stage.GetPrimAtPath(target) for target in targets]
     for target, joint in zip(targets, joints, strict=True):
         if not joint or joint.GetTypeName() not in JOINT_TYPES:
-            yield about(
-                prim,
-                "tendon_path",
+            yield about(prim, "tendon_path").error(
                 f"a tendon acts on joints that exist; {target} is none that moves",
                 "Point mjc:path to the joints that it closes",
             )
@@ -67,17 +60,13 @@ def _check_path(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     coefficients = list(authored(prim, "mjc:path:coef", ()))
     indices = list(authored(prim, "mjc:path:indices", None) or range(len(targets)))
     if len(coefficients) != len(indices):
-        yield about(
-            prim,
-            "tendon_coef",
+        yield about(prim, "tendon_coef").error(
             f"mjc:path:coef needs one moment arm per joint; it has {len(coefficients)} "
             f"for {len(indices)}",
             "Write one moment arm per joint",
         )
     elif sorted(indices) != list(range(len(targets))):
-        yield about(
-            prim,
-            "tendon_path",
+        yield about(prim, "tendon_path").error(
             f"mjc:path:indices must point to each joint of mjc:path once; it is {indices}",
             "Leave mjc:path:indices out, or count from 0",
         )
@@ -92,26 +81,20 @@ def _check_connection(stage: Any, prim: Any, joints: list[Any]) -> Iterator[Asse
     farthest = max((joints_below(stage, joint) for joint in joints), key=len, default=[])
     apart = [joint for joint in joints if joint not in farthest]
     for joint in apart:
-        yield about(
-            prim,
-            "tendon_path",
+        yield about(prim, "tendon_path").warning(
             "a tendon runs along one chain of joints; "
             f"{joint.GetPath()} is not on the way from {farthest[0].GetPath()} to the "
             "base",
             "Give each chain its own tendon",
-            "warning",
         )
     places = [farthest.index(joint) for joint in joints if joint in farthest]
     between = farthest[min(places) : max(places)] if places else []
     for joint in between:
         if joint not in joints and joint.GetTypeName() in JOINT_TYPES:
-            yield about(
-                prim,
-                "tendon_path",
+            yield about(prim, "tendon_path").warning(
                 f"a tendon that passes {joint.GetPath()} has a "
                 "moment arm there; its mjc:path leaves it out",
                 "Add the joint to mjc:path, with arm 0 if the string runs through its axis",
-                "warning",
             )
 
 
@@ -121,22 +104,16 @@ def _check_arm(prim: Any, joint: Any, arm: float) -> Iterator[AssetFinding]:
     revolute = joint.GetTypeName() == "PhysicsRevoluteJoint"
     limit, unit = (MOMENT_ARM_LIMIT, "m") if revolute else (RATIO_LIMIT, "1")
     if abs(arm) > limit:
-        yield about(
-            prim,
-            "moment_arm",
+        yield about(prim, "moment_arm").warning(
             f"the moment arm about {joint.GetName()} is {arm:g} "
             f"{unit}; beyond {limit:g} it is no bench's",
             "Check the unit of mjc:path:coef: metres",
-            "warning",
         )
     if not arm > 0.0:
-        yield about(
-            prim,
-            "moment_arm_sign",
+        yield about(prim, "moment_arm_sign").warning(
             "a tendon closes a joint where its moment arm is "
             f"positive; about {joint.GetName()} it is {arm:g} {unit}",
             "Turn the sign, unless this tendon is meant to open it",
-            "warning",
         )
 
 
@@ -144,17 +121,11 @@ def _check_drive(prim: Any) -> Iterator[AssetFinding]:
     for name, unit in (("tendon:spoolRadius", "m"), ("tendon:forceLimit", "N")):
         value = authored(prim, name, None)
         if value is None:
-            yield about(
-                prim,
-                "tendon_drive",
+            yield about(prim, "tendon_drive").warning(
                 f"a tendon prim gives {name}; it is missing, and the nominal bench's value is used",
                 f"Write {name} [{unit}]",
-                "warning",
             )
         elif not value > 0.0:
-            yield about(
-                prim,
-                "tendon_drive",
-                f"{name} must be positive; it is {value:g} {unit}",
-                f"Write {name} [{unit}]",
+            yield about(prim, "tendon_drive").error(
+                f"{name} must be positive; it is {value:g} {unit}", f"Write {name} [{unit}]"
             )

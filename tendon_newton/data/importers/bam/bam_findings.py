@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
@@ -24,13 +24,10 @@ def log_findings(log: ImportedLog, wraps: Mapping[str, int]) -> list[Finding]:
     """
     recording = log.recording
     found = [
-        Finding(
-            recording=recording.name,
-            channel=channel,
-            severity="caution",
-            evidence=f"{count} of {recording.sample_count} rows of the source held negative "
+        Examined(recording.name, channel).caution(
+            f"{count} of {recording.sample_count} rows of the source held negative "
             "values read as unsigned 16-bit counts",
-            consequence="unwrapped on import; whoever reads the source must do so too",
+            "unwrapped on import; whoever reads the source must do so too",
         )
         for channel, count in (("duty", wraps.get("load", 0)), ("theta_dot", wraps.get("speed", 0)))
         if count
@@ -56,13 +53,10 @@ def duty_law(recording: Recording) -> Iterator[Finding]:
         return
     scores = [misfit(latency) for latency in LATENCIES]
     best = int(np.argmin(scores))
-    yield Finding(
-        recording=recording.name,
-        channel="duty",
-        severity="note",
-        evidence=f"follows duty_per_rad (theta_d - theta) within {scores[0] / COUNT:.1f} counts "
+    yield Examined(recording.name, "duty").note(
+        f"follows duty_per_rad (theta_d - theta) within {scores[0] / COUNT:.1f} counts "
         f"rms, {scores[best] / COUNT:.1f} with theta_d {1e3 * LATENCIES[best]:.1f} ms late",
-        consequence="the loop is the documented one; a command acts about that much after its row",
+        "the loop is the documented one; a command acts about that much after its row",
     )
 
 
@@ -78,12 +72,9 @@ def supply_and_duty(recording: Recording) -> Iterator[Finding]:
         if band.size >= ROWS_FOR_A_BAND:
             parts.append(f"{band.mean():.2f} +- {band.std():.2f} V at duty {lower:g}-{upper:g}")
     if len(parts) > 1:
-        yield Finding(
-            recording=recording.name,
-            channel="voltage",
-            severity="note",
-            evidence="; ".join(parts).replace("0.99-1.01", "1"),
-            consequence="where it scatters only while the bridge switches, the register samples "
+        yield Examined(recording.name, "voltage").note(
+            "; ".join(parts).replace("0.99-1.01", "1"),
+            "where it scatters only while the bridge switches, the register samples "
             "ripple; the sag is the mean at full duty against the mean at rest",
         )
 
@@ -100,13 +91,10 @@ def supply_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
     ]
     stated = sorted({float(log.conditions["vin"]) for log in logs})
     if means:
-        yield Finding(
-            recording="all",
-            channel="voltage",
-            evidence=f"stated {', '.join(f'{value:g}' for value in stated)} V; measured means "
+        yield Examined("all", "voltage").note(
+            f"stated {', '.join(f'{value:g}' for value in stated)} V; measured means "
             f"{min(means):.2f}-{max(means):.2f} V",
-            consequence="the measured supply is the one that drives the motor",
-            severity="note",
+            "the measured supply is the one that drives the motor",
         )
 
 
@@ -114,20 +102,13 @@ def arm_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
     """Say what the arm weighs, or that nobody does."""
     masses = [log.conditions["arm_mass"] for log in logs if "arm_mass" in log.conditions]
     if not masses:
-        yield Finding(
-            recording="all",
-            channel="mass",
-            evidence="the arm's own mass is not logged, only that of the weight at its end",
-            consequence="inertia and gravity torque are somewhat larger than the bench says; logs "
+        yield Examined("all", "mass").caution(
+            "the arm's own mass is not logged, only that of the weight at its end",
+            "inertia and gravity torque are somewhat larger than the bench says; logs "
             "with several loads tell it, and the model then has arm_mass among its unknown numbers",
-            severity="caution",
         )
     elif any(masses):
-        yield Finding(
-            recording="all",
-            channel="mass",
-            evidence=f"the arm weighs {', '.join(str(mass) for mass in dict.fromkeys(masses))} kg",
-            consequence="an even arm: half of it counts for gravity at the arm's length, a "
-            "third for inertia",
-            severity="note",
+        yield Examined("all", "mass").note(
+            f"the arm weighs {', '.join(str(mass) for mass in dict.fromkeys(masses))} kg",
+            "an even arm: half of it counts for gravity at the arm's length, a third for inertia",
         )

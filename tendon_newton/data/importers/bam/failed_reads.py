@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.recording import Array, Mask
 
 COUNT = 2.0 * pi / 4096.0  # [rad] of these servos' encoders
@@ -72,10 +72,7 @@ def failed(name: str, channel: str, rows: Mask, done: str) -> Finding | None:
     """Say how many rows were not read, and what was done with them."""
     if not rows.any():
         return None
-    return Finding(
-        recording=name,
-        channel=channel,
-        severity="caution",
-        evidence=f"{rows.sum()} of {rows.size} rows, first row {int(rows.argmax())}",
-        consequence=f"the register was not read there; {done}",
+    return Examined(name, channel).caution(
+        f"{rows.sum()} of {rows.size} rows, first row {int(rows.argmax())}",
+        f"the register was not read there; {done}",
     )

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.importers.bam.motors import COUNTS_PER_RAD, BamMotor
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import NamedValues
@@ -73,13 +73,10 @@ def goal_findings(logs: Sequence[ImportedLog], motor: BamMotor) -> Iterator[Find
     """Say that the servo acts on another goal than the command."""
     speed = goal_speed_of(logs) if motor.load_is_duty else None
     if speed is not None:
-        yield Finding(
-            recording="all",
-            channel="theta_d",
-            severity="caution",
-            evidence=f"after a jump of the command the duty grows as if the goal moved at "
+        yield Examined("all", "theta_d").caution(
+            f"after a jump of the command the duty grows as if the goal moved at "
             f"{speed:.2f} rad/s ({speed * COUNTS_PER_RAD:.0f} counts/s)",
-            consequence="the firmware limits the speed of its goal: the model has "
+            "the firmware limits the speed of its goal: the model has "
             "command_rate_limit, fitted to the train logs' duty",
         )
 
@@ -87,23 +84,17 @@ def goal_findings(logs: Sequence[ImportedLog], motor: BamMotor) -> Iterator[Find
 def feetech_findings(log: ImportedLog) -> Iterator[Finding]:
     """Say what became of the column ``torque``."""
     if "duty" in log.recording.extra:
-        yield Finding(
-            recording=log.recording.name,
-            channel="duty",
-            severity="note",
-            evidence="the column torque is the load register over 100: values from 10.24 on have "
+        yield Examined(log.recording.name, "duty").note(
+            "the column torque is the load register over 100: values from 10.24 on have "
             "the sign bit",
-            consequence="read as a duty with a sign; no torque was measured",
+            "read as a duty with a sign; no torque was measured",
         )
 
 
 def unmeasured_load(recording: Recording, columns: Mapping[str, Array]) -> Iterator[Finding]:
     """Name a load that was never measured."""
     if "load" in columns and not columns["load"].any():
-        yield Finding(
-            recording=recording.name,
-            channel="load",
-            severity="note",
-            evidence=f"0 in all {recording.sample_count} rows",
-            consequence="the load was not measured: no column is made of it",
+        yield Examined(recording.name, "load").note(
+            f"0 in all {recording.sample_count} rows",
+            "the load was not measured: no column is made of it",
         )

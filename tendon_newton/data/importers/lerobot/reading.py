@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.lerobot.info import INFO, JointPlace, LeRobotInfo, read_info
@@ -138,26 +138,16 @@ def findings_of(
     """Say what all recordings have in common."""
     periods = rows.time * info.rate
     if np.abs(periods - np.round(periods)).max() < max(GRID, 1e-6 * float(periods.max())):
-        yield Finding(
-            recording="all",
-            channel="t",
-            severity="caution",
-            evidence=f"every stamp is a whole number of periods of {1e3 / info.rate:g} ms",
-            consequence="the stamps are the plan, not a clock's: a row that came late is not seen, "
+        yield Examined("all", "t").caution(
+            f"every stamp is a whole number of periods of {1e3 / info.rate:g} ms",
+            "the stamps are the plan, not a clock's: a row that came late is not seen, "
             "and a delay found here holds up to a row",
         )
-    yield Finding(
-        recording="all",
-        channel="theta_dot",
-        severity="note",
-        evidence="no speed was logged",
-        consequence="theta_dot is the slope of theta: it tells nothing of its own",
+    yield Examined("all", "theta_dot").note(
+        "no speed was logged", "theta_dot is the slope of theta: it tells nothing of its own"
     )
     if lost := [place.name for place in joints if place not in kept]:
-        yield Finding(
-            recording="all",
-            channel="theta",
-            severity="caution",
-            evidence=f"{', '.join(lost)}: in percent of a range that no file here states",
-            consequence="left out; --calibration FILE, LeRobot's own, brings it back",
+        yield Examined("all", "theta").caution(
+            f"{', '.join(lost)}: in percent of a range that no file here states",
+            "left out; --calibration FILE, LeRobot's own, brings it back",
         )
