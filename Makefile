@@ -64,7 +64,7 @@ nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged fil
 	$(BIN)/python -m tests.faults soak --hours 1
 
 bench: setup  ## measure speed; results per machine in build/benchmarks
-	OMP_NUM_THREADS=1 $(BIN)/pytest tests/benchmarks -o addopts="--strict-markers" \
+	OMP_NUM_THREADS=1 $(BIN)/pytest lab/benchmarks -o addopts="--strict-markers" \
 		--benchmark-only --benchmark-storage=file://./build/benchmarks --benchmark-autosave
 
 docs: setup  ## build the documentation as a site: build/site/index.html

@@ -17,14 +17,14 @@ from typing import Any
 
 import numpy as np
 
+from lab.benchmarks.timing import circumstances
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.turning_report import log_figures
 from tendon_newton.cli import main as tendon_newton
 from tendon_newton.data.cards.turning_task import TurningTask
 from tendon_newton.data.turning_figures import TurningFigures
-from tests.benchmarks.timing import circumstances
 
-RESULTS = Path("tests/benchmarks/results/turning_hands.json")
+RESULTS = Path("lab/benchmarks/results/turning_hands.json")
 RATE = 1.0
 """Commanded rate [rad/s]."""
 

@@ -28,7 +28,7 @@ TRIAL_ROWS = 100
 """Rows of a recording on which that is seen."""
 SLOWDOWN = 2.0
 """Time that a candidate takes with several causes, dry friction among them, in that of the model as
-it is [1]: 1.3 to 2.6 by `tests.benchmarks.substep`."""
+it is [1]: 1.3 to 2.6 by `lab.benchmarks.substep`."""
 REPORT = 10.0
 """Time that figures and files take [s]."""
 TRAIN_RUNS, TEST_RUNS = 6, 28

@@ -2,11 +2,11 @@
 
 Run from the root of the repository::
 
-    python -m tests.benchmarks.hands                # on the GPU, if there is one
-    python -m tests.benchmarks.hands --worlds 64
+    python -m lab.benchmarks.hands                # on the GPU, if there is one
+    python -m lab.benchmarks.hands --worlds 64
 
 Fingers close on the ball and go on moving, each hand by other commands. A control step is 50 ms in
-steps of 1 ms, float32. It writes ``tests/benchmarks/results/hands_cuda.json``, or ``hands_cpu``.
+steps of 1 ms, float32. It writes ``lab/benchmarks/results/hands_cuda.json``, or ``hands_cpu``.
 """
 
 import argparse
@@ -17,11 +17,11 @@ import time
 import torch
 import warp as wp
 
+from lab.benchmarks.engines_timed.engines import MODEL
+from lab.benchmarks.timing import RESULTS, Row, circumstances, say
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tests.benchmarks.engines_timed.engines import MODEL
-from tests.benchmarks.timing import RESULTS, Row, circumstances, say
 
 ASSETS = ("hand", "hand_ball")
 CLOSING = 12
@@ -69,7 +69,7 @@ def main() -> None:
         for worlds in arguments.worlds:
             rows.append(row(asset, worlds, device))
             say(rows[-1])
-    command = " ".join(["python -m tests.benchmarks.hands", *sys.argv[1:]])
+    command = " ".join(["python -m lab.benchmarks.hands", *sys.argv[1:]])
     result = {**circumstances(command), "rows": rows}
     (RESULTS / f"hands_{device}.json").write_text(json.dumps(result, indent=2) + "\n")
 

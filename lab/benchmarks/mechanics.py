@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from tests.benchmarks.engines_timed.engines import (
+from lab.benchmarks.engines_timed.engines import (
     JOINT_FRICTION,
     FeatherstoneEngine,
     MujocoEngine,
     SwingingEngine,
     TendonEngine,
 )
-from tests.benchmarks.engines_timed.native_mujoco import (
+from lab.benchmarks.engines_timed.native_mujoco import (
     NativeMujocoEngine,
     PlainMujocoEngine,
     WarpMujocoEngine,
 )
-from tests.benchmarks.engines_timed.soundness import (
+from lab.benchmarks.engines_timed.soundness import (
     CONTROL_STEP,
     Engine,
     finger_limits,
@@ -29,7 +29,7 @@ from tests.benchmarks.engines_timed.soundness import (
     path,
     refuse_escaped,
 )
-from tests.benchmarks.timing import Row, best_time, memory_in_use, say
+from lab.benchmarks.timing import Row, best_time, memory_in_use, say
 
 REFERENCE_STEP = 5.0e-5  # s
 OURS = "TendonSolver"

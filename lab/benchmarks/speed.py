@@ -1,7 +1,7 @@
 """Measure what a control step costs on one CPU core, and write the figures.
 
-Run from the root of the repository as `python -m tests.benchmarks.speed`. It writes
-``tests/benchmarks/results/speed_cpu.json``: the parts of `tests.benchmarks.gpu` with MuJoCo in C
+Run from the root of the repository as `python -m lab.benchmarks.speed`. It writes
+``lab/benchmarks/results/speed_cpu.json``: the parts of `lab.benchmarks.gpu` with MuJoCo in C
 beside the other engines, by the same checks, in the time that the process itself computed.
 """
 
@@ -14,13 +14,13 @@ import numpy as np
 import torch
 import warp as wp
 
+from lab.benchmarks.gpu import measure
+from lab.benchmarks.loop import loop
+from lab.benchmarks.mechanics import CPU_ENGINES, mechanics
+from lab.benchmarks.network import network
+from lab.benchmarks.timing import RESULTS, Row, best_time, say
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
-from tests.benchmarks.gpu import measure
-from tests.benchmarks.loop import loop
-from tests.benchmarks.mechanics import CPU_ENGINES, mechanics
-from tests.benchmarks.network import network
-from tests.benchmarks.timing import RESULTS, Row, best_time, say
 from tests.physics.runs import ideal_model, run_of, stairs
 
 WORLDS = (1, 64, 1024)
@@ -67,7 +67,7 @@ def main() -> None:
         "gradient": gradient,
     }
     with wp.ScopedDevice("cpu"):
-        measure(parts, WORLDS, RESULTS / "speed_cpu.json", "python -m tests.benchmarks.speed")
+        measure(parts, WORLDS, RESULTS / "speed_cpu.json", "python -m lab.benchmarks.speed")
 
 
 if __name__ == "__main__":

@@ -8,12 +8,7 @@ import numpy as np
 import torch
 import warp as wp
 
-from tendon_newton.actuators.networks.history import History, push_sample
-from tendon_newton.actuators.networks.torchscript import ForceQuery
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tendon_newton.simulation.hosts.torch_bridge import Graph, torch_stream
-from tests.benchmarks.engines_timed.engines import (
+from lab.benchmarks.engines_timed.engines import (
     FORCE_LIMIT,
     JOINT_FRICTION,
     RADIUS,
@@ -22,7 +17,12 @@ from tests.benchmarks.engines_timed.engines import (
     Swing,
     rest,
 )
-from tests.benchmarks.engines_timed.native_mujoco import WarpMujocoEngine
+from lab.benchmarks.engines_timed.native_mujoco import WarpMujocoEngine
+from tendon_newton.actuators.networks.history import History, push_sample
+from tendon_newton.actuators.networks.torchscript import ForceQuery
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tendon_newton.simulation.hosts.torch_bridge import Graph, torch_stream
 from tests.physics.learned.networks import learned_model
 
 

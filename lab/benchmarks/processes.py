@@ -2,10 +2,10 @@
 
 Run from the root of the repository, for as many GPUs as there are::
 
-    torchrun --nproc-per-node 4 -m tests.benchmarks.processes
+    torchrun --nproc-per-node 4 -m lab.benchmarks.processes
 
 Each process has the same number of worlds; the samples per second of all together go to the part
-``processes`` of ``tests/benchmarks/results/gpu.json``, a row per number of processes.
+``processes`` of ``lab/benchmarks/results/gpu.json``, a row per number of processes.
 """
 
 import json
@@ -15,11 +15,11 @@ from pathlib import Path
 import torch
 import warp as wp
 
+from lab.benchmarks.gpu import RESULT
+from lab.benchmarks.learning import ITERATION_STEPS, iteration_time
+from lab.benchmarks.timing import circumstances, say
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.runs.training_process import Process
-from tests.benchmarks.gpu import RESULT
-from tests.benchmarks.learning import ITERATION_STEPS, iteration_time
-from tests.benchmarks.timing import circumstances, say
 
 WORLDS = 8192
 
@@ -43,7 +43,7 @@ def main() -> None:
     say(row)
     result = json.loads(RESULT.read_text()) if RESULT.exists() else {}
     rows = [r for r in result.get("processes", {}).get("rows", []) if r["gpus"] != process.count]
-    command = f"torchrun --nproc-per-node {process.count} -m tests.benchmarks.processes"
+    command = f"torchrun --nproc-per-node {process.count} -m lab.benchmarks.processes"
     result["processes"] = {**circumstances(command), "rows": [*rows, row]}
     RESULT.write_text(json.dumps(result, indent=1) + "\n")
 

@@ -1,6 +1,6 @@
 """CPU time of one substep in the kernel of a search, the whole catalogue in it.
 
-    python -m tests.benchmarks.substep DATASET [EFFECT.NUMBER=VALUE,... ...]
+    python -m lab.benchmarks.substep DATASET [EFFECT.NUMBER=VALUE,... ...]
 
 The recordings are those on which a search chooses. Each word is a candidate: numbers that differ
 from the model's own. The first line is of the model as it is.

@@ -6,21 +6,21 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
-from tendon_newton.actuators.networks.torchscript import ForceQuery
-from tests.benchmarks.engines_timed.network_engines import (
+from lab.benchmarks.engines_timed.network_engines import (
     LoopEngine,
     MujocoNetworkEngine,
     WarpMujocoNetworkEngine,
 )
-from tests.benchmarks.engines_timed.soundness import path
-from tests.benchmarks.mechanics import (
+from lab.benchmarks.engines_timed.soundness import path
+from lab.benchmarks.mechanics import (
     FOREIGN_WORLDS,
     LEAST_CHECKED,
     REFERENCE_STEP,
     timed_when_sound,
 )
-from tests.benchmarks.network import authors_network, fused, last_query
-from tests.benchmarks.timing import Row
+from lab.benchmarks.network import authors_network, fused, last_query
+from lab.benchmarks.timing import Row
+from tendon_newton.actuators.networks.torchscript import ForceQuery
 
 OURS = "TendonSolver + fused kernel"
 ENGINES: dict[str, tuple[Any, Callable[[Any], ForceQuery]]] = {

@@ -18,11 +18,7 @@ import numpy as np
 import warp as wp
 from newton.solvers import SolverMuJoCo
 
-from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.worlds import build_model
-from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
-from tests.benchmarks.engines_timed.engines import (
+from lab.benchmarks.engines_timed.engines import (
     CAPPED,
     FORCE_LIMIT,
     GAIN,
@@ -35,7 +31,11 @@ from tests.benchmarks.engines_timed.engines import (
     rest,
     rubbing,
 )
-from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
+from lab.benchmarks.engines_timed.soundness import CONTROL_STEP
+from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
+from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 
 MOST_CONSTRAINTS = 4
 """Two joints that rub, two stops."""

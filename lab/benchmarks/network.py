@@ -17,13 +17,13 @@ import numpy as np
 import torch
 import warp as wp
 
+from lab.benchmarks.timing import Row, best_time, memory_in_use, say
 from tendon_newton.actuators.networks.artifact import torchscript
 from tendon_newton.actuators.networks.fused_query import FusedQuery, forces_of
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.simulation.hosts.torch_bridge import Graph
-from tests.benchmarks.timing import Row, best_time, memory_in_use, say
 from tests.physics.learned.networks import GAIN, LIMIT, RATE, WINDOW, force_network
 
 Arithmetic = Literal["float32", "TF32", "bf16"]

@@ -2,8 +2,8 @@
 
 Run from the root of the repository; no GPU is needed::
 
-    python -m tests.benchmarks.programs            # compare with what was measured
-    python -m tests.benchmarks.programs --write    # after a measurement
+    python -m lab.benchmarks.programs            # compare with what was measured
+    python -m lab.benchmarks.programs --write    # after a measurement
 
 Our engines take a control step on the CPU, and every kernel that runs in it is compiled for the
 device of the figures. Its instructions (PTX) without names are hashed, and stand in ``gpu.json``. A
@@ -21,12 +21,12 @@ from pathlib import Path
 
 import warp as wp
 
+from lab.benchmarks.engines_timed.engines import JOINT_FRICTION, TendonEngine
+from lab.benchmarks.engines_timed.network_engines import LoopEngine
+from lab.benchmarks.engines_timed.soundness import CONTROL_STEP
+from lab.benchmarks.gpu import RESULT
+from lab.benchmarks.network import authors_network, fused
 from tendon_newton.device_code.quiet import quiet_warp
-from tests.benchmarks.engines_timed.engines import JOINT_FRICTION, TendonEngine
-from tests.benchmarks.engines_timed.network_engines import LoopEngine
-from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
-from tests.benchmarks.gpu import RESULT
-from tests.benchmarks.network import authors_network, fused
 
 ARCHITECTURE = 90
 """CUDA architecture of the H200."""

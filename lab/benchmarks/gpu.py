@@ -2,13 +2,13 @@
 
 Run from the root of the repository, on a machine with a GPU::
 
-    python -m tests.benchmarks.gpu                      # everything
-    python -m tests.benchmarks.gpu --parts network ppo  # some of it
-    python -m tests.benchmarks.gpu --figure             # only draw and list it
-    python -m tests.benchmarks.gpu --device cpu --worlds 64 --parts mechanics network loop \
+    python -m lab.benchmarks.gpu                      # everything
+    python -m lab.benchmarks.gpu --parts network ppo  # some of it
+    python -m lab.benchmarks.gpu --figure             # only draw and list it
+    python -m lab.benchmarks.gpu --device cpu --worlds 64 --parts mechanics network loop \
         --out build/dry_run.json                        # a dry run
 
-It writes ``tests/benchmarks/results/gpu.json``, where each part that is measured takes the place of
+It writes ``lab/benchmarks/results/gpu.json``, where each part that is measured takes the place of
 the former one, and ``docs/images/cost_by_worlds.png``. A control step is 50 ms in one CUDA graph;
 times are the best of seven spans by the clock, everything warm. No engine is timed before its
 states are near the reference (`soundness`), and each runs at its largest step at which they are.
@@ -27,12 +27,12 @@ from typing import Any
 
 import warp as wp
 
-from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
-from tests.benchmarks.learning import gradient, ppo
-from tests.benchmarks.loop import loop
-from tests.benchmarks.mechanics import mechanics
-from tests.benchmarks.network import network
-from tests.benchmarks.timing import RESULTS, Row, circumstances
+from lab.benchmarks.engines_timed.soundness import CONTROL_STEP
+from lab.benchmarks.learning import gradient, ppo
+from lab.benchmarks.loop import loop
+from lab.benchmarks.mechanics import mechanics
+from lab.benchmarks.network import network
+from lab.benchmarks.timing import RESULTS, Row, circumstances
 
 RESULT = RESULTS / "gpu.json"
 FIGURE = Path(__file__).parents[2] / "docs" / "images" / "cost_by_worlds.png"
@@ -126,7 +126,7 @@ def main() -> None:
         return
     with wp.ScopedDevice(arguments.device):
         parts = {name: PARTS[name] for name in arguments.parts}
-        command = "python -m tests.benchmarks.gpu --parts {part}"
+        command = "python -m lab.benchmarks.gpu --parts {part}"
         result = measure(parts, arguments.worlds, arguments.out, command)
     if arguments.out == RESULT:
         draw(result)

@@ -1,6 +1,6 @@
 """Measure control steps per second against the number of joints and of tendons.
 
-Run as `python -m tests.benchmarks.scaling`; `--out` is the folder of the figures. Chains of 1
+Run as `python -m lab.benchmarks.scaling`; `--out` is the folder of the figures. Chains of 1
 to 20 joints with one tendon, three joints with 1 to 10 tendons, and the assets with routed tendons,
 each in our solver and in SolverMuJoCo at one step length. What the file has is not measured again.
 """
@@ -23,14 +23,14 @@ import numpy as np
 import warp as wp
 from newton.solvers import SolverMuJoCo
 
+from lab.benchmarks.engines_timed.engines import CAPPED, GAIN, MODEL, RADIUS
+from lab.benchmarks.engines_timed.soundness import CONTROL_STEP, refuse_escaped
+from lab.benchmarks.timing import RESULTS, best_time, commit
 from tendon_newton.mechanisms.authoring.asset_plan import plan_asset, write_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tests.benchmarks.engines_timed.engines import CAPPED, GAIN, MODEL, RADIUS
-from tests.benchmarks.engines_timed.soundness import CONTROL_STEP, refuse_escaped
-from tests.benchmarks.timing import RESULTS, best_time, commit
 
 STEP = 1.0e-3
 """Step of both solvers [s]."""
@@ -167,7 +167,7 @@ def main() -> None:
     wp.config.quiet = True
     device = wp.get_device()
     result: dict[str, Any] = {
-        "command": "python -m tests.benchmarks.scaling",
+        "command": "python -m lab.benchmarks.scaling",
         "device": device.name if device.is_cuda else f"{platform.machine()} ({device.name})",
         "actuator": "ideal",
         "worlds": WORLDS,

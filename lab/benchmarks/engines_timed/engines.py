@@ -11,12 +11,12 @@ import numpy as np
 import warp as wp
 from newton.solvers import SolverFeatherstone, SolverMuJoCo
 
+from lab.benchmarks.engines_timed.soundness import CONTROL_STEP
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
-from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
 
 GAIN, RADIUS, FORCE_LIMIT = 4.2, 0.0125, 21.0  # N/rad, m, N
 MODEL = Model(

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 import warp as wp
 
+from lab.benchmarks.timing import Row, best_time, memory_in_use, say
 from tendon_newton.data.recording import Recording
 from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
@@ -19,7 +20,6 @@ from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.policy_training import train_policy
 from tendon_train.policy.worlds.environment import FingerEnvironment
-from tests.benchmarks.timing import Row, best_time, memory_in_use, say
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import ROWS, ideal_model, run_of, stairs
 

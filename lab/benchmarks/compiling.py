@@ -2,11 +2,11 @@
 
 Run from the root of the repository, on a quiet machine::
 
-    python -m tests.benchmarks.compiling                # hand and hand_ball
-    python -m tests.benchmarks.compiling finger thumb
+    python -m lab.benchmarks.compiling                # hand and hand_ball
+    python -m lab.benchmarks.compiling finger thumb
 
 It takes a control step on the CPU, compiles every kernel that was loaded for the device of the
-GPU's figures, to its own instructions, and writes ``tests/benchmarks/results/compiling_cuda.json``.
+GPU's figures, to its own instructions, and writes ``lab/benchmarks/results/compiling_cuda.json``.
 """
 
 import argparse
@@ -20,12 +20,12 @@ from datetime import UTC, datetime
 import torch
 import warp as wp
 
+from lab.benchmarks.engines_timed.engines import MODEL
+from lab.benchmarks.programs import ARCHITECTURE, own_modules, plain_name
+from lab.benchmarks.timing import RESULTS, commit
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tests.benchmarks.engines_timed.engines import MODEL
-from tests.benchmarks.programs import ARCHITECTURE, own_modules, plain_name
-from tests.benchmarks.timing import RESULTS, commit
 
 RESULT = RESULTS / "compiling_cuda.json"
 
@@ -71,7 +71,7 @@ def main() -> None:
         take_step(asset)
         rows[asset] = compile_times(seen)
     result = {
-        "command": " ".join(["python -m tests.benchmarks.compiling", *sys.argv[1:]]),
+        "command": " ".join(["python -m lab.benchmarks.compiling", *sys.argv[1:]]),
         "commit": commit(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "device": f"compiled for sm_{ARCHITECTURE} on one core, {platform.machine()}",

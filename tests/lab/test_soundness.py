@@ -5,11 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from tests.benchmarks import mechanics
-from tests.benchmarks.engines_timed import soundness
-from tests.benchmarks.engines_timed.engines import JOINT_FRICTION, FeatherstoneEngine, TendonEngine
-from tests.benchmarks.engines_timed.native_mujoco import PlainMujocoEngine
-from tests.benchmarks.engines_timed.soundness import ROWS, UnsoundEngine, judge, largest_sound, path
+from lab.benchmarks import mechanics
+from lab.benchmarks.engines_timed import soundness
+from lab.benchmarks.engines_timed.engines import JOINT_FRICTION, FeatherstoneEngine, TendonEngine
+from lab.benchmarks.engines_timed.native_mujoco import PlainMujocoEngine
+from lab.benchmarks.engines_timed.soundness import ROWS, UnsoundEngine, judge, largest_sound, path
 
 WORLDS = 8
 

@@ -2,8 +2,8 @@
 
 Run from the root of the repository, for both parts or one of them::
 
-    python -m tests.benchmarks.startup [commands] [worlds]
-    python -m tests.benchmarks.startup --fresh [--of CHECKOUT]
+    python -m lab.benchmarks.startup [commands] [worlds]
+    python -m lab.benchmarks.startup --fresh [--of CHECKOUT]
 
 With ``--fresh`` all is timed from nothing: a new environment, an empty kernel cache, the demo, a
 bench of one's own and a short training, of this or another checkout. Beside the seconds by the
@@ -11,7 +11,7 @@ clock stand those that the processors worked, which a busy machine changes less,
 Each command runs first with an empty kernel cache, then with that of the first run (the best of
 three); seconds by the clock, so the machine should be quiet. The worlds of a training are made with
 compiled kernels, after the imports (the best of three); seconds that the process itself computed.
-A part replaces its own rows in ``tests/benchmarks/results/startup_cpu.json``.
+A part replaces its own rows in ``lab/benchmarks/results/startup_cpu.json``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.benchmarks.timing import RESULTS, Row, circumstances, commit, say
+from lab.benchmarks.timing import RESULTS, Row, circumstances, commit, say
 from tests.search_path import search_path
 
 ROOT = Path(__file__).parents[2]
@@ -193,7 +193,7 @@ PARTS = {"commands": time_commands, "worlds": time_worlds}
 
 def time_fresh(checkout: Path) -> None:
     """Time a checkout from nothing; what is measured is kept at once, under its commit."""
-    circumstance = circumstances("python -m tests.benchmarks.startup --fresh --of CHECKOUT")
+    circumstance = circumstances("python -m lab.benchmarks.startup --fresh --of CHECKOUT")
     cores = f"{platform.machine()}, {os.cpu_count()} cores"
     timed = {**circumstance, "commit": commit(checkout), "device": cores, "rows": []}
     for row in fresh_rows(checkout):
@@ -215,7 +215,7 @@ def main() -> None:
         return
     result = json.loads(RESULT.read_text())
     for part in options.parts or PARTS:
-        command = f"python -m tests.benchmarks.startup {part}"
+        command = f"python -m lab.benchmarks.startup {part}"
         result[part] = {**circumstances(command), "rows": PARTS[part]()}
     RESULT.write_text(json.dumps(result, indent=2) + "\n")
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.benchmarks.engines_timed.engines import MujocoEngine, TendonEngine
+from lab.benchmarks.engines_timed.engines import MujocoEngine, TendonEngine
 
 STEP = 1.0e-3  # s
 
