@@ -31,7 +31,7 @@ from tendon_newton.device_code.quiet import quiet_warp
 ARCHITECTURE = 90
 """CUDA architecture of the H200."""
 SUBSTEPS = 4
-"""Of a control step; their number is an argument of a kernel and no part of it."""
+"""Substeps of a control step; their number is an argument of a kernel and no part of it."""
 BEGINNINGS = {"adopt_kernel", "forget_kernel", "settle_kernel"}
 """Kernels that run only where worlds begin, before the clock starts."""
 HASHES = re.compile(r"_[0-9a-f]{7,12}(?=[_\W])|_cu_[0-9a-f]{8}\d*")

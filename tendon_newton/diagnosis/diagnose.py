@@ -68,7 +68,7 @@ WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table
 alone."""
 SEED = 0
-"""Of the bootstrap: the same data give the same diagnosis."""
+"""Seed of the bootstrap: the same data give the same diagnosis."""
 
 NO_SMALLER = (
     "The causes that were found make the error on held-out recordings no smaller, so none is named."
@@ -82,7 +82,7 @@ class Evidence:
     baseline: dict[int, float]
     """Parameter column -> value of the starting model with its unknown numbers refitted."""
     extended: dict[int, float]
-    """The same of the extended model."""
+    """Parameter column -> value of the extended model."""
     test: Study
     """Held-out recordings."""
     train: Study

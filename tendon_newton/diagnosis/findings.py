@@ -26,7 +26,7 @@ class Found:
     numbers: tuple[OpenNumber, ...]
     """Where each value is in its coordinate, F of them."""
     covariance: Array
-    """Of these coordinates, as wide as the intervals, shape (F, F)."""
+    """Covariance of these coordinates, as wide as the intervals, shape (F, F)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,7 @@ STEP_SHARE = 1.0e-2
 """Finite-difference step as a share of a number's value [1]; stick and slip make smaller steps
 noisy."""
 STEP_FLOOR = 1.0e-4
-"""The same as a share of its range, which is added [1]."""
+"""Further step as a share of the number's range [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class Likeness:
     theta: float
     """RMS difference of the motor angle that is left [rad]."""
     force: float | None
-    """The same of the tension [N]; None without a load cell."""
+    """RMS difference of the tension that is left [N]; None without a load cell."""
     separation: float
     """Both together, RMS in noise floors [1]."""
 

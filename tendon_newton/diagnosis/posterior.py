@@ -70,7 +70,7 @@ class OpenNumber:
     name: str
     coordinate: Coordinate
     place: float
-    """Its coordinate at the optimum."""
+    """Coordinate at the optimum."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +83,7 @@ class FittedSet:
     numbers: tuple[OpenNumber, ...]
     """F numbers: those of the causes, and what is stated with a tolerance."""
     covariance: Array
-    """Of their coordinates, as wide as the 95 % intervals, shape (F, F)."""
+    """Covariance of the coordinates, as wide as the 95 % intervals, shape (F, F)."""
 
     def __post_init__(self) -> None:
         self.covariance.setflags(write=False)

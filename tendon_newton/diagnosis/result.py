@@ -73,7 +73,7 @@ class NamedEffect:
     separating_experiment: str | None = None
     """What to record to tell them apart."""
     explanations: tuple[Explanation, ...] = ()
-    """It and its rivals with all numbers of their fits; none where it has no rivals."""
+    """The cause and its rivals with all numbers of their fits; none where it has no rivals."""
     criteria: tuple[Criterion, ...] = ()
     """What it had to pass."""
     reason: str = ""

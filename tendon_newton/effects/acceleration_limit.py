@@ -104,7 +104,7 @@ class AccelerationLimit(Effect):
     @staticmethod
     @device_template
     def remember_second(error: Jet, tendon: Tendon, values: Values) -> real:
-        """Its rate."""
+        """Rate of what is remembered."""
         out = real(0.0)
         if values[0] < real(UNLIMITED):
             profile = profile_after(values[3], values[4], tendon.command, tendon.elapsed, values)

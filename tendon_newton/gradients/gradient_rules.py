@@ -106,12 +106,12 @@ def constant_contact_states(
 def constant_touch(
     mechanism: Mechanism, world: int, q: JointVector, v: JointVector, adj_ret: JointVector
 ) -> None:
-    """So are contacts."""
+    """Contacts are constant too."""
 
 
 @device_template
 def constant_row(commands: Commands, log: Log, instant: real, guess: int, adj_ret: int) -> None:
-    """So are rows."""
+    """Rows are constant too."""
 
 
 def add_gradient_rules(specialiser: Specialiser) -> None:

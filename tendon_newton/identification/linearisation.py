@@ -17,7 +17,7 @@ class Linearisation:
     residual: Array
     """Scaled residuals, shape (M,)."""
     jacobian: Array
-    """Their derivatives by each parameter, shape (M, F)."""
+    """Derivatives of the residuals by each parameter, shape (M, F)."""
 
     def normal_matrix(self, rows: Array | None = None) -> Array:
         """Return the weighted normal matrix over some rows, shape (F, F)."""

@@ -22,7 +22,7 @@ PIECE = 0.25
 SLOPE = 0.02
 """Time either side of a piece's start whose slope gives its first speed [s]: a register lags."""
 SLOPE_ROWS = 3
-"""The same in rows, at least."""
+"""Fewest rows of a slope."""
 LEAST_ROWS = 8
 """Rows without which a piece says nothing."""
 

@@ -41,7 +41,7 @@ from tendon_newton.simulation.model.chain_copies import are_apart
 from tendon_newton.simulation.model.parameter_table import ParameterTable, check_servo
 
 SEED = 0
-"""Of the noise on forces that drive a mechanism: the same data have the same noise floor."""
+"""Seed of the noise on forces that drive a mechanism: the same data have the same noise floor."""
 DEVICE = "cpu"
 """Also where there is a GPU: a fit has dozens of worlds with 10^4 steps one after the other. A
 round of a diagnosis takes 8 s on four cores; on an H200 it took over 200 s, kernels included."""

@@ -55,7 +55,7 @@ NEGATIVE_MIN = 6
 JUMP = 1.5
 """Change between two readings that is a jump if the next one goes back as far [N]."""
 JUMPS_MIN = 5
-"""Such turns in a window; two spikes make three, and a vibration of 20 Hz four."""
+"""Fewest such turns in a window; two spikes make three, and a vibration of 20 Hz four."""
 FAST = 60.0
 """Readings per second from which the converter's filter takes every such vibration away [Hz]."""
 IDLE, CERTAIN = 0.08, 0.45

@@ -48,7 +48,7 @@ class Account:
     looked_at: int
     """Recordings in which that was looked at."""
     scale: BenchScale
-    """Of the benches: on a shaft forces are torques."""
+    """Size of the benches: on a shaft forces are torques."""
 
     @property
     def failed(self) -> tuple[Criterion, ...]:

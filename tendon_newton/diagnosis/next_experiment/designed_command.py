@@ -23,7 +23,7 @@ LONGEST_TO_SHORTEST = 8.0
 LARGEST_SWING = pi / 4.0
 """Amplitude of the swing about a ramp or a hold [rad]; half of all segments have none."""
 FREQUENCIES = (0.5, 6.0)
-"""Of the swing [Hz]."""
+"""Frequencies of the swing [Hz]."""
 COMMAND_RATE = 20.0
 """Commands per second, as a bench is commanded [Hz]."""
 RUN_LENGTHS = (2.0, 120.0)
@@ -38,7 +38,7 @@ class DesignedCommand:
     """
 
     numbers: Array
-    """Of each segment, each from 0 to 1, shape (SEGMENTS, NUMBERS)."""
+    """Numbers of each segment, each from 0 to 1, shape (SEGMENTS, NUMBERS)."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, reach: float = 1.0) -> Self:

@@ -22,9 +22,9 @@ from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.simulation.hosts.replay import bench_of
 
 ANGLE_NOISE = 2.0 * np.pi / 4096.0 / np.sqrt(12.0)
-"""Of a servo's encoder with 4096 counts a turn [rad]."""
+"""Noise of a servo's encoder with 4096 counts a turn [rad]."""
 FORCE_NOISE = 0.05
-"""Of a load cell of 5 kg on a nominal bench [N]; another bench has a cell of its size."""
+"""Noise of a load cell of 5 kg on a nominal bench [N]; another bench has a cell of its size."""
 LITTLE = 0.5
 """A run that is expected to bring less is not worth its time [bit]."""
 ROW_WORTH = 1.0 / 80.0
@@ -39,7 +39,7 @@ class FirstPlan:
 
     steps: tuple[Expected, ...]
     bits: dict[str, float]
-    """Of each number, as ``owner.name``: log2 of its range over the interval that is expected."""
+    """Information on each number, ``owner.name``: log2 of its range over the interval that is expected."""
     ended: str = ""
     """Why there are fewer runs than the time allows, without a full stop."""
 

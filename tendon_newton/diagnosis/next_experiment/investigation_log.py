@@ -36,7 +36,7 @@ class Step:
     expected: Mapping[str, float] | None = None
     """Information expected about each number, as ``owner.name`` [bit]."""
     verdict: str | None = None
-    """Of the diagnosis with this run; None before it."""
+    """Verdict of the diagnosis with this run; None before it."""
     causes: Mapping[str, Mapping[str, tuple[float, float, float]]] | None = None
     """Named cause -> number -> value and ends of the 95 % interval."""
     open: tuple[tuple[str, ...], ...] = ()

@@ -35,7 +35,7 @@ VARIED = 4
 ROUNDS = ((0.4, 0.3), (0.25, 0.15))
 """Share of the numbers that move, and by how much, in each round of variants [1]."""
 SEED = 7
-"""Of the library's runs."""
+"""Seed of the library's runs."""
 
 
 @dataclass(frozen=True, kw_only=True)

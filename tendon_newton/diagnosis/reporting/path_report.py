@@ -14,7 +14,7 @@ from tendon_newton.effects import law_of
 
 TEMPLATE = "path.html.jinja"
 SIZE = (3.6, 1.9)
-"""Of one number's panel [inch]."""
+"""Size of one number's panel [inch]."""
 
 
 def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:

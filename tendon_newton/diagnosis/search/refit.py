@@ -45,7 +45,7 @@ class Fit:
     columns: tuple[int, ...]
     """Places of all free numbers, those of the model's own ``fit`` list first."""
     place: Array
-    """Their coordinates, shape (F,)."""
+    """Coordinates of the numbers, shape (F,)."""
     residual: Array
     """Measured minus simulated [rad, N], shape (M,)."""
     score: float

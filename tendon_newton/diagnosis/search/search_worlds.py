@@ -57,7 +57,7 @@ class Floors:
     theta: float
     """Least scale of the angle's residuals [rad]."""
     force: float
-    """The same of the force [N]."""
+    """Least scale of the tension's residuals [N]."""
     rest: float = 1.0
     """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
 

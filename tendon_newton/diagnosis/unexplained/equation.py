@@ -25,7 +25,7 @@ LEAST_STEP = 0.03
 LEAST_R2 = 0.3
 """Held-out share of the variance below which a formula is not offered."""
 LEAST_OF_LEARNER = 0.6
-"""The same as a share of what the flexible learner reaches."""
+"""Share of what the flexible learner reaches below which a formula is not offered."""
 ANGLES = ("theta", "theta_d")
 """Signals in which something may repeat itself."""
 MOST_PER_RADIAN = 70.0

@@ -12,7 +12,7 @@ from tendon_newton.diagnosis.unexplained.remainder import Remainder
 HARMONICS = 24
 """Cosines per signal."""
 FINE = {"theta": 128, "theta_d": 128}
-"""The same of angles: teeth, magnets and counts repeat many times over the range."""
+"""Cosines of angles: teeth, magnets and counts repeat many times over the range."""
 MIXED = 100
 """Cosines of random directions, for what several signals decide together."""
 STEEPNESS = (2.0, 5.0)

@@ -52,7 +52,7 @@ class Decided:
     losses: dict[str, float] = field(default_factory=dict[str, float])
     """Score lost without each [nat per row]."""
     held_out: dict[str, float] = field(default_factory=dict[str, float])
-    """The same on parts that no number has seen."""
+    """Score lost without each on parts that no number has seen [nat per row]."""
     changes: dict[str, float] = field(default_factory=dict[str, float])
     """How much larger residuals are without each [errors of form of that model]."""
     rivals: dict[str, tuple[Fit, ...]] = field(default_factory=dict[str, tuple[Fit, ...]])

@@ -25,7 +25,7 @@ class Limits:
     searched: float
     """Instant of the monotonic clock from which nothing further is looked for [s]."""
     decided: float
-    """The same of tests on parts that no number has seen."""
+    """Instant from which no more is tested on parts that no number has seen [s]."""
     beginnings: float
     """Length of all beginnings together, on which sets are chosen [s]."""
     decides_apart: bool
