@@ -21,8 +21,8 @@ def unblocked(dataset: Dataset) -> tuple[Dataset, tuple[str, ...]]:
     """
     train, test = free(dataset.train), free(dataset.test)
     notes = (
-        *told(dataset.train, train, "training", "no fit and no decision sees them"),
-        *told(dataset.test, test, "test", "the held-out error is without them"),
+        *obstacle_sentences(dataset.train, train, "training", "no fit and no decision sees them"),
+        *obstacle_sentences(dataset.test, test, "test", "the held-out error is without them"),
     )
     return replace(dataset, train=train, test=test), notes
 
@@ -32,7 +32,7 @@ def free(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     return tuple(r for r in recordings if r.obstacle == FREE) or tuple(recordings)
 
 
-def told(
+def obstacle_sentences(
     recordings: Sequence[Recording], kept: Sequence[Recording], split: str, consequence: str
 ) -> tuple[str, ...]:
     """Say in how many recordings of a split something is in the way, and what follows."""

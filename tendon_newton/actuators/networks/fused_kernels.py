@@ -57,11 +57,11 @@ class Heads(Placeholder):
     """HEADS lanes: a number per head."""
 
 
-class Short(Placeholder):
+class FirstLayer(Placeholder):
     """Eight lanes: the first layer of the perceptron at the end."""
 
 
-class Shorter(Placeholder):
+class SecondLayer(Placeholder):
     """Four lanes: its second layer."""
 
 
@@ -322,13 +322,13 @@ def last_probe(w: DeviceArray[wp.float32], y: Token) -> Tokens:
 @device_template
 def perceptron(w: DeviceArray[wp.float32], y: Token) -> Lane:
     """Return the force [N] of the last sample's token."""
-    first = Short()
+    first = FirstLayer()
     for i in range(8):
         total = plain(w[AT_HEAD_1_BIAS + i])
         for k in range(WIDTH):
             total = total + y[k] * w[AT_HEAD_1 + i * WIDTH + k]
         first[i] = wp.max(total, Lane())
-    second = Shorter()
+    second = SecondLayer()
     for i in range(4):
         total = plain(w[AT_HEAD_2_BIAS + i])
         for k in range(8):

@@ -45,7 +45,7 @@ class Imported:
     findings: tuple[Finding, ...]
     """What only the importer could see, because it knows the source's registers."""
 
-    apart: str | None = None
+    split_by: str | None = None
     """Condition whose values become a dataset each; None where all logs belong into one."""
 
     @property
@@ -55,16 +55,16 @@ class Imported:
 
     def parts(self) -> dict[str, "Imported"]:
         """Return what becomes a dataset each, by the name of its folder; empty for one dataset."""
-        if self.apart is None:
+        if self.split_by is None:
             return {}
-        values = dict.fromkeys(str(log.conditions[self.apart]) for log in self.logs)
+        values = dict.fromkeys(str(log.conditions[self.split_by]) for log in self.logs)
         for value in values:
-            check_name(value, f"a {self.apart}'s name", InvalidRecording)
+            check_name(value, f"a {self.split_by}'s name", InvalidRecording)
         return {
             value: replace(
                 self,
-                logs=tuple(log for log in self.logs if str(log.conditions[self.apart]) == value),
-                apart=None,
+                logs=tuple(log for log in self.logs if str(log.conditions[self.split_by]) == value),
+                split_by=None,
             )
             for value in values
         }

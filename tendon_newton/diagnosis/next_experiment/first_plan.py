@@ -39,7 +39,7 @@ class FirstPlan:
 
     steps: tuple[Expected, ...]
     bits: dict[str, float]
-    """Information on each number, ``owner.name``: log2 of its range over the interval that is expected."""
+    """Bits of each number, ``owner.name``: log2 of its range over the interval expected."""
     ended: str = ""
     """Why there are fewer runs than the time allows, without a full stop."""
 

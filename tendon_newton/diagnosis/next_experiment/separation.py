@@ -162,8 +162,8 @@ class Played:
     plans: tuple[Plan, ...]
     trials: tuple[ImitationTrial, ...]
     residuals: tuple[Residual, ...]
-    """Residuals of each run: less what is simulated by the model without a cause, then by the models
-    of each trial."""
+    """Residuals of each run: less what is simulated by the model without a cause, then by the
+    models of each trial."""
 
 
 def library_plans(settings: Sequence[Setting], seeds: Sequence[int], duration: float) -> list[Plan]:

@@ -33,7 +33,7 @@ def relationship_targets(prim: Any, name: str) -> list[Any]:
     return list(relationship.GetTargets()) if relationship else []
 
 
-def carried(joint: Any) -> str | None:
+def moved_link(joint: Any) -> str | None:
     """Return the path of the link that a joint moves."""
     targets = relationship_targets(joint, "physics:body1")
     return str(targets[0]) if targets else None
@@ -49,7 +49,7 @@ def movers(stage: Any) -> dict[str, Any]:
     """Return the joint that moves each link, by the link's path; the first where several do."""
     table: dict[str, Any] = {}
     for joint in all_joints(stage):
-        link = carried(joint)
+        link = moved_link(joint)
         if link is not None:
             table.setdefault(link, joint)
     return table
@@ -68,7 +68,7 @@ def chain_findings(stage: Any) -> Iterator[AssetFinding]:
     """Apply the rules that make a mechanism a tree on a fixed base."""
     table = movers(stage)
     for joint in all_joints(stage):
-        link = carried(joint)
+        link = moved_link(joint)
         if link is None:
             continue
         if link == carrier(joint):

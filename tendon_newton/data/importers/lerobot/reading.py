@@ -58,7 +58,7 @@ def read_lerobot(
         start_model=lambda _: Model(actuator=NamedValues(name="ideal_position", values={})),
         limits={},
         findings=tuple(findings_of(info, rows, joints, kept)),
-        apart="joint",
+        split_by="joint",
     )
 
 
