@@ -145,6 +145,19 @@ def diagnose(folder: Path, noisy: bool) -> Made:
     return diagnosed(answer, folder / "out" / "model.toml")
 
 
+def changed_days(folder: Path, noisy: bool) -> Made:
+    """Numbers that moved since a day, their intervals, and the model of the second one."""
+    first = small_dataset(folder / "first", noisy)
+    second = small_dataset(folder / "second", noisy)
+    said(["diagnose", second, "--against", first, "--out", folder / "out"])
+    (day,) = json.loads((folder / "out" / "changes.json").read_text())["days"].values()
+    reported = [day.pop("before"), day.pop("after")]
+    return Made(
+        decided={**day, "model.toml": (folder / "out" / "model.toml").read_text()},
+        reported=reported,
+    )
+
+
 def exam(folder: Path, noisy: bool) -> Made:
     """The answer to one question; only its mark is the report."""
     small_dataset(folder / "exam" / "one", noisy)
@@ -316,6 +329,7 @@ CASES: dict[str, Callable[[Path, bool], Made]] = {
     "import": import_logs,
     "simulate": simulate,
     "diagnose": diagnose,
+    "diagnose against": changed_days,
     "exam": exam,
     "train-force": train_force,
     "evaluate-force": evaluate_force,

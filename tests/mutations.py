@@ -47,6 +47,7 @@ PWM = "tests/physics/servos/test_pwm_servo.py"
 FIRMWARE = "tests/physics/servos/test_firmware_effects.py -k"
 PHYSICS = "tests/physics/test_effects_physics.py -k"
 SETS = "tests/diagnosis/search/test_sets.py -k"
+CHANGES = "tests/diagnosis/in_time/test_changes.py -k"
 NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
 TURNING = "tests/train/policy/test_turning_parts.py -k"
 
@@ -58,6 +59,27 @@ MUTATIONS: tuple[Mutation, ...] = (
         old="train = Study(\n        dataset.train,",
         tests=f"{HELD_OUT} diagnose",
         new="train = Study(\n        (*dataset.train, *dataset.test),",
+    ),
+    Mutation(
+        name="test-recordings-of-a-day-fitted",
+        file="tendon_newton/workflows/diagnosing.py",
+        old="first, day.train, known,",
+        new="first, (*day.train, *day.test), known,",
+        tests=f"{HELD_OUT} against",
+    ),
+    Mutation(
+        name="what-both-days-lack-has-moved",
+        file="tendon_newton/diagnosis/in_time/changes.py",
+        old="if lacking := alone.search():",
+        new="if lacking := frozenset[str]():",
+        tests=f"{CHANGES} lacks",
+    ),
+    Mutation(
+        name="first-day-is-certain",
+        file="tendon_newton/diagnosis/in_time/changes.py",
+        old="if c.moved and not",
+        new="if c.moved or not",
+        tests=f"{CHANGES} answer",
     ),
     Mutation(
         name="held-out-errors-on-train",

@@ -17,7 +17,8 @@ def own_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_every_verb_is_looked_at() -> None:
     """A verb either has a case or is known to read no dataset."""
-    assert sorted([*CASES, *NO_DATASET]) == sorted(VERBS)
+    looked_at = {case.split()[0] for case in CASES}
+    assert sorted([*looked_at, *NO_DATASET]) == sorted(VERBS)
 
 
 SLOW = {"reproduce": pytest.mark.slow, "exam": pytest.mark.slow}

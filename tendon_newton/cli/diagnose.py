@@ -16,6 +16,10 @@ Writes into DIR: report.html (for people), diagnosis.json (for programs), model.
 extended model, usable as the next --model), identified.usda (what was found about the
 mechanism, above its asset). Then ask why a cause was named or not: tendon-newton explain DIR.
 
+With --against OLD nothing is searched. Numbers of an earlier answer, and those that walk from day
+to day (slack, friction, offsets, ...), are fitted to the new recordings. changes.html says which
+moved, by how much, with what probability, and what to do.
+
 Example: tendon-newton diagnose recordings --out results --budget 5min
 """
 
@@ -46,6 +50,9 @@ class DiagnoseConfig:
     """Folder for the results; made if it is not there."""
     model: Path | None = None
     """Model file to start from; by default model.toml beside the recordings."""
+    against: Path | None = None
+    """Earlier day, as its dataset or the folder of its diagnosis: say what has changed since. The
+    dataset may be a folder of datasets then, one a day."""
     hold_out: float | None = None
     """Share of each recording, from its end, that only reports the error: for a dataset without
     test recordings, such as one long log of a deployment."""
@@ -68,6 +75,9 @@ def main(config: DiagnoseConfig) -> None:
     quiet_warp(on_errors=config.json)
     budget = None if config.budget is None else read_duration(config.budget, "--budget")
     limit_cores(config.jobs)
+    if config.against is not None:
+        say_changes(config, config.against, start)
+        return
     dataset = read_dataset(config)
     model = load_model(model_file(config))
     out = make_folder(config.out)
@@ -94,6 +104,29 @@ def main(config: DiagnoseConfig) -> None:
         if effect.separating_experiment is not None:
             words = ["tendon-newton", "experiment", str(out), "--cause", effect.name]
             print(f"  to tell apart   {shlex.join([*words, '--out', 'run.csv'])}")
+
+
+def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
+    """Hold the recordings against an earlier day, and tell what changed."""
+    from tendon_newton.errors import InvalidParameter
+
+    if config.hold_out is not None or config.budget is not None:
+        raise InvalidParameter("--against searches nothing: it takes no --hold-out and no --budget")
+
+    from tendon_newton.diagnosis.in_time.changes_report import headline, sentence
+    from tendon_newton.workflows.diagnosing import compare_days
+
+    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
+    days = compare_days(config.dataset, against, config.out, config.model, progress)
+    if config.json:
+        print((config.out / "changes.json").read_text(encoding="utf-8"), end="")
+        return
+    for name, changes in days.items():
+        print(f"\n{name}: {headline(changes)}")
+        for change in changes.moved:
+            print(f"  {sentence(change)}")
+    print(f"\n  report          {config.out / 'changes.html'}")
+    print(f"  model of today  {config.out / 'model.toml'}")
 
 
 class DiagnosisProgress:

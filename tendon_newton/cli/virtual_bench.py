@@ -25,9 +25,9 @@ class VirtualBenchConfig:
     """Readings per second [Hz]; 20 is a mean of four at 80."""
     servo: Literal["sts3215", "sts3250", "xc330_t288_t", "xl330_m288_t"] = "xc330_t288_t"
     """Name of the servo."""
-    worn: Literal["new", "friction", "spool", "planted"] = "new"
+    worn: str = "new"
     """Wear of the unit: friction, its gear has run dry; spool, its spool has slipped; planted,
-    three wrong things that its seed draws."""
+    three wrong things that its seed draws; or one alone by its effect, such as tendon_slack."""
     plant_file: Path | None = None
     """Also write every constant of the unit here, as TOML."""
 

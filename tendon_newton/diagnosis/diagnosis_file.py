@@ -37,6 +37,8 @@ class StatedDiagnosis:
     wall_time_s: float
     effects: tuple[StatedCause, ...]
     """Causes, strongest first."""
+    suspected: tuple[StatedCause, ...] = ()
+    """Causes that deserve no name."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the actuator that were refitted, by name."""
 
@@ -66,6 +68,9 @@ def state_diagnosis(table: CheckedTable) -> StatedDiagnosis:
         verdict=verdict,
         wall_time_s=table.number("wall_time_s"),
         effects=tuple(state_cause(effect) for effect in table.tables("effects")),
+        suspected=tuple(state_cause(effect) for effect in table.tables("suspected"))
+        if "suspected" in table
+        else (),
         fitted=state_estimates(table.table("fitted")) if "fitted" in table else {},
     )
 

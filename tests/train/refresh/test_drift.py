@@ -9,9 +9,10 @@ import pytest
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.in_time.fit_all_numbers import tune
+from tendon_newton.diagnosis.in_time.walks import walk_of
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
-from tendon_train.refresh.fit_all_numbers import tune
 from tendon_train.refresh.refresh_logs import logs_as_dataset
 from tendon_train.refresh.refresh_outcome import (
     AGREES,
@@ -108,7 +109,7 @@ def test_every_suspect_is_an_effect_that_wear_explains() -> None:
     """Each has a sentence for the page."""
     from tendon_newton.effects import find_effect
 
-    assert all(find_effect(name).name == name and wear.words for name, wear in SUSPECTS.items())
+    assert all(find_effect(name).name == name and walk_of(name).words for name in SUSPECTS)
 
 
 def test_tuning_finds_the_numbers_of_a_model_from_a_log() -> None:

@@ -26,8 +26,6 @@ wear; the reported errors use the simulator's own."""
 class Wear:
     """What use does to a bench, as an effect whose first number it changes."""
 
-    words: str
-    """Reason for the wear, in words."""
     low: float | None = None
     """Least value that use leads to [the number's unit]; None where it only makes larger what the
     model has."""
@@ -36,20 +34,20 @@ class Wear:
 
 
 SUSPECTS: dict[str, Wear] = {
-    "coulomb_friction": Wear(words="a gear that has run dry, dirt"),
-    "viscous_friction": Wear(words="grease that has thickened"),
+    "coulomb_friction": Wear(),
+    "viscous_friction": Wear(),
     # hobby servos lose 10 to 40 % in the gear; with more they pull nothing
-    "load_dependent_friction": Wear(words="worn teeth", high=0.5),
-    "holding_friction": Wear(words="a gear that no longer turns back", high=0.7),
-    "routing_friction": Wear(words="a guide that the tendon has cut into"),
-    "joint_dry_friction": Wear(words="dirt in the joints"),
+    "load_dependent_friction": Wear(high=0.5),
+    "holding_friction": Wear(high=0.7),
+    "routing_friction": Wear(),
+    "joint_dry_friction": Wear(),
     # a spring that lost more than a third is torn, and the finger no longer opens
-    "joint_stiffness_error": Wear(words="tired springs", low=0.6, high=1.1),
-    "tendon_slack": Wear(words="a knot that gave way, a stretched tendon"),
-    "position_offset": Wear(words="a spool that has slipped, another home", low=-inf),
-    "spool_radius_error": Wear(words="a tendon on its own windings", low=0.98, high=1.3),
-    "gain_error": Wear(words="a weak magnet, a low supply", low=0.4, high=1.05),
-    "obstruction": Wear(words="something in the finger's way", low=0.0),
+    "joint_stiffness_error": Wear(low=0.6, high=1.1),
+    "tendon_slack": Wear(),
+    "position_offset": Wear(low=-inf),
+    "spool_radius_error": Wear(low=0.98, high=1.3),
+    "gain_error": Wear(low=0.4, high=1.05),
+    "obstruction": Wear(low=0.0),
 }
 """What wear looks like to a diagnosis, and how far it goes: a fit that ends beyond stands for
 something else."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.parameters import with_unit
+from tendon_newton.diagnosis.in_time.walks import walk_of
 from tendon_newton.diagnosis.reporting.page import write_page as fill_page
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_train.refresh.drift import SUSPECTS
 from tendon_train.refresh.slip import SLIP, SLIPS
 
 TEMPLATE = "refresh.html.jinja"
@@ -81,7 +81,7 @@ def judge_drift(
     causes = tuple(
         FoundWear(
             name=effect.name,
-            words=SUSPECTS[effect.name].words if effect.name in SUSPECTS else "",
+            words=walk_of(effect.name).words,
             numbers=tuple(
                 f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
                 for name, p in effect.parameters.items()
@@ -92,7 +92,7 @@ def judge_drift(
     )
     slipped = slip is not None and slip > SLIPPED
     if slip is not None and slipped and not any(cause.name in SLIPS for cause in causes):
-        words, number = SUSPECTS[SLIP].words, f"angle = {slip:.4g} rad"
+        words, number = walk_of(SLIP).words, f"angle = {slip:.4g} rad"
         causes = (FoundWear(name=SLIP, words=words, numbers=(number,), rivals=()),)
     same = not causes if grown is None else grown <= CHANGE
     same = same and not slipped

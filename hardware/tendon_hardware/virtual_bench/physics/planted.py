@@ -98,3 +98,13 @@ def plant_causes(unit: BenchUnit) -> BenchUnit:
     for name, size in planted_causes(unit.seed).items():
         unit = PLANTINGS[name].plant(unit, size)
     return unit
+
+
+def planted_size(name: str, seed: int) -> float:
+    """Return the size of one wrong thing of a seed, alone."""
+    return random.Random(f"planted {name} {seed}").uniform(*PLANTINGS[name].sizes)
+
+
+def plant_one(name: str, unit: BenchUnit, _rng: random.Random) -> BenchUnit:
+    """Return a unit with one wrong thing, of the same size on every bench of its seed."""
+    return PLANTINGS[name].plant(unit, planted_size(name, unit.seed))

@@ -1,4 +1,4 @@
-"""Wear of a unit: a gear that has run dry, a spool that has slipped, or three wrong things at once.
+"""Wear of a unit: a gear that has run dry, a spool that has slipped, one wrong thing, or three.
 
 Wear is put on top of a drawn unit; the units themselves stay as they are. Its size is drawn by the
 unit's seed, where it has one.
@@ -7,8 +7,9 @@ unit's seed, where it has one.
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
-from tendon_hardware.virtual_bench.physics.planted import plant_causes
+from tendon_hardware.virtual_bench.physics.planted import PLANTINGS, plant_causes, plant_one
 from tendon_hardware.virtual_bench.physics.unit import BenchUnit
 from tendon_newton.errors import look_up
 
@@ -46,6 +47,7 @@ WEARS: dict[str, Callable[[BenchUnit, random.Random], BenchUnit]] = {
     "friction": wear_friction,
     "spool": wear_spool,
     "planted": lambda unit, rng: plant_causes(unit),
+    **{name: partial(plant_one, name) for name in PLANTINGS},
 }
 """Kinds of wear of a unit."""
 

@@ -1,0 +1,117 @@
+"""``changes.html`` and ``changes.json``: what changed since a day, in words and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.plain_numbers import estimate_text, quantity
+from tendon_newton.data.servo_names import servo_of
+from tendon_newton.diagnosis.in_time.changes import Change, Changes
+from tendon_newton.diagnosis.in_time.walks import MENDED, walk_of
+from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, INK, svg
+from tendon_newton.diagnosis.reporting.page import write_page
+from tendon_newton.diagnosis.result import errors_json
+
+SCHEMA = 1
+TEMPLATE = "changes.html.jinja"
+SIZE = (3.6, 1.9)
+"""Of one number's course [inch]."""
+Days = Mapping[str, Changes]
+"""Name of a day -> what changed until then, in the order of the days."""
+
+
+def sentence(change: Change) -> str:
+    """Say how far a number moved, and the next step."""
+    walk, by = walk_of(change.cause), change.value - change.before
+    servo = servo_of(change.cause)
+    owner = "" if servo is None else f" of servo {servo}"
+    grown = f"{'grown' if by > 0.0 else 'fallen'} by "
+    if change.unit == "1" and change.before:
+        size = f"{100.0 * abs(by / change.before):.1f} %"
+    else:
+        size = quantity(abs(by), change.unit)
+    step = MENDED if walk.wears * by < 0.0 else walk.mend
+    others = " or ".join(walk_of(rival).what for rival in change.rivals)
+    doubt = f" (or the {others} instead)" if others else ""
+    return f"The {walk.what}{owner} has {grown}{size}{doubt}: {step}."
+
+
+def headline(changes: Changes) -> str:
+    """Return the answer in one sentence."""
+    moved = [walk_of(change.cause).what for change in changes.moved]
+    if not moved:
+        return "Nothing has changed, as far as these recordings can tell."
+    return f"Changed: {', '.join(dict.fromkeys(moved))}."
+
+
+def to_json(changes: Changes) -> dict[str, Any]:
+    """Return what a program reads of one day."""
+    return {
+        "numbers": [asdict(change) for change in changes.numbers],
+        "next_steps": [sentence(change) for change in changes.moved],
+        "before": errors_json(changes.before),
+        "after": errors_json(changes.after),
+    }
+
+
+def write_changes(out: Path, days: Days, against: str) -> None:
+    """Write both files.
+
+    Args:
+        out: Their folder.
+        days: What was found.
+        against: What the days were held against.
+
+    Raises:
+        InvalidOutput: A file cannot be written.
+    """
+    last = list(days.values())[-1]
+    table = {name: to_json(changes) for name, changes in days.items()}
+    write_json(out / "changes.json", {"schema": SCHEMA, "against": against, "days": table})
+    content = {
+        "headline": headline(last),
+        "subject": f"{', '.join(days)}, against {against}",
+        "steps": [sentence(change) for change in last.moved],
+        "rows": [row(change) for change in last.numbers],
+        "panels": [course(days, k) for k in range(len(last.numbers))] if len(days) > 1 else [],
+    }
+    write_page(out / "changes.html", "tendon_newton.diagnosis.in_time", TEMPLATE, content)
+
+
+def row(change: Change) -> dict[str, Any]:
+    """Return what the table shows of a number."""
+    value, interval = estimate_text(change.cause, change.name, change)
+    return {
+        "name": f"{change.cause}: {change.name}".replace("_", " "),
+        "before": quantity(change.before, change.unit),
+        "after": value,
+        "interval": interval,
+        "probability": f"{100.0 * change.probability:.0f} %",
+        "moved": change.moved,
+    }
+
+
+def course(days: Days, place: int) -> str:
+    """Draw one number with its interval on every day, beside where it stood before."""
+    last = list(days.values())[-1].numbers[place]
+    places = [
+        next(c for c in changes.numbers if (c.cause, c.name) == (last.cause, last.name))
+        for changes in days.values()
+    ]
+
+    def draw(axes: Any) -> None:
+        axes.axhline(last.before, color=FAINT)
+        for k, change in enumerate(places):
+            axes.plot([k, k], change.ci95, color=AFTER, linewidth=5, alpha=0.35)
+            axes.plot(k, change.value, "o", color=AFTER if change.moved else FAINT, markersize=5)
+        axes.set_xlim(-0.5, len(places) - 0.5)
+        axes.set_xticks(range(len(places)), list(days), rotation=30, ha="right")
+        axes.set_ylabel("" if last.unit == "1" else last.unit)
+        axes.set_title(f"{last.cause}: {last.name}".replace("_", " "), color=INK)
+
+    label = f"course of {last.cause} {last.name} over {len(places)} days"
+    return svg(f"course-{last.cause}-{last.name}".replace(" ", "-"), label, SIZE, draw)

@@ -1,0 +1,123 @@
+"""What moved between two days of a bench is found, measured and told; what did not is silent."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.in_time.changes import Changes, find_changes
+from tendon_newton.diagnosis.in_time.changes_report import headline, sentence
+from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
+from tendon_newton.diagnosis.result import Estimate
+from tendon_newton.effects import EFFECTS
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tests.effect_bench import commanded
+from tests.physics.runs import ideal_model, stairs
+
+ENCODER, CELL = 1.5e-3, 0.02
+"""Noise of encoder [rad] and load cell [N]."""
+WALKING = ("coulomb_friction", "tendon_slack", "gain_error")
+"""What may have moved in these tests: the whole catalogue takes a minute to compile."""
+FIRST = ideal_model(coulomb_friction={"force": 0.6})
+"""The bench on the first day."""
+SLACK = {"length": 0.002}
+
+
+def log_of(model: Model, seed: int) -> Recording:
+    """Return what a finger logs in 12 s of random steps, with noise."""
+    rng = np.random.default_rng(seed)
+    asked = replace(
+        commanded(stairs(rng, 960, 0.4, 2.6, 60), bench="finger"), force=np.zeros((960, 1))
+    )
+    log = simulated_recording(asked, replay([asked], model, time_step=5e-4)[0])
+    assert log.force is not None
+    return replace(
+        log,
+        name=f"log_{seed}",
+        motor_position=log.motor_position + rng.normal(0.0, ENCODER, log.motor_position.shape),
+        force=log.force + rng.normal(0.0, CELL, log.force.shape),
+    )
+
+
+def changes_to(second: Model, *, known: Estimate | None = None) -> Changes:
+    """Hold a day against the first one, by its recording or by what a diagnosis said of it."""
+    first = [log_of(FIRST, 1)]
+    numbers = {} if known is None else {"coulomb_friction": {"force": known}}
+    return find_changes(
+        first if known is None else numbers,
+        [log_of(second, 2)],
+        FIRST,
+        walks=WALKING,
+        effects=WALKING,
+    )
+
+
+@pytest.mark.parametrize(
+    ("worn", "cause", "truth", "said"),
+    [
+        (
+            ideal_model(coulomb_friction={"force": 0.6}, tendon_slack=SLACK),
+            "tendon_slack",
+            0.002,
+            "The slack has grown by 2.0",
+        ),
+        (
+            ideal_model(coulomb_friction={"force": 0.9}),
+            "coulomb_friction",
+            0.9,
+            "The dry friction has grown by 0.3",
+        ),
+    ],
+)
+def test_what_moved_is_found_with_its_size_and_nothing_else(
+    worn: Model, cause: str, truth: float, said: str
+) -> None:
+    """One number moved: it alone is told, its interval holds the truth, its step is in words."""
+    changes = changes_to(worn)
+    (moved,) = changes.moved
+    assert (moved.cause, moved.rivals) == (cause, ())
+    assert moved.ci95[0] <= truth <= moved.ci95[1]
+    assert moved.value == pytest.approx(truth, rel=0.1)  # noise of 12 s
+    assert moved.probability > 0.95
+    assert all(c.probability < 0.5 for c in changes.numbers if not c.moved)
+    assert sentence(moved).startswith(said[:-1])
+    assert sentence(moved).endswith(f": {walk_of(cause).mend}.")
+    values = {effect.name: effect.values for effect in changes.model.effects}
+    assert list(values[cause].values()) == [moved.value]
+    assert changes.after.theta_rmse < 0.5 * changes.before.theta_rmse
+
+
+def test_two_days_of_an_unchanged_bench_are_silent() -> None:
+    """Other commands and other noise are no change."""
+    changes = changes_to(FIRST)
+    assert changes.moved == ()
+    assert headline(changes).startswith("Nothing has changed")
+    assert {c.cause for c in changes.numbers} == set(WALKING)
+
+
+def test_what_a_model_lacks_on_both_days_has_not_moved() -> None:
+    """A model without slack is given it on the first day, and the second is silent."""
+    loose = replace(FIRST, effects=(*FIRST.effects, *ideal_model(tendon_slack=SLACK).effects))
+    days = [log_of(loose, 1)], [log_of(loose, 2)]
+    changes = find_changes(*days, FIRST, walks=WALKING, effects=WALKING)
+    assert changes.moved == ()
+    assert {effect.name for effect in changes.model.effects} == {"coulomb_friction", "tendon_slack"}
+
+
+def test_an_answer_stands_for_the_recordings_of_its_day() -> None:
+    """Friction of 0.9 N moved from a well known 0.6 N, and not from one of 0.2 to 1.0 N."""
+    worn = ideal_model(coulomb_friction={"force": 0.9})
+    sure = Estimate(value=0.6, ci95=(0.57, 0.63), unit="N")
+    (moved,) = changes_to(worn, known=sure).moved
+    assert moved.cause == "coulomb_friction"
+    assert changes_to(worn, known=replace(sure, ci95=(0.2, 1.0))).moved == ()
+
+
+def test_every_walk_is_an_effect_that_can_be_mended() -> None:
+    """Each has words for the page; a friction of another form has those of its family."""
+    assert set(WALKS) <= set(EFFECTS)
+    assert all(walk.what and walk.words and walk.mend for walk in WALKS.values())
+    assert walk_of("stribeck_friction of servo 1") == WALKS["coulomb_friction"]
+    assert walk_of("speed_limit").what == "speed limit"
