@@ -75,11 +75,25 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests=f"{CHANGES} lacks",
     ),
     Mutation(
+        name="moved-inside-its-interval",
+        file="tendon_newton/diagnosis/in_time/changes.py",
+        old="kept = frozenset(name for name in moved if not point.holds_before(name))",
+        new="kept = moved",
+        tests=f"{CHANGES} answer",
+    ),
+    Mutation(
         name="first-day-is-certain",
         file="tendon_newton/diagnosis/in_time/changes.py",
-        old="if c.moved and not",
-        new="if c.moved or not",
+        old="return abs(high - low) / (2.0 * NORMAL)",
+        new="return 1.0e-6 * abs(high - low)",
         tests=f"{CHANGES} answer",
+    ),
+    Mutation(
+        name="other-numbers-stand-still",
+        file="tendon_newton/diagnosis/in_time/changes.py",
+        old="moved=name in self.moved,",
+        new="moved=True,",
+        tests=f"{CHANGES} nothing_else",
     ),
     Mutation(
         name="held-out-errors-on-train",
