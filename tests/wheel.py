@@ -2,7 +2,8 @@
 
 ``python -m tests.wheel`` takes minutes and an index of packages; `make nightly` runs it. The wheel
 comes from the sdist, so that both have all that they need. First the kernels of the README's
-diagnoses are compiled anew; they go into ``tendon_newton/_kernels``, which every later build takes.
+diagnoses and of a training are compiled anew; they go into ``tendon_newton/_kernels``, which every
+later build takes.
 """
 
 from __future__ import annotations
@@ -22,13 +23,16 @@ from tendon_newton.device_code.kernel_loading import TIMES
 
 ROOT = Path(__file__).resolve().parents[1]
 KERNELS = ROOT / "tendon_newton" / "_kernels"
-DIAGNOSES = (
+COMPILING = (
     "demo --out {out}/demo",
     "collect --plan quick --port virtual --faster-than-real-time --out {out}/recordings",
     "diagnose {out}/recordings --budget 10s --out {out}/diagnosis",
+    "train-policy --worlds 32 --steps 8 --iterations 1 --out {out}/policy",
 )
-"""What compiles the kernels that a wheel brings: of the bundled recordings, and of a bench with
-Dynamixel servos."""
+"""What compiles the kernels that a wheel brings: of the bundled recordings, of a bench with
+Dynamixel servos, and of the worlds of a training."""
+BROUGHT = ("rollout", "settle", "control_step", "read", "forget", "adopt", "guard")
+"""Kinds of kernels whose objects serve every processor."""
 
 
 def main() -> None:
@@ -38,19 +42,27 @@ def main() -> None:
         compile_kernels(folder / "compiled")
         wheel = build(folder)
         python = clean_environment(folder / "clean")
-        pip(python, "-c", str(ROOT / "constraints.txt"), f"{wheel}[sim]")
-        check(python, folder)
-    print("the wheel, made from the sdist, runs the demo in a clean environment")
+        user = folder / "user"
+        user.mkdir()
+        for script in ("train.py", "hardware.py"):  # a user's own, which shadow nothing
+            (user / script).write_text("raise SystemExit('shadowed')\n", encoding="utf-8")
+        for extra, check in (("sim", check_demo), ("train", check_training)):
+            pip(python, "-c", str(ROOT / "constraints.txt"), f"{wheel}[{extra}]")
+            check([python, "-m", "tendon_newton"], user)
+            told = user / "kernels" / wp.__version__ / TIMES
+            assert not told.exists(), f"it compiled: {told.read_text(encoding='utf-8')}"
+    print("the wheel, made from the sdist, runs the demo and trains in a clean environment")
 
 
 def compile_kernels(cache: Path) -> None:
-    """Keep those kernels of the README's diagnoses that serve every processor, without source."""
+    """Keep those kernels that serve every processor, without source."""
     shutil.rmtree(KERNELS, ignore_errors=True)
-    for line in DIAGNOSES:
+    for line in COMPILING:
         words = line.format(out=cache / "out").split()
         run([sys.executable, "-m", "tendon_newton", *words], cwd=ROOT, WARP_CACHE_PATH=str(cache))
-    for kernel in (*cache.glob("*/wp_rollout_kernel_*"), *cache.glob("*/wp_settle_kernel_*")):
-        shutil.copytree(kernel, KERNELS / kernel.name, ignore=shutil.ignore_patterns("*.cpp"))
+    for kind in BROUGHT:
+        for kernel in cache.glob(f"*/wp_{kind}_kernel_*"):
+            shutil.copytree(kernel, KERNELS / kernel.name, ignore=shutil.ignore_patterns("*.cpp"))
 
 
 def build(folder: Path) -> Path:
@@ -64,19 +76,21 @@ def build(folder: Path) -> Path:
     return wheel
 
 
-def check(python: str, folder: Path) -> None:
+def check_demo(program: list[str], folder: Path) -> None:
     """Run the demo in a folder that is no clone, and look at its answer."""
-    program = str(Path(python).with_name("tendon-newton"))
-    names = "from importlib.util import find_spec; "
-    names += "assert not find_spec('train') and not find_spec('hardware')"
-    run([python, "-I", "-c", names], cwd=folder)
-    run([program, "demo", "--out", "demo"], cwd=folder, WARP_CACHE_PATH=str(folder / "kernels"))
-    told = folder / "kernels" / wp.__version__ / TIMES
-    assert not told.exists(), f"the demo compiled: {told.read_text(encoding='utf-8')}"
+    run([*program, "demo", "--out", "demo"], cwd=folder, WARP_CACHE_PATH=str(folder / "kernels"))
     stated = json.loads((folder / "demo" / "diagnosis.json").read_text(encoding="utf-8"))
     assert [effect["name"] for effect in stated["effects"]] == ["viscous_friction"], stated
     assert (folder / "demo" / "report.html").stat().st_size > 0
-    run([program, "asset", "check", "finger"], cwd=folder)
+    run([*program, "asset", "check", "finger"], cwd=folder)
+
+
+def check_training(program: list[str], folder: Path) -> None:
+    """Train for one iteration there."""
+    run([*program, "train-policy", "--help"], cwd=folder)
+    words = ["train-policy", "--worlds", "32", "--steps", "8", "--iterations", "1", "--out", "own"]
+    run([*program, *words], cwd=folder, WARP_CACHE_PATH=str(folder / "kernels"))
+    assert (folder / "own" / "policy.onnx").stat().st_size > 0
 
 
 def clean_environment(folder: Path) -> str:

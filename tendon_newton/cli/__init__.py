@@ -1,5 +1,6 @@
 """The command line: one verb per file, found without importing the others."""
 
+import atexit
 import gc
 import importlib
 import os
@@ -136,6 +137,7 @@ def run_verb(verb: str, words: list[str]) -> int:
     # matrices as small as ours take a hundred times as long
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(COLLECT_AFTER)
+    atexit.register(gc.freeze)  # an end would look through all of it twice more: 2 s
     import tyro
 
     refuse_words(words)

@@ -6,12 +6,14 @@ import json
 import logging
 import shutil
 import time
+from collections import deque
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor, as_completed, wait
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from threading import Lock
 from typing import Any
 
 import warp as wp
@@ -27,7 +29,7 @@ TIMES = "tendon_newton_compile_seconds.json"
 
 
 def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
-    """Compile kernels that no run on this computer compiled before, each on a core of its own.
+    """Compile kernels that no run on this computer compiled before, on all cores.
 
     A wheel brings those of some diagnoses. Otherwise a kernel compiles when it is first launched,
     one after the other. What compiles, how long that took last time, and each that is done are
@@ -41,25 +43,34 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
     missing = {kernel.module: kind_of(kernel) for kernel in kernels if not is_kept(kernel, device)}
     if not missing:
         return
-    pool = compilers(thread_count())
-    LOG.info(announcement(list(missing.values()), min(len(missing), thread_count())))
-    begin = time.monotonic()
-    times = last_times()
-    jobs = {pool.submit(seconds_to_load, module, device): module for module in missing}
+    jobs, workers = iter(missing.items()), min(len(missing), thread_count())
+    LOG.info(announcement(list(missing.values()), workers))
+    begin, times, done, telling = time.monotonic(), last_times(), [], Lock()
+
+    def compile_next() -> None:
+        """Compile what is next until nothing is left: all threads take from the same jobs."""
+        for module, kind in jobs:
+            times[kind] = round(seconds_to_load(module, device), 1)
+            with telling:
+                done.append(module)
+                elapsed = time.monotonic() - begin
+                LOG.info(f"compiled {len(done)} of {len(missing)} kernels in {elapsed:.0f} s")
+
+    others = [compilers().submit(compile_next) for _ in range(workers - 1)]
     try:
-        for done, job in enumerate(as_completed(jobs), start=1):
-            times[missing[jobs[job]]] = round(job.result(), 1)
-            elapsed = time.monotonic() - begin
-            LOG.info(f"compiled {done} of {len(missing)} kernels in {elapsed:.0f} s")
+        compile_next()
     finally:  # after Ctrl-C no further kernel is begun
-        wait([job for job in jobs if not job.cancel()])
+        deque(jobs, maxlen=0)
+        wait(others)
+    for other in others:
+        other.result()
     write_text(kernel_cache() / TIMES, json.dumps(times))
 
 
 @cache
-def compilers(workers: int) -> ThreadPoolExecutor:
+def compilers() -> ThreadPoolExecutor:
     """Return threads that go on to live: each compiles Warp's header once, for 1.3 s."""
-    return ThreadPoolExecutor(workers)
+    return ThreadPoolExecutor()
 
 
 def is_kept(kernel: wp.Kernel, device: Any) -> bool:

@@ -2,6 +2,7 @@
 
 import logging
 from pathlib import Path
+from threading import get_ident
 
 import pytest
 import warp as wp
@@ -84,3 +85,22 @@ def test_kernels_that_are_loaded_together_are_those_that_a_launch_compiles(
         objects.append({p.name: p.read_bytes() for p in (tmp_path / folder).rglob("*.o")})
     assert len(objects[0]) == 2
     assert objects[0] == objects[1]
+
+
+def test_who_asks_compiles_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one thread nobody else does, with two one more: each reads Warp's header, for 1.3 s."""
+    wp.init()
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+    by: list[int] = []
+    compiled = kernel_loading.seconds_to_load
+
+    def noted(module: object, device: object) -> float:
+        by.append(get_ident())
+        return compiled(module, device)
+
+    monkeypatch.setattr(kernel_loading, "seconds_to_load", noted)
+    for number, threads in ((5, "1"), (6, "2")):
+        monkeypatch.setenv("TENDON_NEWTON_THREADS", threads)
+        load_kernels(kernels_of(number), "cpu")
+    assert by[:2] == [get_ident()] * 2
+    assert get_ident() in by[2:]

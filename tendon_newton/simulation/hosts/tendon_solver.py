@@ -6,7 +6,7 @@ A control step of tendon-driven mechanisms in one kernel launch.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from math import ceil
 from typing import Any
 
@@ -552,28 +552,29 @@ def step_block(structure: Structure) -> tuple[int, int]:
 def control_kernel_set(structure: Structure) -> tuple[Assembly, dict[str, wp.Kernel]]:
     """Return the code of a solver and its kernels by what they do."""
     assembly = assemble(structure)
+    kernel = partial(assembly.kernel, portable=True)
     # first, as in a `KernelSet`: the name of a kernel counts what was bound before
-    settle = assembly.kernel(settle_kernel)
+    settle = kernel(settle_kernel)
     touch, step = structure.touch, control_kernels.control_step_kernel
     further = {}
     if touch.contacts:
-        further["contact"] = assembly.kernel(contact_kernels.contact_kernel)
+        further["contact"] = kernel(contact_kernels.contact_kernel)
     if touch.moves:
         step = body_kernels.body_step_kernel
-        further["carry"] = assembly.kernel(body_kernels.carry_kernel)
-        further["guard_body"] = assembly.kernel(body_kernels.guard_body_kernel)
+        further["carry"] = kernel(body_kernels.carry_kernel)
+        further["guard_body"] = kernel(body_kernels.guard_body_kernel)
     return assembly, {
         **further,
         "settle": settle,
-        "step": assembly.kernel(
+        "step": kernel(
             step,
             launch_bounds=step_block(structure),
             block_dim=step_block(structure)[0],
         ),
-        "read": assembly.kernel(control_kernels.read_kernel),
-        "forget": assembly.kernel(control_kernels.forget_kernel),
-        "adopt": assembly.kernel(control_kernels.adopt_kernel),
-        "sense": assembly.kernel(control_kernels.sense_kernel),
-        "hold": assembly.kernel(control_kernels.hold_kernel),
-        "guard": assembly.kernel(control_kernels.guard_kernel),
+        "read": kernel(control_kernels.read_kernel),
+        "forget": kernel(control_kernels.forget_kernel),
+        "adopt": kernel(control_kernels.adopt_kernel),
+        "sense": kernel(control_kernels.sense_kernel),
+        "hold": kernel(control_kernels.hold_kernel),
+        "guard": kernel(control_kernels.guard_kernel),
     }

@@ -102,7 +102,8 @@ call copies 2 KB of a world. With one tendon whose arms are constant it takes 15
 and 8 s more to compile. With two, or with routes, it would gain at most 4 % for 28 s. Without
 ``-march=native`` it is as fast and gives the same bits (docs/lab/start.md), and serves every x86-64
 processor: so the wheel brings some such kernels."""
-
+PORTABLE_FLAGS = "-mllvm=-inline-threshold=9000 -mllvm=-inline-cold-callsite-threshold=3000"
+"""Warp's own flags on a CPU without ``-march=native``, for kernels that the wheel brings too."""
 
 RARE_PARTS = (
     integrator.divided_step,
@@ -141,6 +142,7 @@ class Assembly:
         enable_backward: bool = False,
         launch_bounds: tuple[int, int] | None = None,
         block_dim: int = CUDA_BLOCK,
+        portable: bool = False,
     ) -> wp.Kernel:
         """Make a kernel; Warp compiles it at first launch and caches it.
 
@@ -150,12 +152,15 @@ class Assembly:
             launch_bounds: On CUDA, the threads of a block and the blocks that a multiprocessor
                 must have room for; the registers of a thread follow.
             block_dim: On CUDA, the threads of a block when it is launched.
+            portable: Whether what is compiled for a CPU serves every x86-64 processor.
         """
         unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.coordinate_count)
         options: dict[str, Any] = {"max_unroll": unroll, "block_dim": block_dim}
         if self.structure.precision == "float32":
             # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
             options["fast_math"] = True
+        if portable:
+            options["cpu_compiler_flags"] = PORTABLE_FLAGS
         one_path = self.structure.tendon_count == 1 and not self.structure.routes.spans
         if one_path and len(self.structure.effects) > MANY_EFFECTS and not enable_backward:
             options["cpu_compiler_flags"] = INLINING_FLAGS
