@@ -98,3 +98,12 @@ def test_an_error_of_the_system_is_told_in_words(tmp_path: Path, capsys, monkeyp
     assert capsys.readouterr().err == "error: a.csv: No space left on device\n"
     assert main([]) == 2
     assert capsys.readouterr().err == ("error: what is written or read: No space left on device\n")
+
+
+@pytest.mark.parametrize("include", ["gone.xml", f"{4500 * 'x'}.xml"])
+def test_an_included_file_that_is_not_there_is_told_in_short(include: str, tmp_path: Path) -> None:
+    """A name may be as long as the file; its message names where it stands."""
+    (tmp_path / "finger.xml").write_text(f'<mujoco><include file="{include}"/></mujoco>')
+    with pytest.raises(InvalidAsset, match=r"finger\.xml: an included file must be there") as told:
+        read_foreign(tmp_path / "finger.xml")
+    assert len(str(told.value)) < 400

@@ -93,6 +93,8 @@ def refuse_foreign_includes(path: Path) -> None:
                     f"{file}: an included file must lie in the folder of {path.name}; it is "
                     f"{shown(name)}: copy it there"
                 )
+            if not os.path.isfile(below):  # noqa: PTH113 - no error for names of no file
+                raise InvalidAsset(f"{file}: an included file must be there; {shown(name)} is not")
             if below not in seen:
                 seen.add(below)
                 waiting.append(below)
