@@ -20,6 +20,7 @@ from pathlib import Path
 import warp as wp
 
 from tendon_newton.device_code.kernel_loading import TIMES
+from tests.search_path import search_path
 
 ROOT = Path(__file__).resolve().parents[1]
 KERNELS = ROOT / "tendon_newton" / "_kernels"
@@ -58,8 +59,8 @@ def compile_kernels(cache: Path) -> None:
     """Keep those kernels that serve every processor, without source."""
     shutil.rmtree(KERNELS, ignore_errors=True)
     for line in COMPILING:
-        words = line.format(out=cache / "out").split()
-        run([sys.executable, "-m", "tendon_newton", *words], cwd=ROOT, WARP_CACHE_PATH=str(cache))
+        words = [sys.executable, "-m", "tendon_newton", *line.format(out=cache / "out").split()]
+        run(words, cwd=ROOT, PYTHONPATH=search_path(ROOT), WARP_CACHE_PATH=str(cache))
     for kind in BROUGHT:
         for kernel in cache.glob(f"*/wp_{kind}_kernel_*"):
             shutil.copytree(kernel, KERNELS / kernel.name, ignore=shutil.ignore_patterns("*.cpp"))
@@ -82,7 +83,8 @@ def check_demo(program: list[str], folder: Path) -> None:
     stated = json.loads((folder / "demo" / "diagnosis.json").read_text(encoding="utf-8"))
     assert [effect["name"] for effect in stated["effects"]] == ["viscous_friction"], stated
     assert (folder / "demo" / "report.html").stat().st_size > 0
-    run([*program, "asset", "check", "finger"], cwd=folder)
+    for words in (["--help"], ["asset", "check", "finger"]):
+        run([*program, *words], cwd=folder)
 
 
 def check_training(program: list[str], folder: Path) -> None:

@@ -5,7 +5,8 @@ prints how often it was acted upon and how soon; ``--only WORDS`` takes those wh
 words. ``kill`` harms every verb that drives a motor, in real time, with a servo of each family:
 best on a machine that does nothing else. ``calm`` records and deploys for hours of simulated time
 in which nothing is wrong, and counts the stops; ``soak`` deploys with faults that come and go.
-``--json FILE`` adds the rows to a file. The exit code is 1 where one was missed.
+``--servos NAME`` kills with others; ``--json FILE`` adds the rows to a file. The exit code is 1
+where one was missed.
 """
 
 import argparse
@@ -13,7 +14,7 @@ import json
 import statistics
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -47,6 +48,7 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=20, help="runs of each fault")
     parser.add_argument("--hours", type=float, default=1.0, help="simulated time of calm and soak")
     parser.add_argument("--only", default="", help="words in the name of a fault")
+    parser.add_argument("--servos", nargs="*", choices=SERVOS, default=SERVOS_OF_BOTH)
     parser.add_argument("--json", type=Path, help="file that gets the rows")
     arguments = parser.parse_args()
     if arguments.part == "soak":
@@ -54,7 +56,7 @@ def main() -> int:
     elif arguments.part == "calm":
         rows = [calm(arguments.hours, say)]
     elif arguments.part == "kill":
-        rows = kill(arguments.runs, arguments.only)
+        rows = kill(arguments.runs, arguments.only, arguments.servos)
     else:
         every = [each for each in examinations(arguments.runs) if arguments.only in each[0]]
         rows = table(every, arguments.runs)
@@ -120,10 +122,10 @@ def row_of(name: str, run: Examination, runs: int) -> dict[str, Any]:
     }
 
 
-def kill(runs: int, only: str) -> list[dict[str, Any]]:
+def kill(runs: int, only: str, servos: Sequence[str]) -> list[dict[str, Any]]:
     """Harm every way of driving a motor of each family, and return how long the motor pulled on."""
     rows: list[dict[str, Any]] = []
-    for servo in SERVOS_OF_BOTH:
+    for servo in servos:
         unwatched = FAMILIES[SERVOS[servo].family].forgets is not None
         with TemporaryDirectory() as name, VirtualPorts(load_cell_rate=80, servo=servo) as ports:
             folder = Path(name)

@@ -24,6 +24,7 @@ from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.family import ServoFamily
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
+from tests.faults.refreshing import before_the_bench
 from tests.hardware.deploy.policies import Proportional, card_of, write_onnx
 from tests.hardware.deploy.runs import calibration_files
 
@@ -69,6 +70,8 @@ class Driving:
     """Whether it goes on once its adapter is back, and says so."""
     by_card: bool = False
     """Whether the policy's card names the servo, and an answer is asked for as often as usual."""
+    begun: Callable[[Path, str], tuple[str, ...]] | None = None
+    """Makes a folder in which it goes on at a port, and returns further words."""
 
 
 WAYS: dict[str, Driving] = {
@@ -84,9 +87,10 @@ WAYS: dict[str, Driving] = {
         goes_on=True,
     ),
     "evaluate-policy": Driving(words=("evaluate-policy", "{policy}"), by_card=True),
+    "refresh": Driving(words=("refresh",), by_card=True, begun=before_the_bench),
     "jog": Driving(words=("deploy", "--jog", "--load-cell-rate", "80"), by_hand=True),
 }
-"""Everything that drives a motor; `refresh` climbs as `evaluate-policy` does."""
+"""Everything that drives a motor."""
 
 
 @dataclass(kw_only=True)
@@ -119,6 +123,8 @@ class Program:
         """Start it."""
         self.begin = time.monotonic()
         words = [word.format(policy=self.policy) for word in self.way.words]
+        if self.way.begun is not None:
+            words += self.way.begun(self.out, self.ports.servo_port)
         cell = calibration_files("finger", 80)[0]
         self.terminal, slave = os.openpty()
         os.set_blocking(self.terminal, False)
