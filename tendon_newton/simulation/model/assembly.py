@@ -103,7 +103,8 @@ and 8 s more to compile. With two, or with routes, it would gain at most 4 % for
 ``-march=native`` it is as fast and gives the same bits (docs/lab/start.md), and serves every x86-64
 processor: so the wheel brings some such kernels."""
 PORTABLE_FLAGS = "-mllvm=-inline-threshold=9000 -mllvm=-inline-cold-callsite-threshold=3000"
-"""Warp's own flags on a CPU without ``-march=native``, for kernels that the wheel brings too."""
+"""Warp's own flags on a CPU without ``-march=native``, for kernels that the wheel brings too: with one
+tendon whose arms are constant steps are as fast, a hand with a ball takes a third longer."""
 
 RARE_PARTS = (
     integrator.divided_step,
@@ -152,18 +153,17 @@ class Assembly:
             launch_bounds: On CUDA, the threads of a block and the blocks that a multiprocessor
                 must have room for; the registers of a thread follow.
             block_dim: On CUDA, the threads of a block when it is launched.
-            portable: Whether what is compiled for a CPU serves every x86-64 processor.
+            portable: Whether it shall serve every x86-64 processor where that is as fast.
         """
         unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.coordinate_count)
         options: dict[str, Any] = {"max_unroll": unroll, "block_dim": block_dim}
         if self.structure.precision == "float32":
             # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
             options["fast_math"] = True
-        if portable:
-            options["cpu_compiler_flags"] = PORTABLE_FLAGS
         one_path = self.structure.tendon_count == 1 and not self.structure.routes.spans
-        if one_path and len(self.structure.effects) > MANY_EFFECTS and not enable_backward:
-            options["cpu_compiler_flags"] = INLINING_FLAGS
+        many = len(self.structure.effects) > MANY_EFFECTS
+        if one_path and (many or portable) and not enable_backward:
+            options["cpu_compiler_flags"] = INLINING_FLAGS if many else PORTABLE_FLAGS
         return self.specialiser.kernel(
             template,
             repr(self.structure),
