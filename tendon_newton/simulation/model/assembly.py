@@ -103,8 +103,8 @@ and 8 s more to compile. With two, or with routes, it would gain at most 4 % for
 ``-march=native`` it is as fast and gives the same bits (docs/lab/start.md), and serves every x86-64
 processor: so the wheel brings some such kernels."""
 PORTABLE_FLAGS = "-mllvm=-inline-threshold=9000 -mllvm=-inline-cold-callsite-threshold=3000"
-"""Warp's own flags on a CPU without ``-march=native``, for kernels that the wheel brings too: with one
-tendon whose arms are constant steps are as fast, a hand with a ball takes a third longer."""
+"""Warp's own flags on a CPU without ``-march=native``, for kernels that the wheel brings too.
+One tendon with constant arms steps as fast with them; a hand with a ball takes a third longer."""
 
 RARE_PARTS = (
     integrator.divided_step,
