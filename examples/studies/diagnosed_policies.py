@@ -27,6 +27,7 @@ from scipy.stats import ttest_rel
 
 from examples.studies.policy_transfer import climb, file_of
 from examples.studies.units import timed
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
@@ -53,6 +54,13 @@ RECIPE = PolicyTrainingConfig(
     environment=EnvironmentConfig(worlds=4096, goal_change=0.03, max_step=1.0e-3),
 )  # fmt: skip
 """7.9 million steps."""
+LINKS = {
+    "mass": "masses", "length": "lengths", "moment_arm": "moment_arms", "stiffness": "stiffness",
+    "damping": "damping", "range": "limits",
+}  # fmt: skip
+"""Numbers of joints and links, and what a plant's file calls them."""
+OF_LINKS = ("joint_stiffness_error", "joint_damping_error", "inertia_error")
+"""Effects that are the mean of those numbers."""
 CLIMBS = "climbs"
 HEAD = (
     "| trained on | climbs | tip error [mm]: mean of units (range) | posterior's share of it | p "
@@ -111,13 +119,17 @@ def write_truth(recordings: Path, path: Path) -> None:
     servo = {name: plant["servo"][name] for name in ("torque_constant", "resistance")}
     own = {**model.actuator.values, **servo, "armature": plant["servo"]["inertia"],
            "supply_voltage": plant["servo"]["supply_voltage"]}  # fmt: skip
+    links = {key: tuple(plant["mechanism"][name]) for key, name in LINKS.items()}
     effects = (
         NamedValues(name=row["name"], values=row["parameters"])
         for row in plant["effects"]
-        if "parameters" in row and moves_finger(row["name"])
+        if "parameters" in row and moves_finger(row["name"]) and row["name"] not in OF_LINKS
     )
-    actuator = replace(model.actuator, values=own)
-    write_model(path, replace(model, actuator=actuator, effects=tuple(effects), fit=()))
+    truth = replace(
+        model, actuator=replace(model.actuator, values=own), effects=tuple(effects), fit=(),
+        bench_overrides={"finger": BenchOverrides(**links)},
+    )  # fmt: skip
+    write_model(path, truth)
 
 
 def by_themselves(posterior: Posterior) -> Posterior:
