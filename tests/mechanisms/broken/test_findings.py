@@ -41,317 +41,183 @@ LOOSE = (
     "float3 physics:diagonalInertia = (1e-5, 1e-5, 1e-5)\n}\n"
 )
 Change = tuple[str, str]
+Fault = tuple[str, str, str, tuple[Change, ...]]
 
-# what is wrong -> rule, prim, severity, changes of the flattened finger
-CASES: dict[str, tuple[str, str, str, tuple[Change, ...]]] = {
-    "a word for a mass": ("attribute", MIDDLE, "error", ((MASS, 'string physics:mass = "x"'),)),
-    "a mass that is none": ("attribute", MIDDLE, "error", ((MASS, "float physics:mass = nan"),)),
-    "an endless mass": ("attribute", MIDDLE, "error", ((MASS, "float physics:mass = inf"),)),
-    "a word for a spring": (
-        "attribute",
-        PIP,
-        "error",
-        ((SPRING, 'uniform token mjc:stiffness = "soft"'),),
+
+def fault(rule: str, prim: str, *changes: Change, severity: str = "error") -> Fault:
+    """Return which rule tells which prim, how badly, after changes of the flattened finger."""
+    return rule, prim, severity, changes
+
+
+CASES: dict[str, Fault] = {
+    "a word for a mass": fault("attribute", MIDDLE, (MASS, 'string physics:mass = "x"')),
+    "a mass that is none": fault("attribute", MIDDLE, (MASS, "float physics:mass = nan")),
+    "an endless mass": fault("attribute", MIDDLE, (MASS, "float physics:mass = inf")),
+    "a word for a spring": fault(
+        "attribute", PIP, (SPRING, 'uniform token mjc:stiffness = "soft"')
     ),
-    "a spring that is none": ("attribute", PIP, "error", ((SPRING, SPRING[:-5] + "nan"),)),
-    "three numbers for a limit": (
-        "attribute",
-        PIP,
-        "error",
-        ((UPPER, "double3 physics:upperLimit = (1, 2, 3)"),),
+    "a spring that is none": fault("attribute", PIP, (SPRING, SPRING[:-5] + "nan")),
+    "three numbers for a limit": fault(
+        "attribute", PIP, (UPPER, "double3 physics:upperLimit = (1, 2, 3)")
     ),
-    "one moment arm without brackets": (
-        "attribute",
-        FLEXOR,
-        "error",
-        ((COEF, "uniform double mjc:path:coef = 0.008"),),
+    "one moment arm without brackets": fault(
+        "attribute", FLEXOR, (COEF, "uniform double mjc:path:coef = 0.008")
     ),
-    "a moment arm that is none": (
-        "attribute",
-        FLEXOR,
-        "error",
-        ((COEF, COEF.replace("0.008", "nan")),),
+    "a moment arm that is none": fault("attribute", FLEXOR, (COEF, COEF.replace("0.008", "nan"))),
+    "a word for a spool": fault("attribute", FLEXOR, (SPOOL, 'string tendon:spoolRadius = "x"')),
+    "a number for a type": fault(
+        "attribute", FLEXOR, ('uniform token mjc:type = "fixed"', "double mjc:type = 3")
     ),
-    "a word for a spool": (
-        "attribute",
-        FLEXOR,
-        "error",
-        ((SPOOL, 'string tendon:spoolRadius = "x"'),),
+    "an unknown type": fault("attribute", FLEXOR, ('mjc:type = "fixed"', 'mjc:type = "elastic"')),
+    "a diagonal axis": fault("attribute", PIP, ('physics:axis = "Y"', 'physics:axis = "XY"')),
+    "a word for a switch": fault(
+        "attribute", FLEXOR, ("bool tendon:direct = 0", 'string tendon:direct = "no"')
     ),
-    "a number for a type": (
-        "attribute",
-        FLEXOR,
-        "error",
-        (('uniform token mjc:type = "fixed"', "double mjc:type = 3"),),
+    "two numbers for a centre of mass": fault(
+        "attribute", MIDDLE, (CENTER, "double2 physics:centerOfMass = (0.01, 0)")
     ),
-    "an unknown type": (
-        "attribute",
-        FLEXOR,
-        "error",
-        (('mjc:type = "fixed"', 'mjc:type = "elastic"'),),
+    "a list for an inertia": fault(
+        "attribute", MIDDLE, (INERTIA, "double[] physics:diagonalInertia = [1e-6]")
     ),
-    "a diagonal axis": (
-        "attribute",
-        PIP,
-        "error",
-        (('physics:axis = "Y"', 'physics:axis = "XY"'),),
-    ),
-    "a word for a switch": (
-        "attribute",
-        FLEXOR,
-        "error",
-        (("bool tendon:direct = 0", 'string tendon:direct = "no"'),),
-    ),
-    "two numbers for a centre of mass": (
-        "attribute",
-        MIDDLE,
-        "error",
-        ((CENTER, "double2 physics:centerOfMass = (0.01, 0)"),),
-    ),
-    "a list for an inertia": (
-        "attribute",
-        MIDDLE,
-        "error",
-        ((INERTIA, "double[] physics:diagonalInertia = [1e-6]"),),
-    ),
-    "no mass schema": (
+    "no mass schema": fault(
         "mass",
         MIDDLE,
-        "error",
         (
-            (
-                'apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]',
-                'apiSchemas = ["PhysicsRigidBodyAPI"]',
-            ),
+            'apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]',
+            'apiSchemas = ["PhysicsRigidBodyAPI"]',
         ),
     ),
-    "a mass of micrograms": ("mass", MIDDLE, "warning", ((MASS, "float physics:mass = 1e-6"),)),
-    "an inertia in g mm^2": (
-        "inertia",
-        MIDDLE,
-        "warning",
-        ((INERTIA, INERTIA.replace("(9.6e-8, 9e-7, 9e-7)", "(90, 900, 900)")),),
+    "a mass of micrograms": fault(
+        "mass", MIDDLE, (MASS, "float physics:mass = 1e-6"), severity="warning"
     ),
-    "no inertia": ("inertia", MIDDLE, "error", ((INERTIA, ""),)),
-    "a negative inertia": (
+    "an inertia in g mm^2": fault(
         "inertia",
         MIDDLE,
-        "error",
-        ((INERTIA, INERTIA.replace("9e-7)", "-9e-7)")),),
+        (INERTIA, INERTIA.replace("(9.6e-8, 9e-7, 9e-7)", "(90, 900, 900)")),
+        severity="warning",
     ),
-    "axes that turn nothing": (
+    "no inertia": fault("inertia", MIDDLE, (INERTIA, "")),
+    "a negative inertia": fault("inertia", MIDDLE, (INERTIA, INERTIA.replace("9e-7)", "-9e-7)"))),
+    "axes that turn nothing": fault(
         "inertia",
         MIDDLE,
-        "error",
         (
-            (
-                "quatf physics:principalAxes = (1, 0, 0, 0)",
-                "quatf physics:principalAxes = (0, 0, 0, 0)",
-            ),
+            "quatf physics:principalAxes = (1, 0, 0, 0)",
+            "quatf physics:principalAxes = (0, 0, 0, 0)",
         ),
     ),
-    "no centre of mass": ("center_of_mass", MIDDLE, "warning", ((CENTER, ""),)),
-    "a centre of mass in millimetres": (
-        "center_of_mass",
-        MIDDLE,
-        "warning",
-        ((CENTER, CENTER.replace("0.015", "15")),),
+    "no centre of mass": fault("center_of_mass", MIDDLE, (CENTER, ""), severity="warning"),
+    "a centre of mass in millimetres": fault(
+        "center_of_mass", MIDDLE, (CENTER, CENTER.replace("0.015", "15")), severity="warning"
     ),
-    "no gravity": ("gravity", "/", "warning", (('def PhysicsScene "scene"', 'def Scope "scene"'),)),
-    "gravity in cm/s^2": (
-        "gravity",
-        "/finger/scene",
-        "warning",
-        ((GRAVITY, GRAVITY.replace("9.81", "981")),),
+    "no gravity": fault(
+        "gravity", "/", ('def PhysicsScene "scene"', 'def Scope "scene"'), severity="warning"
     ),
-    "a tip that is no site": (
+    "gravity in cm/s^2": fault(
+        "gravity", "/finger/scene", (GRAVITY, GRAVITY.replace("9.81", "981")), severity="warning"
+    ),
+    "a tip that is no site": fault(
         "tip",
         f"{DISTAL}/tip",
-        "warning",
-        (('apiSchemas = ["MjcSiteAPI"]', 'kind = "component"'),),
+        ('apiSchemas = ["MjcSiteAPI"]', 'kind = "component"'),
+        severity="warning",
     ),
-    "no tip": ("tip", "/", "note", (('def Sphere "tip"', 'def Sphere "end"'),)),
-    "a joint on itself": ("chain", DIP, "error", ((BODY0, BODY0.replace("middle", "distal")),)),
-    "a link moved twice": ("chain", DIP, "error", ((BODY1, BODY1.replace("distal", "middle")),)),
-    "a link that nothing holds": (
-        "chain",
-        DISTAL,
-        "error",
-        ((BODY1, BODY1.replace("distal", "middle")),),
+    "no tip": fault("tip", "/", ('def Sphere "tip"', 'def Sphere "end"'), severity="note"),
+    "a joint on itself": fault("chain", DIP, (BODY0, BODY0.replace("middle", "distal"))),
+    "a link moved twice": fault("chain", DIP, (BODY1, BODY1.replace("distal", "middle"))),
+    "a link that nothing holds": fault("chain", DISTAL, (BODY1, BODY1.replace("distal", "middle"))),
+    "a loose link": fault(
+        "chain", "/finger/loose", ('def Scope "joints"', LOOSE + 'def Scope "joints"')
     ),
-    "a loose link": (
-        "chain",
-        "/finger/loose",
-        "error",
-        (('def Scope "joints"', LOOSE + 'def Scope "joints"'),),
-    ),
-    "a chain that bites its tail": (
+    "a chain that bites its tail": fault(
         "chain",
         PIP,
-        "error",
-        (("rel physics:body0 = </finger/base>", "rel physics:body0 = </finger/distal_phalanx>"),),
+        ("rel physics:body0 = </finger/base>", "rel physics:body0 = </finger/distal_phalanx>"),
     ),
-    "a joint without a link": ("joint_body", DIP, "error", ((BODY1, ""),)),
-    "a joint of a shape": (
+    "a joint without a link": fault("joint_body", DIP, (BODY1, "")),
+    "a joint of a shape": fault(
         "joint_body",
         DIP,
-        "error",
-        (
-            (BODY1, "rel physics:body1 = </finger/base/block>"),
-            (BODY0, "rel physics:body0 = </finger/base>"),
-        ),
+        (BODY1, "rel physics:body1 = </finger/base/block>"),
+        (BODY0, "rel physics:body0 = </finger/base>"),
     ),
-    "no joints": (
-        "joint",
-        "/",
-        "error",
-        (("def PhysicsRevoluteJoint", "def Scope"),),
+    "no joints": fault("joint", "/", ("def PhysicsRevoluteJoint", "def Scope")),
+    "a ball joint": fault("joint_type", DIP, ('RevoluteJoint "dip"', 'SphericalJoint "dip"')),
+    "a joint of six": fault(
+        "joint_type", DIP, ('PhysicsRevoluteJoint "dip"', 'PhysicsJoint "dip"')
     ),
-    "a ball joint": (
-        "joint_type",
-        DIP,
-        "error",
-        (('RevoluteJoint "dip"', 'SphericalJoint "dip"'),),
+    "a joint beside its link": fault(
+        "joint_frame", DIP, (LOCAL, LOCAL.replace("0.03", "0.04")), severity="warning"
     ),
-    "a joint of six": (
-        "joint_type",
-        DIP,
-        "error",
-        (('PhysicsRevoluteJoint "dip"', 'PhysicsJoint "dip"'),),
+    "a joint in millimetres": fault(
+        "joint_frame", DIP, (LOCAL, LOCAL.replace("0.03", "30")), severity="warning"
     ),
-    "a joint beside its link": (
-        "joint_frame",
-        DIP,
-        "warning",
-        ((LOCAL, LOCAL.replace("0.03", "0.04")),),
+    "a range in radians": fault(
+        "limits", PIP, (UPPER, UPPER.replace("100.26762", "1.75")), severity="warning"
     ),
-    "a joint in millimetres": (
-        "joint_frame",
-        DIP,
-        "warning",
-        ((LOCAL, LOCAL.replace("0.03", "30")),),
+    "an endless range": fault("limits", PIP, (UPPER, "float physics:upperLimit = inf")),
+    "a range of nothing": fault("limits", PIP, (UPPER, "float physics:upperLimit = 0")),
+    "a spring in N mm": fault(
+        "spring", PIP, (SPRING, SPRING.replace("0.045", "45")), severity="warning"
     ),
-    "a range in radians": (
-        "limits",
-        PIP,
-        "warning",
-        ((UPPER, UPPER.replace("100.26762", "1.75")),),
+    "no spring reference": fault(
+        "springref", PIP, ("uniform double mjc:springref = 0", ""), severity="warning"
     ),
-    "an endless range": ("limits", PIP, "error", ((UPPER, "float physics:upperLimit = inf"),)),
-    "a range of nothing": ("limits", PIP, "error", ((UPPER, "float physics:upperLimit = 0"),)),
-    "a spring in N mm": ("spring", PIP, "warning", ((SPRING, SPRING.replace("0.045", "45")),)),
-    "no spring reference": (
-        "springref",
-        PIP,
-        "warning",
-        (("uniform double mjc:springref = 0", ""),),
+    "a damping per radian": fault(
+        "damping", PIP, (DAMPING, "float newton:damping = 5e-4"), severity="warning"
     ),
-    "a damping per radian": (
-        "damping",
-        PIP,
-        "warning",
-        ((DAMPING, "float newton:damping = 5e-4"),),
+    "a damping that drives": fault("damping", PIP, (DAMPING, "float newton:damping = -1e-5")),
+    "a friction that drives": fault(
+        "damping", PIP, ("float newton:friction = 0", "float newton:friction = -1")
     ),
-    "a damping that drives": (
-        "damping",
-        PIP,
-        "error",
-        ((DAMPING, "float newton:damping = -1e-5"),),
+    "no end stop": fault("stop", PIP, (STOP, ""), severity="warning"),
+    "an end stop of nothing": fault("stop", PIP, (STOP, "float newton:limitStiffness = 0")),
+    "an end stop of steel": fault(
+        "stop", PIP, (STOP, "float newton:limitStiffness = 1e5"), severity="warning"
     ),
-    "a friction that drives": (
-        "damping",
-        PIP,
-        "error",
-        (("float newton:friction = 0", "float newton:friction = -1"),),
+    "a stop that drives": fault(
+        "stop", PIP, ("float newton:limitDamping = 0.00034906584", "float newton:limitDamping = -1")
     ),
-    "no end stop": ("stop", PIP, "warning", ((STOP, ""),)),
-    "an end stop of nothing": ("stop", PIP, "error", ((STOP, "float newton:limitStiffness = 0"),)),
-    "an end stop of steel": (
-        "stop",
-        PIP,
-        "warning",
-        ((STOP, "float newton:limitStiffness = 1e5"),),
+    "a tendon without a path": fault("tendon_path", FLEXOR, (PATH, "")),
+    "a path of numbers": fault(
+        "tendon_path", FLEXOR, ("rel mjc:path = [", "double[] mjc:path = [1]\n rel other = [")
     ),
-    "a stop that drives": (
-        "stop",
-        PIP,
-        "error",
-        (("float newton:limitDamping = 0.00034906584", "float newton:limitDamping = -1"),),
+    "a tendon to a link": fault(
+        "tendon_path", FLEXOR, ("</finger/joints/dip>,", "</finger/distal_phalanx>,")
     ),
-    "a tendon without a path": (
-        "tendon_path",
-        FLEXOR,
-        "error",
-        ((PATH, ""),),
+    "too many moment arms": fault(
+        "tendon_coef", FLEXOR, (COEF, COEF.replace("0.0055]", "0.0055, 0.001]"))
     ),
-    "a path of numbers": (
-        "tendon_path",
-        FLEXOR,
-        "error",
-        (("rel mjc:path = [", "double[] mjc:path = [1]\n rel other = ["),),
+    "indices that repeat": fault(
+        "tendon_path", FLEXOR, (COEF, f"{COEF}\nuniform int[] mjc:path:indices = [0, 0]")
     ),
-    "a tendon to a link": (
-        "tendon_path",
-        FLEXOR,
-        "error",
-        (("</finger/joints/dip>,", "</finger/distal_phalanx>,"),),
+    "a moment arm of zero": fault(
+        "moment_arm_sign", FLEXOR, (COEF, COEF.replace("0.0055", "0")), severity="warning"
     ),
-    "too many moment arms": (
-        "tendon_coef",
-        FLEXOR,
-        "error",
-        ((COEF, COEF.replace("0.0055]", "0.0055, 0.001]")),),
-    ),
-    "indices that repeat": (
-        "tendon_path",
-        FLEXOR,
-        "error",
-        ((COEF, f"{COEF}\nuniform int[] mjc:path:indices = [0, 0]"),),
-    ),
-    "a moment arm of zero": (
+    "arms that only open": fault(
         "moment_arm_sign",
         FLEXOR,
-        "warning",
-        ((COEF, COEF.replace("0.0055", "0")),),
+        (COEF, COEF.replace("0.008", "-0.008").replace("0.0055", "-0.0055")),
+        severity="warning",
     ),
-    "arms that only open": (
-        "moment_arm_sign",
-        FLEXOR,
-        "warning",
-        ((COEF, COEF.replace("0.008", "-0.008").replace("0.0055", "-0.0055")),),
+    "a servo of nothing": fault(
+        "tendon_drive", FLEXOR, ("tendon:forceLimit = 21", "tendon:forceLimit = 0")
     ),
-    "a servo of nothing": (
-        "tendon_drive",
-        FLEXOR,
-        "error",
-        (("tendon:forceLimit = 21", "tendon:forceLimit = 0"),),
+    "a servo too weak": fault(
+        "closing_force", FLEXOR, ("tendon:forceLimit = 21", "tendon:forceLimit = 0.5")
     ),
-    "a servo too weak": (
-        "closing_force",
-        FLEXOR,
-        "error",
-        (("tendon:forceLimit = 21", "tendon:forceLimit = 0.5"),),
+    "a spool for a watch": fault(
+        "spool", FLEXOR, (SPOOL, "double tendon:spoolRadius = 0.001"), severity="warning"
     ),
-    "a spool for a watch": (
-        "spool",
-        FLEXOR,
-        "warning",
-        ((SPOOL, "double tendon:spoolRadius = 0.001"),),
-    ),
-    "springs too soft to open": (
+    "springs too soft to open": fault(
         "slack",
         FLEXOR,
-        "note",
-        (
-            (SPRING, SPRING.replace("0.045", "0.003")),
-            ("mjc:stiffness = 0.03", "mjc:stiffness = 0.002"),
-        ),
+        (SPRING, SPRING.replace("0.045", "0.003")),
+        ("mjc:stiffness = 0.03", "mjc:stiffness = 0.002"),
+        severity="note",
     ),
-    "springs that close": (
-        "slack",
-        FLEXOR,
-        "warning",
-        (("mjc:springref = 0", "mjc:springref = 75"),),
+    "springs that close": fault(
+        "slack", FLEXOR, ("mjc:springref = 0", "mjc:springref = 75"), severity="warning"
     ),
 }
 
