@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
+from tendon_lab.sweep import SweepConfig
+from tendon_lab.sweep import main as train_all
 from tendon_newton import scheduler
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter, TendonNewtonError
 from tendon_newton.scheduler import InTurn, JobOptions, completed, core_count, open_executor
-from tendon_train.actuator.fitting.sweep import SweepConfig
-from tendon_train.actuator.fitting.sweep import main as train_all
 from tests.lab.reproduction.tiny import TinyBench
 from tests.scheduling.jobs import refuse, squared
 from tests.search_path import search_path

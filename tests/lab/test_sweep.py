@@ -5,13 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tendon_train.actuator.fitting.sweep import SweepConfig, main
+from tendon_lab.sweep import SweepConfig, main
 from tests.train.actuator.servo_logs import write_servo_dataset
 
 
 def test_training_needs_no_simulator() -> None:
     """A machine with torch alone can run a sweep: neither Warp, Newton, USD nor ONNX is loaded."""
-    code = "import sys, tendon_train.actuator.fitting.sweep; print(*sys.modules)"
+    code = "import sys, tendon_lab.sweep; print(*sys.modules)"
     result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
     )

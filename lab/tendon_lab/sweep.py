@@ -1,6 +1,6 @@
 """Train many force networks with one command.
 
-The command is ``python -m tendon_train.actuator.fitting.sweep DATASET --out DIR``. Each network
+The command is ``python -m tendon_lab.sweep DATASET --out DIR``. Each network
 is one job; what is finished is skipped, and what was interrupted goes on, so that
 the same command can be given again, here or on another machine. A machine without Warp and ONNX
 trains with ``--no-export``; the same command without it, given where the two are installed, then
