@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import logging
 import warnings
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 import torch
 import warp as wp
 
+from tendon_newton.actuators.networks import fused_kernels
 from tendon_newton.actuators.networks.artifact import NetworkFile
 from tendon_newton.actuators.networks.fused_cuda import (
     BLOCK,
@@ -17,9 +19,9 @@ from tendon_newton.actuators.networks.fused_cuda import (
     fits_cuda_kernel,
     transformer_on_cuda,
 )
-from tendon_newton.actuators.networks.fused_program import LANES, transformer
 from tendon_newton.actuators.networks.fused_weights import (
     NoFusedKernel,
+    Shape,
     fused_weights,
     is_transformer,
 )
@@ -27,6 +29,10 @@ from tendon_newton.actuators.networks.history import CHANNELS, History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import INPUTS, PLAIN_HOLD
 from tendon_newton.data.recording import Array
+from tendon_newton.device_code.templates import Bindings, Specialiser
+
+LANES = 8
+"""Servos of a thread on a CPU: the numbers in a vector register of AVX2."""
 
 PARITY = 1.0e-4
 """Largest difference [N] to the module that a fused kernel may show when it is loaded."""
@@ -141,3 +147,41 @@ def random_history(file: NetworkFile, device: Any) -> History:
     history = History(CHECKED_WINDOWS, card.window, device)
     history.ring.assign((low[:, None] + (high - low)[:, None] * share).numpy())
     return history
+
+
+@cache
+def transformer(shape: Shape, lanes: int) -> wp.Kernel:
+    """Assemble the kernel of a Transformer for so many servos of a thread."""
+    window, width, heads, feed, causal, places = shape
+    rows = partial(rows_of, lanes)
+    bindings: dict[Any, Any] = {
+        fused_kernels.Lane: wp.types.vector(length=lanes, dtype=wp.float32),
+        fused_kernels.Sample: rows(3),
+        fused_kernels.FusedSamples: rows(3 * window),
+        fused_kernels.Token: rows(width),
+        fused_kernels.Head: rows(width // heads),
+        fused_kernels.Heads: rows(heads),
+        fused_kernels.Tokens: rows(heads * width),
+        fused_kernels.FirstLayer: rows(8),
+        fused_kernels.SecondLayer: rows(4),
+        fused_kernels.LANES: lanes,
+        fused_kernels.WINDOW: window,
+        fused_kernels.WIDTH: width,
+        fused_kernels.HEADS: heads,
+        fused_kernels.DEPTH: width // heads,
+        fused_kernels.FEED: feed,
+        fused_kernels.CAUSAL: causal,
+        **{fused_kernels.BLOCKS[name]: place for name, place in places},
+    }
+    # Unrolled, the loops over tokens, heads and units compile for minutes and run no faster.
+    return Specialiser(Bindings(bindings)).kernel(
+        fused_kernels.transformer_kernel,
+        f"{shape} {lanes}",
+        enable_backward=False,
+        module_options={"max_unroll": 1},
+    )
+
+
+def rows_of(lanes: int, count: int) -> Any:
+    """Return the type of so many numbers per servo of a thread."""
+    return wp.types.matrix(shape=(count, lanes), dtype=wp.float32)

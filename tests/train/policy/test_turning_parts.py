@@ -17,10 +17,9 @@ from tendon_newton.mechanisms.geometry.obstacles import Sphere
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.turning_config import TurningConfig
-from tendon_train.policy.worlds.camera import SimulatedCamera
 from tendon_train.policy.worlds.observation_tensors import ObservationTensors
 from tendon_train.policy.worlds.task import TaskOutcome
-from tendon_train.policy.worlds.turning import Turning
+from tendon_train.policy.worlds.turning import SimulatedCamera, Turning
 from tendon_train.policy.worlds.world_draws import WorldDraws
 from tests.hardware.deploy.policies import card_of
 
