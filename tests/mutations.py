@@ -182,7 +182,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="refused-causes-have-weight",
-        file="tendon_newton/diagnosis/search/decide/posterior.py",
+        file="tendon_newton/diagnosis/search/decide/fitted_sets.py",
         old="if not key & set(refused)",
         new="if True",
         tests=f"{SETS} as_probable",
@@ -203,7 +203,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="named-though-left-open",
-        file="tendon_newton/diagnosis/search/decide/posterior.py",
+        file="tendon_newton/diagnosis/search/decide/fitted_sets.py",
         old="else low <= p.null <= high",
         new="else False",
         tests=f"{SETS} holds_none",
@@ -411,7 +411,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="interval-halved",
-        file="tendon_newton/diagnosis/search/decide/posterior.py",
+        file="tendon_newton/diagnosis/search/decide/fitted_sets.py",
         old="spreads = half / SURE",
         new="spreads = 0.5 * half / SURE",
         tests=f"{SETS} all_sets",

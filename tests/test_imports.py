@@ -94,6 +94,27 @@ def test_every_module_has_a_place_in_the_layers(package: str) -> None:
     assert modules - {"__init__", "__main__"} - layers_of_packages()[package] == set()
 
 
+MOST_SHARED = 10
+"""Names that may stand for several things, in all."""
+OWN_NAMES = {"__init__", "__main__"}
+
+
+def test_a_name_stands_for_one_thing() -> None:
+    """Few modules and classes share a name, and none of one room: a search finds what is meant."""
+    places: dict[str, list[tuple[str, ...]]] = {}
+    for folder in PACKAGES.values():
+        for path in (ROOT / folder).rglob("*.py"):
+            room = path.relative_to(ROOT).parts[:2]
+            tree = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            classes = [node.name for node in tree if isinstance(node, ast.ClassDef)]
+            for name in {path.stem, *classes} - OWN_NAMES:
+                places.setdefault(name, []).append(room)
+    shared = {name: rooms for name, rooms in places.items() if len(rooms) > 1}
+    assert [name for name, rooms in shared.items() if len(set(rooms)) < len(rooms)] == []
+    assert len([name for name in shared if name[0].isupper()]) <= MOST_SHARED
+    assert len([name for name in shared if name[0].islower()]) <= MOST_SHARED
+
+
 def test_every_imported_package_is_declared() -> None:
     """What the packages import stands in ``pyproject.toml`` and does not come along by luck."""
     declared = {

@@ -57,7 +57,7 @@ class Expected:
 
 
 def expect(
-    question: OpenClass, plans: Sequence[Plan], posterior: Posterior
+    question: OpenClass, plans: Sequence[Plan], posterior: Information
 ) -> tuple[Expected, ...]:
     """Return what runs are expected to bring, best first.
 
@@ -81,7 +81,7 @@ def expect(
 
 def posterior_of(
     question: OpenClass, known: Sequence[Plan], row_worth: float | None = None
-) -> Posterior:
+) -> Information:
     """Return what runs at hand leave open of the numbers of the first explanation.
 
     Args:
@@ -92,7 +92,7 @@ def posterior_of(
     played = play(question, known or [plan_run(question.settings[0], "stairs", 0, 1.0)])
     shown = [information(question, played, i) for i in range(len(known))]
     trial = played.trials[0]
-    return Posterior(trial, sum(shown, np.zeros((len(trial.steps),) * 2)), row_worth)
+    return Information(trial, sum(shown, np.zeros((len(trial.steps),) * 2)), row_worth)
 
 
 def plan_of(recording: Recording) -> Plan:
@@ -132,7 +132,7 @@ def information(question: OpenClass, played: Played, index: int) -> Array:
     return jacobian.T @ jacobian
 
 
-class Posterior:
+class Information:
     """What the data at hand leave open of a model's numbers, and what a run would leave.
 
     Rows are no independent witnesses: errors of form last. So the information of all rows is scaled

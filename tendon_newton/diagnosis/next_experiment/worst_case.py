@@ -14,7 +14,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.explanation import OpenClass
 from tendon_newton.diagnosis.imitation import ImitationTrial
-from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Posterior, ranked
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Information, ranked
 from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
@@ -51,7 +51,9 @@ class WorstCase:
         rng: Draws models.
     """
 
-    def __init__(self, question: OpenClass, posterior: Posterior, rng: np.random.Generator) -> None:
+    def __init__(
+        self, question: OpenClass, posterior: Information, rng: np.random.Generator
+    ) -> None:
         self._question, self._rng = question, rng
         self._root = WIDER * posterior.root()
 

@@ -18,7 +18,7 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     DesignedCommand,
 )
 from tendon_newton.diagnosis.next_experiment.expected_run import (
-    Posterior,
+    Information,
     expect,
     posterior_of,
 )
@@ -65,9 +65,9 @@ def test_a_run_as_informative_as_all_data_brings_half_a_bit() -> None:
         names=("a.x", "b.y"),
     )
     recorded = np.diag([4.0, 0.25])
-    bits = Posterior(trial, recorded).bits(recorded)
+    bits = Information(trial, recorded).bits(recorded)
     assert bits == pytest.approx({"a.x": 0.5, "b.y": 0.5}, abs=1e-6)
-    np.testing.assert_allclose(Posterior(trial, recorded).spreads(0.0), [0.1, 0.4], rtol=1e-6)
+    np.testing.assert_allclose(Information(trial, recorded).spreads(0.0), [0.1, 0.4], rtol=1e-6)
 
 
 def question(spread: float = 0.1) -> OpenClass:

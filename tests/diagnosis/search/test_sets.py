@@ -23,7 +23,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     special_case_or_without,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
-from tendon_newton.diagnosis.search.decide.posterior import (
+from tendon_newton.diagnosis.search.decide.fitted_sets import (
     found_of,
     holds_null,
     posterior_of,

@@ -10,7 +10,7 @@ from tendon_newton.diagnosis.findings import Found
 from tendon_newton.diagnosis.result import CandidateScore, Criterion
 from tendon_newton.diagnosis.search.coordinates import inside
 from tendon_newton.diagnosis.search.decide.decision import Decided, at_bound
-from tendon_newton.diagnosis.search.decide.posterior import holds_null
+from tendon_newton.diagnosis.search.decide.fitted_sets import holds_null
 from tendon_newton.diagnosis.search.decide.rule import SURE
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of

@@ -19,7 +19,7 @@ from tendon_newton.diagnosis.search.decide.account import (
     explained_share,
 )
 from tendon_newton.diagnosis.search.decide.decision import Decided, decide, new_name, transfer
-from tendon_newton.diagnosis.search.decide.posterior import (
+from tendon_newton.diagnosis.search.decide.fitted_sets import (
     found_of,
     posterior_of,
     probability,
