@@ -55,6 +55,12 @@ def test_what_a_raspberry_pi_runs_loads_no_simulator(module: str) -> None:
     assert loaded_by(f"import {module}") == set()
 
 
+def test_a_training_loads_no_package_of_statistics() -> None:
+    """scipy.stats takes 0.6 s at each start; scipy.special has the quantiles."""
+    loaded = "sys.modules.get('scipy.stats') and sys.exit('scipy.stats')"
+    loaded_by(f"import tendon_newton.diagnosis.posterior; {loaded}")
+
+
 def test_imports_point_down() -> None:
     """import-linter keeps every contract of ``pyproject.toml``."""
     linter = "from importlinter.cli import lint_imports; sys.exit(lint_imports())"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from tendon_newton.data.files.checked_table import CheckedTable, read_checked
 from tendon_newton.data.files.text_file import write_text
@@ -19,7 +19,7 @@ from tendon_newton.errors import InvalidDiagnosis
 ENDING = ".posterior.json"
 """Ending of the file beside a ``diagnosis.json``, in place of its own."""
 SCHEMA = 1
-SURE = float(norm.ppf(0.975))
+SURE = float(ndtri(0.975))
 """Standard deviations to either end of a 95 % interval [1]."""
 QUARTERS = 4.0
 """A range holds so many standard deviations of a number of which nothing else is known [1]: as many
