@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from lab.exams.exam_draws import NEEDS_FINGER
 from tendon_lab.exam.run_exam import answer_one
 from tendon_newton.effects import EFFECTS
 from tests.planted.generator import Recipe, make_dataset
-from tests.planted.sets.exam_draws import NEEDS_FINGER
 from tests.planted.truth import Truth
 
 SHORT = (4.0, 5.0)  # [s] of each recording

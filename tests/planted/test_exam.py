@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_lab.exam.exam_score import judge
-from tendon_lab.exam.run_exam import read_truths
-from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.model_file import load_model
-from tests.planted.exam import main
-from tests.planted.sets.draws import EFFECTS, OUTSIDE
-from tests.planted.sets.exam_draws import (
+from lab.exams.draw import main
+from lab.exams.exam_draws import (
     NEEDS_FINGER,
     ExamPlan,
     are_alike,
     on_one_bench,
     recipes,
 )
+from tendon_lab.exam.exam_score import judge
+from tendon_lab.exam.run_exam import read_truths
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
+from tests.planted.sets.draws import EFFECTS, OUTSIDE
 
 
 def test_every_cause_comes_up_as_often_as_any_other() -> None:

@@ -243,7 +243,7 @@ def test_commands_stay_within_one_turn(kind: str) -> None:
 
 def test_the_generator_knows_nothing_of_the_simulator() -> None:
     """A fresh interpreter that imported it holds none of the fitted equations."""
-    code = "import json, sys, tests.planted.exam; print(json.dumps(list(sys.modules)))"
+    code = "import json, sys, lab.exams.draw; print(json.dumps(list(sys.modules)))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )

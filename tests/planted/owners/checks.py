@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lab.exams.owner_rates import is_right
 from tendon_lab.exam.run_exam import ANSWER, answer_one
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.data.recording import Recording
@@ -14,7 +15,6 @@ from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tests.planted.owners.plant import GAIN, ROW_RATE, Faults, Finger, Run, simulate
-from tests.planted.owners.rates import is_right
 from tests.planted.owners.sets import (
     FAULTS,
     Bench,

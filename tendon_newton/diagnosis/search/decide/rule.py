@@ -1,7 +1,7 @@
 """The bars: what a cause must bring to be named.
 
 A cause's worth is counted in these bars, so the `1.0` in `prune` and `account` is just what is
-asked here. `python -m tests.planted.sets.calibrate` draws the price's curve.
+asked here. `python -m lab.exams.calibrate` draws the price's curve.
 
 All other constants of the search say which sets of causes are fitted, on which rows, and how far.
 They can change a name too, since a set that was not fitted to its end cannot win. Nearest to the

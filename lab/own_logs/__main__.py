@@ -1,6 +1,6 @@
 """Five strangers' logs, from files to names and numbers by the documented defaults alone.
 
-``python -m tests.planted.own_logs OUT`` writes the logs into ``OUT``, types the documented
+``python -m lab.own_logs OUT`` writes the logs into ``OUT``, types the documented
 commands there, and writes ``own_logs.json`` with what was found beside what was planted. What is
 finished is not done again; ``--cases finger cart`` takes some.
 """
@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tests.planted.own_logs.cases import CASES, Case
+from lab.own_logs.cases import CASES, Case
 
 NEAR = 0.1
 """Share of a number by which what is found may differ from what was planted [1]."""

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
-from tests.planted.own_logs.machines import (
+from lab.own_logs.machines import (
     COUNT,
     GRAVITY,
     FixedArms,

@@ -1,4 +1,4 @@
-"""Exams: ``python -m tests.planted.exam OUT --cases 60 --seed 1000``.
+"""Exams: ``python -m lab.exams.draw OUT --cases 60 --seed 1000``.
 
 Writes OUT/pNNN/dataset.toml with its recordings and model.toml, and OUT/truth/pNNN.json.
 """
@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from lab.exams.exam_draws import MIX_SHARES, SHARES, ExamPlan, are_alike, recipes
 from tests.planted.generator import Recipe, make_dataset, starting_model
 from tests.planted.sets.draws import EFFECTS
-from tests.planted.sets.exam_draws import MIX_SHARES, SHARES, ExamPlan, are_alike, recipes
 from tests.planted.truth import Truth
 
 

@@ -1,6 +1,6 @@
 """False names against the price of a cause.
 
-``python -m tests.planted.sets.calibrate SETS --out DIR``.
+``python -m lab.exams.calibrate SETS --out DIR``.
 
 Every set of an exam is searched with a low price. What each cause that is named there is worth, on
 all rows and on parts left out, says at which prices it would go; the truth says whether it should.
@@ -84,7 +84,7 @@ def draw(worths: Sequence[dict[str, Any]], sets: int, path: Path) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Search all sets of an exam and print the curve."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sets", type=Path, help="made by tests.planted.exam")
+    parser.add_argument("sets", type=Path, help="made by lab.exams.draw")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--price", type=float, default=LOW)
     parser.add_argument("--jobs", type=int, default=1)

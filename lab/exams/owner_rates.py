@@ -1,4 +1,4 @@
-"""How often causes are named with their owner: ``python -m tests.planted.hand OUT``, say.
+"""How often causes are named with their owner: ``python -m lab.exams.hand OUT``, say.
 
 ``--cases N --seed S`` draws the sets, of some ``--faults`` where these are given. OUT keeps sets
 and answers: a broken-off run goes on with the sets that have no answer yet. ``--jobs N`` shares

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.planted.own_logs.__main__ import outcome, scored
-from tests.planted.own_logs.cases import CASES
-from tests.planted.own_logs.machines import one_body, position_servo
+from lab.own_logs.__main__ import outcome, scored
+from lab.own_logs.cases import CASES
+from lab.own_logs.machines import one_body, position_servo
 
 TRUTH = {"coulomb_friction": {"force": 0.9}}
 

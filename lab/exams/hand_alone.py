@@ -1,6 +1,6 @@
-"""Time of a hand's diagnosis beside one finger's: ``python -m tests.planted.hand.alone OUT``.
+"""Time of a hand's diagnosis beside one finger's: ``python -m lab.exams.hand_alone OUT``.
 
-OUT holds the sets that ``python -m tests.planted.hand OUT`` made. ``--sets N`` takes the first N of
+OUT holds the sets that ``python -m lab.exams.hand OUT`` made. ``--sets N`` takes the first N of
 them. The recordings of each set's faulty finger, else of the first one, are diagnosed as those of a
 `finger_routed`, right after the hand's. Processor time of this process counts, since a machine may
 have other work.
