@@ -75,10 +75,7 @@ def main(config: TrainPolicyConfig) -> None:
         trust_force(own.environment.force)
     out = make_folder(config.out)
     trained = train_policy(
-        own,
-        out,
-        report=lambda p: print(f"  {p.text}", flush=True),
-        expect=show_forecast,
+        own, out, report=lambda p: print(f"  {p.text}", flush=True), expect=show_forecast
     )
     for divergence in trained.environment.divergences:
         print(f"  {divergence}")

@@ -76,11 +76,7 @@ def recording_figure(recording: Measured, simulated: Curves | None = None) -> Fi
     heights = [2] if simulated is None else [2, 1]
     figure = new_figure(10.5 * tendons, 1.2 + 2.0 * signals * len(heights))
     panels = figure.subplots(
-        signals * len(heights),
-        tendons,
-        sharex=True,
-        squeeze=False,
-        height_ratios=heights * signals,
+        signals * len(heights), tendons, sharex=True, squeeze=False, height_ratios=heights * signals
     )
     for d in range(tendons):
         own = panels[:, d].reshape(signals, -1)

@@ -22,10 +22,7 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
     plan = planned(options)
     settings = settings_of(options, seed=options.seed, command_rate=options.command_rate)
     address = address_of(
-        options,
-        plan[0].bench,
-        port=options.port,
-        load_cell_rate=options.virtual_load_cell_rate,
+        options, plan[0].bench, port=options.port, load_cell_rate=options.virtual_load_cell_rate
     )
     title = options.plan or SINGLE_RUNS
     with StopRequest() as stop:

@@ -163,10 +163,7 @@ def planned(step: Step, options: InvestigateOptions) -> PlannedRun:
 
 
 def diagnose_last(
-    log: InvestigationLog,
-    options: InvestigateOptions,
-    operator: Operator,
-    budget: float | None,
+    log: InvestigationLog, options: InvestigateOptions, operator: Operator, budget: float | None
 ) -> InvestigationLog:
     """Diagnose all recordings unless it was done, and say what the last one brought."""
     number, out = log.runs, options.out

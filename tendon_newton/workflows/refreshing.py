@@ -128,10 +128,7 @@ def find_drift_in_logs(options: RefreshOptions, ledger: Ledger, operator: Operat
         grown = growth(dataset, reference, model)
         slip = slip_since(fitted_parts(reference_logs), later) if SLIP in suspects else None
     diagnosis, evidence = find_drift(
-        dataset,
-        model,
-        suspects=suspects,
-        progress=lambda text: operator.announce(f"{text} ..."),
+        dataset, model, suspects=suspects, progress=lambda text: operator.announce(f"{text} ...")
     )
     write_diagnosis(folder / "diagnosis.json", diagnosis)
     write_model(folder / "model.toml", diagnosis.model)

@@ -92,10 +92,7 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
         text("dataset.toml", ENTRY + "\0"),
         ("dataset.toml", f"zero byte at character {len(ENTRY)}"),
     ),
-    "deep TOML": (
-        text("dataset.toml", "a = " + 5000 * "["),
-        ("dataset.toml", "nested too deeply"),
-    ),
+    "deep TOML": (text("dataset.toml", "a = " + 5000 * "["), ("dataset.toml", "nested too deeply")),
     "a table of 80,000 parts": (  # 61 s before there was a limit
         text("dataset.toml", "\n[" + ".".join(80_000 * ["a"]) + "]"),
         ("dataset.toml", "line 2 has a name of more than 32 parts"),
@@ -265,10 +262,7 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
         ("column 't' is missing; there are \\x1b[2J",),
     ),
     "an overflow": (cell(5, 4, "1e999"), ("force must be finite; row 5", "inf")),
-    "half of a tip": (
-        header("force", "tip_x"),
-        ("column 'tip_z' is missing", "tip_x"),
-    ),
+    "half of a tip": (header("force", "tip_x"), ("column 'tip_z' is missing", "tip_x")),
     "enabled by half": (header("force", "enabled"), ("enabled must be 0 or 1; row 0 is 2.1",)),
     "neither command nor force": (
         text("train.csv", "t,theta,theta_dot\n0,0,0\n0.0125,0,0\n"),

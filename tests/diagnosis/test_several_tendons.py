@@ -214,9 +214,7 @@ def test_a_survey_adds_up_what_each_servo_does() -> None:
     names = ("gain_error", *OWN)
     floors = floors_of(worlds, ())
     empty, one = start_fits(
-        worlds,
-        [((), {}), ((OWN[1],), {worlds.study.table.column(OWN[1], "scale"): 1.2})],
-        floors,
+        worlds, [((), {}), ((OWN[1],), {worlds.study.table.column(OWN[1], "scale"): 1.2})], floors
     )
     both, *own = (directions(worlds, empty, names)[name] for name in ("gain_error", *OWN))
     assert np.array_equal(both, own[0] + own[1])

@@ -21,11 +21,7 @@ COLUMNS = {
     **{name: target.coverage for name, target in EXPORTS.items()},
 }
 """Ways of running an export, and what each says of every effect."""
-MEASURED = {
-    "mujoco": "tendon_step.py",
-    "newton": "tendon_drive.py",
-    "bam": "bam_servo.py",
-}
+MEASURED = {"mujoco": "tendon_step.py", "newton": "tendon_drive.py", "bam": "bam_servo.py"}
 """Targets whose words are measured, and what runs what they write."""
 BAR = (1e3 * ANGLE, FORCE)  # mrad, N
 

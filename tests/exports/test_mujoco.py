@@ -130,10 +130,7 @@ def test_the_file_alone_says_what_it_leaves_out(tmp_path: Path) -> None:
     """What MJCF has no words for stands in the list; of the program, what it has nearly."""
     model = model_of("finger", "ideal", "gain_error", "backlash", "load_cell_bias")
     exported = write_mujoco_target(tmp_path, bench_of("finger", model), model)
-    assert exported.left_out == {
-        ALONE: ("backlash", "load_cell_bias"),
-        PROGRAM_FILE: ("backlash",),
-    }
+    assert exported.left_out == {ALONE: ("backlash", "load_cell_bias"), PROGRAM_FILE: ("backlash",)}
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from newton.actuators import (
-    ClampingDCMotor,
-    ClampingMaxEffort,
-    Delay,
-    DrivePD,
-    parse_actuator_prim,
-)
+from newton.actuators import ClampingDCMotor, ClampingMaxEffort, Delay, DrivePD, parse_actuator_prim
 
 from examples.studies.exports import PWM, TYPICAL, model_of
 from tendon_newton.errors import InvalidModelFile

@@ -108,9 +108,7 @@ def worse(**chances: float) -> Callable[[Bench, StopRequest], None]:
     return happen
 
 
-def lie(
-    told: Callable[[float, float, int], float],
-) -> Callable[[Bench, StopRequest], None]:
+def lie(told: Callable[[float, float, int], float]) -> Callable[[Bench, StopRequest], None]:
     """Let each load cell tell something else, by the true tension [N], the time [s] and a count."""
 
     def happen(bench: Bench, stop: StopRequest) -> None:

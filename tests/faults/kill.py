@@ -79,8 +79,7 @@ WAYS: dict[str, Driving] = {
         words=("deploy", "--policy", "{policy}", "--goals", "1.2", "--load-cell-rate", "80")
     ),
     "collect": Driving(
-        words=("collect", "--excitation", "random_steps", "--duration", "60"),
-        goes_on=True,
+        words=("collect", "--excitation", "random_steps", "--duration", "60"), goes_on=True
     ),
     "investigate": Driving(
         words=("investigate", "--benches", "finger", "--run-length", "20", "--budget", "2min"),

@@ -12,14 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.fuzz.mutations import (
-    Change,
-    change_cells,
-    change_lines,
-    either,
-    flip,
-    table_changer,
-)
+from tests.fuzz.mutations import Change, change_cells, change_lines, either, flip, table_changer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,9 +56,7 @@ def recordings() -> dict[str, Target]:
             share=2.0,
         ),
         "dataset": Target(
-            prepare=logs.dataset_folder,
-            change=toml_of(logs.DATASET),
-            read=logs.read_dataset,
+            prepare=logs.dataset_folder, change=toml_of(logs.DATASET), read=logs.read_dataset
         ),
         "mcap": Target(prepare=logs.mcap_file, change=flip, read=logs.read_mcap_file, share=2.0),
         "mcap-schema": Target(
@@ -80,10 +71,7 @@ def recordings() -> dict[str, Target]:
         ),
         "bag": Target(prepare=logs.bag_file, change=flip, read=logs.read_bag, share=0.15),
         "bag-yaml": Target(
-            prepare=logs.bag_yaml,
-            change=either(change_lines, flip),
-            read=logs.read_bag,
-            share=0.15,
+            prepare=logs.bag_yaml, change=either(change_lines, flip), read=logs.read_bag, share=0.15
         ),
     }
 
@@ -162,9 +150,7 @@ def foreign_logs() -> dict[str, Target]:
             prepare=imports.bam_file, change=imports.change_json, read=imports.read_bam_folder
         ),
         "bam-parameters": Target(
-            prepare=imports.bam_parameter_file,
-            change=imports.change_json,
-            read=read_parameters,
+            prepare=imports.bam_parameter_file, change=imports.change_json, read=read_parameters
         ),
         "lerobot": Target(
             prepare=imports.lerobot_rows, change=flip, read=imports.read_lerobot_rows, share=0.2
@@ -234,9 +220,7 @@ def models() -> dict[str, Target]:
             prepare=networks.force_script, change=flip, read=networks.read_network, share=0.1
         ),
         "force-weights": Target(
-            prepare=networks.force_weights,
-            change=networks.flip_head,
-            read=networks.read_network,
+            prepare=networks.force_weights, change=networks.flip_head, read=networks.read_network
         ),
         "checkpoint": Target(
             prepare=networks.checkpoint, change=flip, read=networks.read_checkpoint

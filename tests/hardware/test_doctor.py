@@ -142,8 +142,7 @@ def test_a_second_opener_is_named_and_a_virtual_bench_is_not(ports: VirtualPorts
     assert verdicts([check_port("servo port", ports.servo_port)]) == {"servo port": "good"}
     code = "import os, sys, time; os.open(sys.argv[1], os.O_RDWR); print('open', flush=True)"
     with subprocess.Popen(
-        [sys.executable, "-c", f"{code}; time.sleep(60)", ports.servo_port],
-        stdout=subprocess.PIPE,
+        [sys.executable, "-c", f"{code}; time.sleep(60)", ports.servo_port], stdout=subprocess.PIPE
     ) as other:
         assert other.stdout is not None
         assert other.stdout.readline() == b"open\n"

@@ -187,10 +187,7 @@ def test_what_cannot_be_shown_is_one_line(
 
 
 def test_without_rerun_the_extra_is_named(
-    log: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Before a bench is opened, and before a file is written."""
     monkeypatch.setitem(sys.modules, "rerun", None)

@@ -36,9 +36,7 @@ def moved(bench: str, angle: Array, force: Array | None, **numbers: float) -> Re
     """A recording with a motion [rad] and its force [N]."""
     bare = commanded(angle, bench, **numbers)
     return replace(
-        bare,
-        motor_position=angle[:, None],
-        force=None if force is None else force[:, None],
+        bare, motor_position=angle[:, None], force=None if force is None else force[:, None]
     )
 
 

@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from tendon_newton.identification.intervals import (
-    WIDENING,
-    half_width,
-    half_widths,
-    rows_together,
-)
+from tendon_newton.identification.intervals import WIDENING, half_width, half_widths, rows_together
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.objective import Layout
 

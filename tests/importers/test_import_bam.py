@@ -196,11 +196,7 @@ def test_what_no_effect_says_is_said(tmp_path: Path) -> None:
     """Terms of m5 and m6 that are there are named with their value, those at zero are not."""
     words = read_parameters(bam_parameters(tmp_path / "m6.json")).left_out
     names = [text.split(" ", 1)[0] for text in words]
-    assert names == [
-        "load_friction_motor_stribeck",
-        "load_friction_motor_quad",
-        "alpha",
-    ]
+    assert names == ["load_friction_motor_stribeck", "load_friction_motor_quad", "alpha"]
 
 
 @pytest.mark.parametrize(

@@ -215,10 +215,7 @@ def test_a_compliant_tendon_adds_force_over_stiffness() -> None:
 
 def test_viscous_friction_loads_a_compliant_tendon_in_its_own_time() -> None:
     """Against a wall F grows with tau = (c / (k r)) / (1 + P / (k r))."""
-    effects = {
-        "tendon_compliance": {"stiffness": 5000.0},
-        "viscous_friction": {"coefficient": 2.0},
-    }
+    effects = {"tendon_compliance": {"stiffness": 5000.0}, "viscous_friction": {"coefficient": 2.0}}
     out = run(step(2.0), effects, **WALL)
     soft = 1.0 + GAIN / (5000.0 * RADIUS)
     tau = 2.0 / (5000.0 * RADIUS) / soft

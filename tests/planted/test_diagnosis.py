@@ -30,7 +30,7 @@ CLOSE = 0.1  # [1] a number's error over its distance from nothing, where no oth
 LOOSE = {
     # bristles break away at a force that depends on how fast they are loaded: the law is found,
     # its three numbers are not, and a wrong triple fits better than the true one (docs)
-    "stribeck_friction": None,
+    "stribeck_friction": None
 }
 """Other tolerances [1]; None asks for the name alone."""
 SHORT_SEEDS = {

@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 
 from lab.exams.draw import main
-from lab.exams.exam_draws import (
-    NEEDS_FINGER,
-    ExamPlan,
-    are_alike,
-    on_one_bench,
-    recipes,
-)
+from lab.exams.exam_draws import NEEDS_FINGER, ExamPlan, are_alike, on_one_bench, recipes
 from tendon_lab.exam.exam_score import judge
 from tendon_lab.exam.run_exam import read_truths
 from tendon_newton.data.dataset import load_dataset

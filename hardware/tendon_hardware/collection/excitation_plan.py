@@ -168,10 +168,7 @@ def quick_plan() -> tuple[PlannedRun, ...]:
     return tuple(run for bench in BENCHES for run in runs_of(bench, QUICK))
 
 
-PLANS: dict[str, Callable[[], tuple[PlannedRun, ...]]] = {
-    "paper": paper_plan,
-    "quick": quick_plan,
-}
+PLANS: dict[str, Callable[[], tuple[PlannedRun, ...]]] = {"paper": paper_plan, "quick": quick_plan}
 
 
 def find_plan(name: str) -> tuple[PlannedRun, ...]:

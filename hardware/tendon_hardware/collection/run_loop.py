@@ -15,11 +15,7 @@ from tendon_hardware.benches.bench import Bench
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.control.operator import Operator, OperatorProgress
-from tendon_hardware.errors import (
-    PortLost,
-    ServoReset,
-    ServoSilent,
-)
+from tendon_hardware.errors import PortLost, ServoReset, ServoSilent
 from tendon_hardware.logs.session_log import SessionLog
 from tendon_hardware.pacing import Ticker
 from tendon_hardware.safety_rules.force_watch import ForceWatch

@@ -216,12 +216,7 @@ class DeploySenses:
             self._next_log = now + LOOK_PERIOD
             (health, counters), *further = seen
             log.session_log.health(
-                now,
-                health,
-                counters,
-                *further,
-                missed=self.missed,
-                skipped=self._ticker.overruns,
+                now, health, counters, *further, missed=self.missed, skipped=self._ticker.overruns
             )
 
     def _listen(self) -> None:

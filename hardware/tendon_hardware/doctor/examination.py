@@ -71,11 +71,7 @@ def examine(
 
 
 def check_servo_port(
-    port: str | PortHandler,
-    clock: Clock,
-    show: Callable[[str], None],
-    *,
-    busy: bool = False,
+    port: str | PortHandler, clock: Clock, show: Callable[[str], None], *, busy: bool = False
 ) -> Iterator[Observation]:
     """Look at the servo's port, and through it; a simulated one is looked through alone."""
     if not isinstance(port, str):

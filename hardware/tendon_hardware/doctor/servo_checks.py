@@ -92,12 +92,7 @@ def check_rate(subject: str, spec: ServoSpec, rate: int) -> Iterator[Observation
 
 
 def check_one(
-    subject: str,
-    servo: BusServo,
-    clock: Clock,
-    show: Callable[[str], None],
-    *,
-    busy: bool = False,
+    subject: str, servo: BusServo, clock: Clock, show: Callable[[str], None], *, busy: bool = False
 ) -> Iterator[Observation]:
     """Examine an open servo."""
     settings = servo.settings()

@@ -91,8 +91,5 @@ def no_stronger(loop: HostPositionLoop, spec: ServoSpec) -> HostPositionLoop:
     """Return a loop with which a stronger servo pulls no harder than the bench's own."""
     share = min(1.0, REFERENCE_TORQUE / spec.stall_torque)
     return replace(
-        loop,
-        gain=share * loop.gain,
-        duty_limit=share * loop.duty_limit,
-        offset=share * loop.offset,
+        loop, gain=share * loop.gain, duty_limit=share * loop.duty_limit, offset=share * loop.offset
     )

@@ -86,11 +86,7 @@ class CorrectedSource(nn.Module):
         return torch.clamp(self.share * correction, -self.bound, self.bound)
 
 
-def train_correction(
-    dataset: Dataset,
-    config: TrainingConfig,
-    out: Path,
-) -> Corrected:
+def train_correction(dataset: Dataset, config: TrainingConfig, out: Path) -> Corrected:
     """Train a network on what a servo with friction lacks, and return the model of both.
 
     Stiffness, back-EMF and friction of the servo are fitted along the measured motion of the train

@@ -153,11 +153,7 @@ class ObservationHistory:
         self._fresh |= chosen
 
     def observe(
-        self,
-        position: ArrayLike,
-        velocity: ArrayLike,
-        goal: ArrayLike,
-        seen: ArrayLike = (),
+        self, position: ArrayLike, velocity: ArrayLike, goal: ArrayLike, seen: ArrayLike = ()
     ) -> NDArray[np.float32]:
         """Enter a sample and return the observations, a row per policy, as a new array.
 

@@ -47,20 +47,14 @@ class TurningTask:
 
     def to_table(self) -> dict[str, Any]:
         """Return the numbers as they stand in JSON."""
-        return {
-            "asset": self.asset,
-            "axis": list(self.axis),
-            "drop_distance_m": self.drop_distance,
-        }
+        return {"asset": self.asset, "axis": list(self.axis), "drop_distance_m": self.drop_distance}
 
 
 def read_turning(table: CheckedTable) -> TurningTask:
     """Build the task from the table that JSON gives."""
     x, y, z = map(float, table.values["axis"])
     return TurningTask(
-        asset=table.word("asset"),
-        axis=(x, y, z),
-        drop_distance=table.number("drop_distance_m"),
+        asset=table.word("asset"), axis=(x, y, z), drop_distance=table.number("drop_distance_m")
     )
 
 

@@ -117,11 +117,7 @@ def read_topic(where: str, row: dict[str, Any], scale: float, offset: float) -> 
         raise InvalidMapping(f"{where}: joints must be a list of names; it is {shown(joints)}")
     try:
         return TopicSource(
-            topic=row["topic"],
-            field=row["field"],
-            joints=tuple(joints),
-            scale=scale,
-            offset=offset,
+            topic=row["topic"], field=row["field"], joints=tuple(joints), scale=scale, offset=offset
         )
     except InvalidMapping as error:
         raise InvalidMapping(f"{where}: {error}") from error

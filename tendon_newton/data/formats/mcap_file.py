@@ -11,17 +11,8 @@ from typing import IO, TYPE_CHECKING, Any
 from tendon_newton.data.files.text_file import absence, open_bytes
 from tendon_newton.data.formats.message_streams import Stream, TimedMessage, read_streams
 from tendon_newton.data.formats.resampling import rows_of
-from tendon_newton.data.formats.topic_mapping import (
-    DEFAULT_MAPPING,
-    SESSION_RECORD,
-    TopicMapping,
-)
-from tendon_newton.data.formats.unpacking import (
-    PACKING,
-    UNPACKED_AT_LEAST,
-    TooLarge,
-    unpacked,
-)
+from tendon_newton.data.formats.topic_mapping import DEFAULT_MAPPING, SESSION_RECORD, TopicMapping
+from tendon_newton.data.formats.unpacking import PACKING, UNPACKED_AT_LEAST, TooLarge, unpacked
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency
 

@@ -14,9 +14,7 @@ IMPORTERS: dict[str, Callable[[Path], Imported]] = {
     "bam": read_bam,
     "lerobot": read_lerobot,
 }
-MODEL_IMPORTERS: dict[str, Callable[[Path], ImportedModel]] = {
-    "bam": read_parameters,
-}
+MODEL_IMPORTERS: dict[str, Callable[[Path], ImportedModel]] = {"bam": read_parameters}
 """Readers of other people's parameter files, where a format has such."""
 MAPPED = "mapped"
 """The format of logs that a mapping file describes."""

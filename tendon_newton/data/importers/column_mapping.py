@@ -24,16 +24,7 @@ from tendon_newton.errors import InvalidMapping, shown
 
 ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "header")
 """Keys for files of rows: CSV and JSON."""
-FILE_KEYS = (
-    "bench",
-    "files",
-    *ROW_KEYS,
-    *TOPIC_FILE_KEYS,
-    *STATED_KEYS,
-    "logs",
-    "model",
-    "fit",
-)
+FILE_KEYS = ("bench", "files", *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS, "logs", "model", "fit")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,11 +26,7 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 from tendon_newton.workflows import investigation
 from tendon_newton.workflows.investigation_check import binding, check
-from tendon_newton.workflows.investigation_choice import (
-    SPENT,
-    choose_next,
-    reason_to_end,
-)
+from tendon_newton.workflows.investigation_choice import SPENT, choose_next, reason_to_end
 from tendon_newton.workflows.options import InvestigateOptions
 from tests.diagnosis.next_experiment.test_experiment import write_open_class
 from tests.faults import injections as on
@@ -300,12 +296,7 @@ def list_run(folder: Path) -> None:
     """List a recording in a dataset, without its file."""
     folder.mkdir(parents=True)
     list_recording(
-        folder,
-        "run_0.mcap",
-        bench="finger",
-        split="train",
-        start="first_row",
-        load_cell_rate=None,
+        folder, "run_0.mcap", bench="finger", split="train", start="first_row", load_cell_rate=None
     )
 
 
@@ -341,11 +332,7 @@ def spoil_first_bench(monkeypatch: pytest.MonkeyPatch, fault: Fault) -> list[Ben
     ],
 )
 def test_a_fault_ends_a_run_as_in_collect_and_the_same_call_goes_on(
-    fault: Fault,
-    length: float,
-    said: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    fault: Fault, length: float, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An adapter out of its socket, a load cell that is dead: no run is listed, the motor is off.
 

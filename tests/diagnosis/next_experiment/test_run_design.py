@@ -17,11 +17,7 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     SEGMENTS,
     DesignedCommand,
 )
-from tendon_newton.diagnosis.next_experiment.expected_run import (
-    Information,
-    expect,
-    posterior_of,
-)
+from tendon_newton.diagnosis.next_experiment.expected_run import Information, expect, posterior_of
 from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, design
 from tendon_newton.diagnosis.next_experiment.separation import library_plans, plan_run

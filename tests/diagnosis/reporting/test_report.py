@@ -16,12 +16,7 @@ from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.reporting.report_causes import cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.diagnosis.reporting.report_words import SENTENCES, cause_sentence, headline
-from tendon_newton.diagnosis.result import (
-    Errors,
-    Estimate,
-    Rival,
-    Verdict,
-)
+from tendon_newton.diagnosis.result import Errors, Estimate, Rival, Verdict
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidOutput
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, evidence, named

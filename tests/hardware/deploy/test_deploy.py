@@ -22,13 +22,7 @@ from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
-from tests.hardware.deploy.policies import (
-    Proportional,
-    card_of,
-    network,
-    policy_of,
-    write_onnx,
-)
+from tests.hardware.deploy.policies import Proportional, card_of, network, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
 
 WORDS = ["deploy", "--port", "virtual", "--faster-than-real-time"]
@@ -209,10 +203,7 @@ def test_a_dry_run_moves_nothing(tmp_path: Path) -> None:
 def test_commands_stay_within_the_range_whatever_the_policy_wants(tmp_path: Path) -> None:
     """A policy that pulls with all its might is stopped by the card's clip and range."""
     path = tmp_path / "run.mcap"
-    flight = Flight(
-        path=path,
-        policy=policy_of(lambda sample: 19.0, command_range=(0.0, 1.0)),
-    )
+    flight = Flight(path=path, policy=policy_of(lambda sample: 19.0, command_range=(0.0, 1.0)))
     flight.fly()
     steps = list(read_steps(path))
     assert {step.action for step in steps} == {(2.0,)}
@@ -318,11 +309,7 @@ def test_another_policy_is_noticed_in_a_replay(
     ],
 )
 def test_misuse_is_answered_in_one_line(
-    policy: Path,
-    words: list[str],
-    said: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    policy: Path, words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Nothing moves, one line says what was promised, and the exit code is 2."""
     words = [word.format(policy=policy) for word in words]

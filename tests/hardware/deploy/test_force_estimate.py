@@ -79,8 +79,7 @@ def test_a_network_of_train_force_can_guard(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
-    [({"rate": 80.0}, "runs at 80 Hz"), ({"streaming": True}, "keeps a state")],
+    ("changes", "said"), [({"rate": 80.0}, "runs at 80 Hz"), ({"streaming": True}, "keeps a state")]
 )
 def test_a_network_for_another_use_is_refused(
     tmp_path: Path, changes: dict[str, Any], said: str

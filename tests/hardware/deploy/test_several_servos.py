@@ -28,11 +28,7 @@ from tests.hardware.deploy.runs import Flight
 
 WORDS = ["deploy", "--port", "virtual:finger_antagonist", "--faster-than-real-time"]
 CARD = card_of_two()
-SETTINGS = DeploySettings(
-    duration=3.0,
-    loop=loops_of(CARD)[0],
-    further_loops=loops_of(CARD)[1:],
-)
+SETTINGS = DeploySettings(duration=3.0, loop=loops_of(CARD)[0], further_loops=loops_of(CARD)[1:])
 ADDRESS = BenchAddress(
     bench="finger_antagonist", port="virtual", further=(DriveAddress(identifier=2),)
 )
@@ -268,10 +264,7 @@ def test_a_servo_that_is_missing_from_the_bus_is_named() -> None:
     """The error says which, and the port is free again."""
     with VirtualPorts("finger") as ports:
         address = BenchAddress(
-            bench="finger",
-            port=ports.servo_port,
-            retries=3,
-            further=(DriveAddress(identifier=2),),
+            bench="finger", port=ports.servo_port, retries=3, further=(DriveAddress(identifier=2),)
         )
         with pytest.raises(ServoSilent, match="servo 2 on"), open_bench(address, pytest.fail):
             pass

@@ -65,10 +65,7 @@ def address_of(**changes: Any) -> BenchAddress:
 
 
 def turn(
-    policy: Policy,
-    path: Path,
-    duration: float,
-    then: Callable[[Bench], None] = lambda bench: None,
+    policy: Policy, path: Path, duration: float, then: Callable[[Bench], None] = lambda bench: None
 ) -> tuple[DeployOutcome, Watching, BallWatch]:
     """Deploy a policy; a fault may be planned when the bench is open."""
     operator = Watching()

@@ -5,13 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_hardware.load_cells.framing import (
-    LONGEST_LINE,
-    Frame,
-    LineSplitter,
-    crc8,
-    decode_line,
-)
+from tendon_hardware.load_cells.framing import LONGEST_LINE, Frame, LineSplitter, crc8, decode_line
 from tests.hardware.load_cells.streams import encode_frame
 
 frames = st.builds(

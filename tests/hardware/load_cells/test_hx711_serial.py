@@ -101,11 +101,7 @@ def test_an_unplugged_cell_is_silent_and_comes_back_by_itself() -> None:
 def test_saturated_counts_are_flagged() -> None:
     """The ends of 24 bits say "too much", not how much."""
     cell, stream, _ = reader()
-    stream.pieces = [
-        *lines(0, 1),
-        *lines(1, 2, counts=0x7FFFFF),
-        *lines(2, 3, counts=-0x800000),
-    ]
+    stream.pieces = [*lines(0, 1), *lines(1, 2, counts=0x7FFFFF), *lines(2, 3, counts=-0x800000)]
     assert [reading.saturated for reading in cell.drain()] == [False, True, True]
 
 

@@ -2,13 +2,7 @@
 
 import pytest
 
-from tendon_hardware.errors import (
-    PortLost,
-    ServoAlert,
-    ServoReset,
-    ServoSilent,
-    WatchdogTripped,
-)
+from tendon_hardware.errors import PortLost, ServoAlert, ServoReset, ServoSilent, WatchdogTripped
 from tendon_hardware.virtual_bench import Faults
 from tests.hardware.servos.virtual_servo import VirtualServo
 

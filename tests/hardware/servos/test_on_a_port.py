@@ -59,10 +59,7 @@ def test_a_second_program_is_told_who_has_the_port(servo: BusServo, ports: Virtu
         "BusServo(SERVOS['xc330_t288_t'], sys.argv[1]).open()"
     )
     second = subprocess.run(
-        [sys.executable, "-c", code, ports.servo_port],
-        capture_output=True,
-        text=True,
-        timeout=60,
+        [sys.executable, "-c", code, ports.servo_port], capture_output=True, text=True, timeout=60
     )
     assert f"PortBusy: {ports.servo_port}: held by process {os.getpid()}" in second.stderr
     servo.read_state()

@@ -21,10 +21,7 @@ EXAMPLES = {
     "ping": (frame(1, PING, b""), "fffffd000103000119 4e"),
     "answer to ping": (status_frame(1, 0, b"\x06\x04\x26"), "fffffd000107005500060426655d"),
     "read": (frame(1, READ, b"\x84\x00\x04\x00"), "fffffd000107000284000400 1d15"),
-    "answer to read": (
-        status_frame(1, 0, b"\xa6\x00\x00\x00"),
-        "fffffd000108005500a6000000 8cc0",
-    ),
+    "answer to read": (status_frame(1, 0, b"\xa6\x00\x00\x00"), "fffffd000108005500a6000000 8cc0"),
     "write": (frame(1, WRITE, b"\x74\x00\x00\x02\x00\x00"), "fffffd000109000374000002 0000ca89"),
     "answer to write": (status_frame(1, 0), "fffffd000104005500a10c"),
     "reboot": (frame(1, REBOOT, b""), "fffffd0001030008 2f4e"),

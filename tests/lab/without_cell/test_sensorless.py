@@ -22,12 +22,7 @@ from tendon_train.actuator.prediction import predict
 from tendon_train.actuator.samples.folds import prepare
 from tendon_train.actuator.samples.servo_law import SLIDING
 from tendon_train.actuator.training_config import TrainingConfig
-from tests.lab.without_cell.pulled_benches import (
-    TRUE,
-    pulled_log,
-    pulled_logs,
-    with_force,
-)
+from tests.lab.without_cell.pulled_benches import TRUE, pulled_log, pulled_logs, with_force
 from tests.train.actuator.network_files import card_of
 
 FIT = LineFit(steps=300)

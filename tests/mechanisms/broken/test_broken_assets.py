@@ -20,10 +20,7 @@ PATH = (
 ERRORS: dict[str, tuple[str, tuple[str, str]]] = {
     "negative mass": ("mass", ("physics:mass = 0.012", "physics:mass = -0.012")),
     "no mass": ("mass", ("physics:mass = 0.012", "physics:mass = 0")),
-    "impossible inertia": (
-        "inertia",
-        ("(9.6e-8, 9e-7, 9e-7)", "(9.6e-8, 9e-7, 9e-6)"),
-    ),
+    "impossible inertia": ("inertia", ("(9.6e-8, 9e-7, 9e-7)", "(9.6e-8, 9e-7, 9e-6)")),
     "joint to a missing prim": ("joint_body", (PIP_BODY, PIP_BODY.replace("middle", "no"))),
     "tendon to a missing joint": ("tendon_path", ("</finger/joints/dip>,", "</finger/joints/x>,")),
     "too few moment arms": ("tendon_coef", ("coef = [0.008, 0.0055]", "coef = [0.008]")),

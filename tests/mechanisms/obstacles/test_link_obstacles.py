@@ -72,10 +72,7 @@ def test_two_marked_links_meet_once(tmp_path: Path) -> None:
 
 def test_links_that_may_meet_are_simulated_whole(tmp_path: Path) -> None:
     """Fingers that cannot touch are chains of their own."""
-    for mechanism, count in (
-        (load_mechanism(write_pinch(tmp_path)), 2),
-        (pinch(tmp_path), 1),
-    ):
+    for mechanism, count in ((load_mechanism(write_pinch(tmp_path)), 2), (pinch(tmp_path), 1)):
         assert copies_of(build_model(mechanism, 2, device="cpu")).count == count
 
 

@@ -88,11 +88,7 @@ def test_a_marked_shape_with_a_mass_moves(tmp_path: Path) -> None:
         "bool tendon:obstacle = true\nfloat physics:mass = 0.05\ndouble radius = 0.015\n}"
     )
     mechanism = load_mechanism(layer(tmp_path, more=marble))
-    assert [obstacle.mass for obstacle in mechanism.obstacles] == [
-        None,
-        None,
-        pytest.approx(0.05),
-    ]
+    assert [obstacle.mass for obstacle in mechanism.obstacles] == [None, None, pytest.approx(0.05)]
     model: Any = build_model(mechanism, 2, device="cpu")
     (drawn,) = (n for n, label in enumerate(mechanism.template.shape_label) if "marble" in label)
     assert not mechanism.template.shape_flags[drawn] & newton.ShapeFlags.VISIBLE

@@ -205,10 +205,7 @@ def test_what_cannot_be_an_obstacle_is_refused() -> None:
         (lambda: Box(position=np.zeros(3), half_size=np.array([1.0, -1.0, 1.0])), "half_size"),
         (lambda: ball(friction=-0.1), "friction of a sphere"),
         (lambda: ball(stiffness=np.nan), "finite"),
-        (
-            lambda: Box(position=np.zeros(3), half_size=np.ones(3), turn=2.0 * np.eye(3)),
-            "rotation",
-        ),
+        (lambda: Box(position=np.zeros(3), half_size=np.ones(3), turn=2.0 * np.eye(3)), "rotation"),
     ):
         with pytest.raises(InvalidParameter, match=words):
             build()

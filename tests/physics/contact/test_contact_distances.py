@@ -10,13 +10,7 @@ import pytest
 import warp as wp
 
 from tendon_newton.data.recording import Array
-from tendon_newton.device_code.placeholders import (
-    DeviceArray,
-    DeviceGrid,
-    Mat33,
-    Vec3,
-    real,
-)
+from tendon_newton.device_code.placeholders import DeviceArray, DeviceGrid, Mat33, Vec3, real
 from tendon_newton.device_code.templates import Bindings, device_template
 from tendon_newton.mechanisms.geometry.obstacles import Box, Obstacle, Plane, Sphere
 from tendon_newton.simulation.contact.contact_distances import TILT, overlap_at

@@ -155,9 +155,7 @@ def test_gradients_by_effects_bench_and_actions(
 
 
 def test_many_substeps_at_once_give_the_same(
-    rollout: DifferentiableRollout,
-    seeds: dict[str, Array],
-    monkeypatch: pytest.MonkeyPatch,
+    rollout: DifferentiableRollout, seeds: dict[str, Array], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What a GPU does between two queries, against one substep after the other."""
     found = []

@@ -159,9 +159,7 @@ def test_a_model_file_may_say_how_the_force_answers() -> None:
         assert float(loop.numbers("learned", "hold_damping")) == damping
 
 
-def test_a_run_begins_in_the_equilibrium_of_its_first_command(
-    recordings: list[Recording],
-) -> None:
+def test_a_run_begins_in_the_equilibrium_of_its_first_command(recordings: list[Recording]) -> None:
     """Until the second command nothing moves (float32 of the network against its slope)."""
     run = replay(recordings[:1])[0]
     assert np.ptp(run.motor_position[:20]) < 1e-5

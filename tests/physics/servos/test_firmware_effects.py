@@ -200,11 +200,7 @@ def test_a_falling_rotor_loads_its_gear_on_its_own_side() -> None:
         )
         numbers = type(fall.bench_overrides)(mass=(mass,), length=(length,))
         fall = type(fall)(
-            **{
-                **vars(fall),
-                "bench_overrides": numbers,
-                "enabled": np.zeros(40, dtype=bool),
-            }
+            **{**vars(fall), "bench_overrides": numbers, "enabled": np.zeros(40, dtype=bool)}
         )
         (out,) = simulate([fall], model, time_step=2.5e-4)
         arm, weight = mass * length**2, mass * 9.81 * length * np.sin(side * angle)

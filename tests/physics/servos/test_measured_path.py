@@ -81,10 +81,7 @@ def test_a_string_that_stretches_lets_the_shaft_turn_while_the_joint_sticks() ->
     """After a reversal the joint waits until the tension has changed by both frictions over k."""
     found = run(
         model_of(
-            {
-                "tendon_compliance": {"stiffness": 5000.0},
-                "joint_dry_friction": {"fraction": 0.2},
-            },
+            {"tendon_compliance": {"stiffness": 5000.0}, "joint_dry_friction": {"fraction": 0.2}},
             twist=1.0e-4,
         )
     )

@@ -11,22 +11,9 @@ from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.servo_names import name_of
-from tests.planted.owners.plant import (
-    GAIN,
-    ROW_RATE,
-    Faults,
-    Finger,
-    Motion,
-    Run,
-    simulate,
-)
+from tests.planted.owners.plant import GAIN, ROW_RATE, Faults, Finger, Motion, Run, simulate
 from tests.planted.owners.strings import Array
-from tests.planted.physics.sensors import (
-    Sensors,
-    encoder,
-    load_cell,
-    speed_register,
-)
+from tests.planted.physics.sensors import Sensors, encoder, load_cell, speed_register
 
 DURATION = 4.0  # [s] of each recording
 TRAIN, TEST = 3, 1

@@ -30,12 +30,7 @@ MIX_OF: Mapping[str, str] = MappingProxyType({"backlash": "P"})
 """Benches that a cause needs: a string under tension closes every play."""
 
 SIDES: Mapping[str, Mapping[str, Draw]] = MappingProxyType(
-    {
-        "actuator": ACTUATOR,
-        "transmission": TRANSMISSION,
-        "mechanism": MECHANISM,
-        "sensor": SENSOR,
-    }
+    {"actuator": ACTUATOR, "transmission": TRANSMISSION, "mechanism": MECHANISM, "sensor": SENSOR}
 )
 EFFECTS: Mapping[str, Draw] = MappingProxyType(
     {name: draw for side in SIDES.values() for name, draw in side.items()}

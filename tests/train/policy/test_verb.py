@@ -15,18 +15,7 @@ from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_train.policy.runs.forecast import Forecast
 from tests.physics.learned.networks import force_network, write_force_network
 
-SHORT = (
-    "--worlds",
-    "8",
-    "--steps",
-    "4",
-    "--batch",
-    "16",
-    "--max-step",
-    "2e-3",
-    "--episode",
-    "1",
-)
+SHORT = ("--worlds", "8", "--steps", "4", "--batch", "16", "--max-step", "2e-3", "--episode", "1")
 
 
 def train(out: Path, *words: str) -> int:

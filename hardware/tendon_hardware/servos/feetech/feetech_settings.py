@@ -3,12 +3,7 @@
 from math import ceil
 
 from tendon_hardware.serial_ports import latency_timer
-from tendon_hardware.servos.base import (
-    OverloadProtection,
-    PositionGains,
-    ServoSettings,
-    ServoSpec,
-)
+from tendon_hardware.servos.base import OverloadProtection, PositionGains, ServoSettings, ServoSpec
 from tendon_hardware.servos.family import Reader, Targets
 from tendon_hardware.servos.feetech import feetech_registers as r
 
@@ -99,8 +94,6 @@ def read_settings(bus: Reader, spec: ServoSpec, port: str | None) -> ServoSettin
         starting_duty=starting / spec.duty_counts,
         dead_zone=(clockwise * spec.position_unit, other * spec.position_unit),
         overload=OverloadProtection(
-            duty=overload / 100.0,
-            protective_duty=held / 100.0,
-            time=time * r.PROTECTION_TIME_UNIT,
+            duty=overload / 100.0, protective_duty=held / 100.0, time=time * r.PROTECTION_TIME_UNIT
         ),
     )

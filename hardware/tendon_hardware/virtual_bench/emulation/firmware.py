@@ -7,11 +7,7 @@ is silent the comment says what is assumed.
 
 from math import copysign, pi
 
-from tendon_hardware.virtual_bench.memory.control_table import (
-    CURRENT_UNIT,
-    PWM_FULL,
-    VELOCITY_UNIT,
-)
+from tendon_hardware.virtual_bench.memory.control_table import CURRENT_UNIT, PWM_FULL, VELOCITY_UNIT
 from tendon_hardware.virtual_bench.memory.registers import (
     CURRENT,
     EXTENDED,

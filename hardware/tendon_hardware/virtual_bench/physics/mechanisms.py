@@ -174,10 +174,7 @@ class Phalanges:
     def tip(self) -> tuple[float, float]:
         """Return the tip's x and z [m] from the PIP axis."""
         (l1, l2), (q1, q2) = self._links.lengths, self.angles
-        return (
-            l1 * cos(q1) + l2 * cos(q1 + q2),
-            -l1 * sin(q1) - l2 * sin(q1 + q2),
-        )
+        return (l1 * cos(q1) + l2 * cos(q1 + q2), -l1 * sin(q1) - l2 * sin(q1 + q2))
 
 
 class Finger(Phalanges):

@@ -78,12 +78,7 @@ MX106 = BamMotor(
     max_duty=0.9625,
 )
 XL320 = BamMotor(  # at 7.4 V: stall 0.39 N m at 1.1 A, 114 rev/min
-    duty_per_gain=0.0505,
-    torque_constant=0.5,
-    resistance=6.7,
-    armature=1e-3,
-    gain=32.0,
-    supply=7.5,
+    duty_per_gain=0.0505, torque_constant=0.5, resistance=6.7, armature=1e-3, gain=32.0, supply=7.5
 )
 XC330 = BamMotor(  # M288 at 5 V: stall 0.93 N m at 1.8 A, 81 rev/min; gain / 128 by the e-manual
     duty_per_gain=2.0 * XL330_DUTY,

@@ -122,10 +122,7 @@ def overview(evaluation: Evaluation) -> str:
 def experiment_rows(evaluation: Evaluation, cell: Any) -> str:
     """Return a row per experiment and a column per family."""
     families = evaluation.families
-    lines = [
-        f"| experiment | {' | '.join(families)} |",
-        f"|---{'|---' * len(families)}|",
-    ]
+    lines = [f"| experiment | {' | '.join(families)} |", f"|---{'|---' * len(families)}|"]
     steps = evaluation.step_experiments
     ordered = (*steps, *(e for e in evaluation.experiments if e not in steps))
     for experiment in ordered:

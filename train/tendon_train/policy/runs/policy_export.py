@@ -13,12 +13,7 @@ from torch import Tensor, nn
 from tendon_newton import __version__
 from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.actuators.networks.onnx_file import export
-from tendon_newton.data.cards.policy_card import (
-    CARD_KEY,
-    FurtherServo,
-    PolicyCard,
-    PolicyTraining,
-)
+from tendon_newton.data.cards.policy_card import CARD_KEY, FurtherServo, PolicyCard, PolicyTraining
 from tendon_newton.data.cards.policy_observation import sample_of
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit

@@ -67,10 +67,7 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
     files = hashes(path, *([network_file(model)] if "file" in model.actuator.values else []))
     kept = tuple(effect for effect in model.effects if moves_finger(effect.name))
     return ForceModel(
-        name=path.name,
-        model=replace(model, effects=kept),
-        sha256=files[path.name],
-        files=files,
+        name=path.name, model=replace(model, effects=kept), sha256=files[path.name], files=files
     )
 
 

@@ -10,11 +10,7 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion
-from tendon_newton.mechanisms.geometry.statics import (
-    closed_position,
-    closing_path,
-    closing_tendons,
-)
+from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path, closing_tendons
 
 POINTS = 1025
 """Goal points in the table."""

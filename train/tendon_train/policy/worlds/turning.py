@@ -62,11 +62,7 @@ class Turning:
     """
 
     def __init__(
-        self,
-        config: EnvironmentConfig,
-        loop: ControlLoop,
-        mechanism: Mechanism,
-        draws: WorldDraws,
+        self, config: EnvironmentConfig, loop: ControlLoop, mechanism: Mechanism, draws: WorldDraws
     ) -> None:
         own, worlds, device = config.turning, config.worlds, draws.device
         self._config, self._loop, self._draws = config, loop, draws
