@@ -54,7 +54,7 @@ class Findings:
     closest: Found
     """What came closest: the named causes, or what was found and may not be named."""
     suspected: tuple[str, ...]
-    """Those of the final causes whose intervals do not leave out that there is nothing."""
+    """Final causes whose intervals do not leave out that there is nothing."""
     classes: Mapping[str, tuple[tuple[str, Found], ...]]
     """For each cause the rivals that explain the data as well, each with its fit."""
     candidates: tuple[CandidateScore, ...]

@@ -21,7 +21,7 @@ class Confounded:
     """Two numbers of which the data know a combination better than either."""
 
     first: str
-    """As ``effect.parameter``."""
+    """First number, as ``effect.parameter``."""
     second: str
     correlation: float
     """Correlation of their errors [1]; near 1 they grow at once, near -1 one replaces the other."""

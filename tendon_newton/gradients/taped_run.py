@@ -49,7 +49,7 @@ DIFFERENTIABLE_NUMBERS = (
 )
 """Arrays of the mechanism that carry gradients."""
 ROUTE_NUMBERS = ("path_point", "path_radius")
-"""Those of routed tendons; the zero of their excursion stays where it is."""
+"""Numbers of routed tendons; the zero of their excursion stays where it is."""
 CONTACT_NUMBERS = (
     "obstacle_position",
     "obstacle_size",
@@ -58,7 +58,7 @@ CONTACT_NUMBERS = (
     "obstacle_friction",
     "capsule_radius",
 )
-"""Those of contacts."""
+"""Numbers of contacts."""
 
 
 @dataclass(frozen=True, kw_only=True)

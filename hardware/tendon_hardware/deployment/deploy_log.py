@@ -36,7 +36,7 @@ ball has rate and place of the ball in place of ``alpha``: see `step_fields`.
 TIMING_FIELDS = ("tick", "lateness", "duration", "policy")
 """Numbers of a message on ``/loop/timing``; all but the first [s]."""
 COMMON_FIELDS = ("alpha", "held")
-"""Those that do not belong to a servo."""
+"""Fields that do not belong to a servo."""
 SERVO_FIELDS = len(STEP_FIELDS) - len(COMMON_FIELDS)
 """Numbers of a step for each servo."""
 LEVELS = {"cut": "warn", "hold": "warn", "unwind": "error", "off": "error"}

@@ -30,7 +30,7 @@ class DeploySettings:
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
     """The position loop, which runs here as on the paper's bench, and its command range."""
     further_loops: tuple[HostPositionLoop, ...] = ()
-    """Those of further servos."""
+    """Loops of further servos."""
     watchdog: float = 0.2
     """Silence on the bus after which the servo stops by itself [s]."""
     limits: DeployLimits = field(default_factory=DeployLimits)

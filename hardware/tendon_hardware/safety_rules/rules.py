@@ -218,11 +218,11 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
 )
 """What is looked at, from hard to mild. The text in `docs/deployment.md` is made from it."""
 COMMON_RULES = ("kill", "operator", "log", "policy_failure", "loop_overrun")
-"""Those that are about no servo: of several servos the first one's guard applies them."""
+"""Rules that are about no servo: of several servos the first one's guard applies them."""
 COLLECTION_RULES = tuple(
     rule for rule in SAFETY_RULES if rule.name in ("position_window", "tension", "temperature")
 )
-"""Those that `bench_limits.py` applies while data is collected; each switches the motor off."""
+"""Rules that `bench_limits.py` applies while data is collected; each switches the motor off."""
 
 
 def refuse_unreachable(

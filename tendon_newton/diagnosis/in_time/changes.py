@@ -83,7 +83,7 @@ class Changes:
     """What changed since a day."""
 
     numbers: tuple[Change, ...]
-    """Those that moved, the greatest gain first, and those that did not."""
+    """Numbers that moved, the greatest gain first, and those that did not."""
     before: Errors
     """Error of the first day's model on recordings of the second day."""
     after: Errors

@@ -37,7 +37,7 @@ class Designs:
     """Runs that a search has tried."""
 
     runs: tuple[Expected, ...]
-    """Those that stay within the limit, best first."""
+    """Runs that stay within the limit, best first."""
     refused: tuple[float, ...]
     """Largest tensions of the others [N]."""
 

@@ -41,7 +41,7 @@ class BenchNumber:
 
     bench: str
     key: str
-    """As in ``bench_overrides``."""
+    """Key in ``bench_overrides``."""
     joint: int
     value: float
     """Where its search starts [the key's unit]."""

@@ -38,14 +38,14 @@ class ParameterTable:
     effects: tuple[str, ...]
     """Effects in the order of the catalogue."""
     by_servo: tuple[str, ...] = ()
-    """Those of which each servo has numbers of its own."""
+    """Effects of which each servo has numbers of its own."""
     servos: int = 1
     """Number of servos D."""
     apart: bool = False
     """Whether each servo moves a finger of its own, which may then have effects of its own."""
     shared: tuple[str, ...] = ()
-    """Those of them that may be said of all servos at once. Kernels do not read such numbers; they
-    stand for those of each servo that has none of its own."""
+    """Effects of `by_servo` that all servos may share. Kernels do not read shared numbers; they
+    stand for each servo that has none of its own."""
     bench: tuple[Parameter, ...] = ()
     """Unknown numbers of benches; `bench_numbers` has them."""
     scale: BenchScale = field(default_factory=BenchScale)

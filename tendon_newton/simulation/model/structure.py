@@ -34,7 +34,7 @@ class Structure:
     effects: tuple[str, ...]
     """Names in the order of the catalogue."""
     by_servo: tuple[str, ...] = ()
-    """Those of which each servo has numbers of its own."""
+    """Effects of which each servo has numbers of its own."""
     planar: bool = True
     """Whether the chain moves in one plane, which costs a third of the general equations."""
     precision: Precision = "float64"
