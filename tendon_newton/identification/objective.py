@@ -101,12 +101,6 @@ def loss_curvatures(scaled: Array) -> Array:
     return np.maximum(1.0 - share, 0.0) / (1.0 + share) ** 2
 
 
-def block_losses(scaled: Array, where: Layout) -> Array:
-    """Return the summed loss of each block of time, shape (N, B)."""
-    terms = loss_terms(scaled)
-    return np.stack([group_sums(row, where.block, where.block_count) for row in terms])
-
-
 def group_sums(values: Array, groups: Indices, least_count: int = 0) -> Array:
     """Sum values by group, at least so many groups, shape (G,)."""
     # the copy that astype leaves out: with weights bincount is float64, though annotated as intp

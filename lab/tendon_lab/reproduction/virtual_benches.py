@@ -5,11 +5,11 @@ from pathlib import Path
 
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.excitation_plan import find_plan
-from tendon_hardware.collection.experiment_plan import record_unit, thinned
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_log import step_table
 from tendon_hardware.stop_request import StopRequest
+from tendon_lab.reproduction.experiment_plan import record_unit, thinned
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.climbing import climbed
 from tendon_newton.workflows.options import BenchPorts

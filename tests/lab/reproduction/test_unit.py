@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_hardware.collection.excitation_plan import find_plan
-from tendon_hardware.collection.experiment_plan import FURTHER_RUNS, thinned
+from tendon_lab.reproduction.experiment_plan import FURTHER_RUNS, thinned
 from tendon_lab.reproduction.settings import find_settings
 from tendon_lab.reproduction.steps.diagnosis_stage import scope_text
 from tendon_lab.reproduction.unit import (

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.excitation_plan import BENCHES, Share, runs_of
-from tendon_hardware.collection.experiment_plan import record_unit
 from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.stop_request import StopRequest
+from tendon_lab.reproduction.experiment_plan import record_unit
 from tendon_lab.reproduction.settings import ReproductionSettings
 
 TRAINING = (

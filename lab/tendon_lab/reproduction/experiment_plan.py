@@ -18,10 +18,9 @@ from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.stop_request import StopRequest
+from tendon_lab.reproduction.unit import EXPERIMENTS, RECORDINGS
 from tendon_newton.data.recording import Array
 
-RECORDINGS, EXPERIMENTS = "recordings", "experiments"
-"""Folders of a bench."""
 WIDE_LOOP = HostPositionLoop(position_range=(-1.5, 2.0 * pi))
 """Lets a sinusoid dip below zero; the usual loop cuts it there."""
 
