@@ -8,8 +8,9 @@ import tyro
 
 @dataclass(frozen=True, kw_only=True)
 class Import:
-    """Turn an MJCF or URDF file into an asset, with a tendon in a small layer on top.
+    """Turn an MJCF or URDF file into an asset, with what drives it in a small layer on top.
 
+    With --moment-arm it is a finger that one tendon closes; else each joint has a servo of its own.
     Newton reads the file; links.usda gets what it says, tendon.usda above it what it cannot say.
     The base is fixed, fixed joints are merged, and of shapes one bone per link is drawn. An end
     stop that the file does not describe becomes that of the nominal finger.
@@ -24,11 +25,13 @@ class Import:
     stiffness: tuple[float, ...] = ()
     """Return spring of each joint [N m/rad], for a file without springs."""
     tip: tuple[float, float, float] | None = None
-    """The tip in the last link's frame [m]; by default the site named tip of an MJCF file."""
+    """The tip in a link's frame [m]; by default the site named tip of an MJCF file."""
+    tip_link: str | None = None
+    """Link of the tip; the last by default."""
     spool_radius: float = 0.0125
     """Radius of the spool that winds the tendon [m]."""
     force_limit: float = 21.0
-    """The most that the servo can pull [N]."""
+    """The most that the servo can pull [N]; torque [N m] where each joint has one."""
     folder: Path = Path()
     """Parent of the new folder; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
 
@@ -57,12 +60,13 @@ def import_asset(config: Import) -> None:
         moment_arm=config.moment_arm,
         stiffness=config.stiffness,
         tip=config.tip,
+        tip_link=config.tip_link,
         spool_radius=config.spool_radius,
         force_limit=config.force_limit,
     )
     path = write_foreign(config.folder, plan)
     print(path)
-    print(f"edit the tendon in {path.parent / 'tendon.usda'}, then")
+    print(f"edit what drives it in {path.parent / 'tendon.usda'}, then")
     print(f"  tendon-newton asset check {path}")
     print(f"  tendon-newton asset show {path}")
 

@@ -226,8 +226,8 @@ MEMORY_OFFSETS: tuple[int, ...] = constant()
 """Where the first parameters of the effects with memory stand, those of each tendon."""
 MEMORY_NULLS: tuple[float, ...] = constant()
 """Null values of these parameters."""
-BY_PATH: bool = constant()
-"""Whether shafts are where they were measured, under a measured load."""
+HAS_LOAD: bool = constant()
+"""Whether the load on the joint is an input."""
 HOLDS_FORCE: bool = constant()
 """Whether the actuator's force is decided outside the kernel and held."""
 HELD_MEMORY: int = constant()

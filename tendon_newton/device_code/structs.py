@@ -12,8 +12,8 @@ from typing import Annotated
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
-    BY_PATH,
     HAS_BODY,
+    HAS_LOAD,
     PLANAR,
     ROUTED,
     SHARES_BODY,
@@ -235,7 +235,7 @@ class Commands:
     """Instants of all rows on the log's clock [s]."""
     angle: DeviceArray[TendonVector]
     """Angles asked for from each row on [rad], angles or forces measured [N]."""
-    load: Annotated[DeviceArray[real], BY_PATH]
+    load: Annotated[DeviceArray[real], HAS_LOAD]
     """Torque on the joint from outside [N m], positive the way its angle grows."""
     voltage: DeviceArray[real]
     """Supply [V]; 0 stands for the actuator's own."""

@@ -1,4 +1,4 @@
-"""A foreign file as a plan of an asset: USD's own frames and units, and a tendon on top."""
+"""A foreign file as a plan of an asset: USD's own frames and units, and its drives on top."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidAsset, listed, shown
+from tendon_newton.errors import InvalidAsset, listed, shown, unknown_name
 from tendon_newton.mechanisms.authoring.asset_plan import (
     NAME,
     SLENDERNESS,
@@ -85,14 +85,15 @@ class ForeignPlan:
     """Name of the file that it came from."""
     joints: tuple[ForeignJoint, ...]
     moment_arms: tuple[float, ...]
+    """Of the one tendon; none where each joint has a servo of its own."""
     springs: tuple[float, ...]
     """Return springs that are added; none where the file has its own."""
     spool_radius: float
     force_limit: float
     gravity: float
     gravity_direction: Array
-    tip_link: str
-    tip_point: Array
+    tip_link: str | None
+    tip_point: Array | None
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -102,22 +103,25 @@ def plan_foreign(
     name: str,
     finger: ForeignFinger,
     *,
-    moment_arm: tuple[float, ...],
+    moment_arm: tuple[float, ...] = (),
     stiffness: tuple[float, ...] = (),
     tip: tuple[float, float, float] | None = None,
+    tip_link: str | None = None,
     spool_radius: float,
     force_limit: float,
 ) -> ForeignPlan:
-    """Plan an asset from a foreign file and a tendon.
+    """Plan an asset from a foreign file: a finger with a tendon, or an arm.
 
     Args:
         name: Name of the asset.
         finger: Content of the foreign file.
-        moment_arm: Moment arm at each joint [m/rad], positive closes; one value may serve all.
+        moment_arm: Moment arm of the tendon at each joint [m/rad], positive closes; one value may
+            serve all. Without any each joint has a servo of its own.
         stiffness: Return springs to add [N m/rad]; none keeps those of the file.
-        tip: The tip in the last link's frame [m]; none takes the file's site of that name.
+        tip: The tip in a link's frame [m]; none takes the file's site of that name.
+        tip_link: That link; the last by default.
         spool_radius: Spool radius [m].
-        force_limit: The most that the servo can pull [N].
+        force_limit: The most that a servo can give: pull [N], or torque [N m] of an arm's.
 
     Raises:
         InvalidAsset: A number is missing or is no finger's.
@@ -126,15 +130,10 @@ def plan_foreign(
     check_names(name)
     check_range("spool_radius", spool_radius)
     check_range("force_limit", force_limit)
-    if not moment_arm:
-        names = listed(joint.name for joint in finger.joints)
-        raise InvalidAsset(
-            f"{finger.source}: its tendon needs --moment-arm, one per joint: {names}"
-        )
-    arms = spread("moment_arm", moment_arm, count)
+    arms = spread("moment_arm", moment_arm, count) if moment_arm else ()
     springs = spread("stiffness", stiffness, count) if stiffness else ()
-    at = finger.tip if tip is None else (count - 1, np.array(tip))
-    if at is None:
+    at = finger.tip if tip is None else (find_link(finger, tip_link), np.array(tip))
+    if at is None and arms:
         raise InvalidAsset(
             f"{finger.source}: a finger has a tip: name a site of the file 'tip', or give its "
             "place in the last link with --tip"
@@ -154,16 +153,29 @@ def plan_foreign(
         force_limit=force_limit,
         gravity=gravity,
         gravity_direction=finger.gravity / gravity if gravity else np.array([0.0, 0.0, -1.0]),
-        tip_link=finger.links[at[0]],
-        tip_point=at[1],
+        tip_link=finger.links[at[0]] if at else None,
+        tip_point=at[1] if at else None,
     )
+
+
+def find_link(finger: ForeignFinger, name: str | None) -> int:
+    """Return the index of a link; the last where no name is given.
+
+    Raises:
+        UnknownName: No link has that name.
+    """
+    if name is None:
+        return len(finger.links) - 1
+    if name not in finger.links:
+        raise unknown_name(f"link of {finger.source.name}", name, finger.links)
+    return finger.links.index(name)
 
 
 def foreign_joint(
     finger: ForeignFinger,
     names: tuple[str, ...],
     index: int,
-    tip: tuple[int, Array],
+    tip: tuple[int, Array] | None,
     spring: float | None,
 ) -> ForeignJoint:
     """Turn a joint that Newton read into what USD writes; its axis becomes x of its frames."""
@@ -258,11 +270,13 @@ def moves(joints: tuple[Joint, ...], index: int, other: int) -> bool:
     return False
 
 
-def bone(joints: tuple[Joint, ...], index: int, tip: tuple[int, Array]) -> ForeignBone | None:
+def bone(
+    joints: tuple[Joint, ...], index: int, tip: tuple[int, Array] | None
+) -> ForeignBone | None:
     """Return a capsule from a joint to what comes next on its link."""
     start = joints[index].child_position
     ends = [joint.parent_position for joint in joints if joint.parent == index]
-    if tip[0] == index:
+    if tip is not None and tip[0] == index:
         ends.append(tip[1])
     if not ends:
         return None

@@ -13,19 +13,19 @@ from tendon_newton.mechanisms.geometry.joints import Joint
 
 @dataclass(frozen=True, kw_only=True)
 class Posture:
-    """World frames of every link and joint at one set of joint positions."""
+    """World frames of every link and joint at one set of joint positions, or at many."""
 
     rotation: tuple[Array, ...]
-    """From each link's frame to the world, J of shape (3, 3)."""
+    """From each link's frame to the world, J of shape (..., 3, 3)."""
     position: tuple[Array, ...]
-    """Origin of each link's frame [m], J of shape (3,)."""
+    """Origin of each link's frame [m], J of shape (..., 3)."""
     axis: tuple[Array, ...]
-    """Each joint's axis in the world, J of shape (3,)."""
+    """Each joint's axis in the world, J of shape (..., 3)."""
     anchor: tuple[Array, ...]
-    """Each joint's origin in the world [m], J of shape (3,)."""
+    """Each joint's origin in the world [m], J of shape (..., 3)."""
 
     def place(self, body: int, point: Array) -> Array:
-        """Return a point of a link in the world [m], shape (3,); link -1 is the base."""
+        """Return a point of a link in the world [m], shape (..., 3); link -1 is the base."""
         return point if body < 0 else self.position[body] + self.rotation[body] @ point
 
     def turned(self, body: int, rotation: Array) -> Array:
@@ -38,35 +38,39 @@ def frames_of(joints: tuple[Joint, ...], joint_position: Array) -> Posture:
 
     Args:
         joints: The joints, each behind its parent.
-        joint_position: Joint positions [rad], shape (J,).
+        joint_position: Joint positions [rad], shape (..., J).
     """
     rotation: list[Array] = []
     position: list[Array] = []
     axis: list[Array] = []
     anchor: list[Array] = []
-    for joint, q in zip(joints, joint_position, strict=True):
+    for j, joint in enumerate(joints):
         base = joint.parent < 0
         R = np.eye(3) if base else rotation[joint.parent]
         p = np.zeros(3) if base else position[joint.parent]
         origin = p + R @ joint.parent_position
-        joint_rotation, slide = _motion(joint, float(q))
+        joint_rotation, slide = _motion(joint, joint_position[..., j])
         frame = R @ joint.parent_rotation
         anchor.append(origin)
         axis.append(frame @ joint.axis)
         rotation.append(frame @ joint_rotation @ joint.child_rotation.T)
-        position.append(origin + frame @ slide - rotation[-1] @ joint.child_position)
+        position.append(
+            origin + (frame @ slide[..., None])[..., 0] - rotation[-1] @ joint.child_position
+        )
     return Posture(
         rotation=tuple(rotation), position=tuple(position), axis=tuple(axis), anchor=tuple(anchor)
     )
 
 
-def _motion(joint: Joint, q: float) -> tuple[Array, Array]:
-    """Return the rotation and the shift that a joint adds, in its own frame."""
+def _motion(joint: Joint, q: Array) -> tuple[Array, Array]:
+    """Return the rotation and the shift that a joint at q (...) adds, in its own frame."""
+    q = np.asarray(q)[..., None]
     if joint.kind == "prismatic":
         return np.eye(3), joint.axis * q
     x, y, z = joint.axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     # Rodrigues: a turn by q about the unit axis.
+    q = q[..., None]
     return np.eye(3) + np.sin(q) * K + (1.0 - np.cos(q)) * (K @ K), np.zeros(3)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.geometry.joint_frames import ancestors, cross
+from tendon_newton.mechanisms.geometry.joint_frames import ancestors
 from tendon_newton.mechanisms.geometry.joints import freeze_arrays
 from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -49,26 +49,28 @@ class ClosingPath:
 def gravity_torque(
     mechanism: Mechanism, joint_position: Array, gravity: Array | None = None
 ) -> Array:
-    """Return the torque of gravity in each joint [N m], shape (J,).
+    """Return the torque of gravity in each joint [N m], shape (..., J).
 
     Args:
         mechanism: The mechanism.
-        joint_position: Joint positions [rad], shape (J,).
+        joint_position: Joint positions [rad], shape (..., J).
         gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
     """
     g = mechanism.gravity if gravity is None else gravity
     if not np.any(g):
-        return np.zeros(len(mechanism.joints))
+        return np.zeros(np.shape(joint_position))
     frames = posture(mechanism, joint_position)
-    torque = np.zeros(len(mechanism.joints))
+    torque = np.zeros(np.shape(joint_position))
+    turned = np.cross(np.eye(3), g)  # lever @ turned = lever x g
     for link, joint in enumerate(mechanism.joints):
-        center = frames.position[link] + frames.rotation[link] @ joint.center_of_mass
+        center = frames.place(link, joint.center_of_mass)
         for j in ancestors(mechanism.parents, link):
-            if mechanism.joints[j].kind == "prismatic":
-                direction = frames.axis[j]
-            else:
-                direction = cross(frames.axis[j], center - frames.anchor[j])
-            torque[j] += joint.mass * float(direction @ g)
+            pull = (
+                g
+                if mechanism.joints[j].kind == "prismatic"
+                else (center - frames.anchor[j]) @ turned
+            )
+            torque[..., j] += joint.mass * np.sum(frames.axis[j] * pull, axis=-1)
     return torque
 
 

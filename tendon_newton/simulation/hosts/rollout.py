@@ -404,7 +404,7 @@ class Rollout:
         )
         commands.voltage = self.array(voltage, types[real])
         commands.enabled = self.array(enabled, types[real])
-        if self.driven_by == "path":
+        if self._kinematic:
             loads = [loads_of(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
             commands.load = self.array(np.concatenate(loads), types[real])
         settles = NEAR_MEASURED if self.kernels.structure.tendon_count > 1 else FROM_SPRINGS
@@ -457,8 +457,9 @@ def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
 
 
 def loads_of(recording: Recording, timeline: Timeline) -> Array:
-    """Return the load [N m] on the joint in the simulated rows, shape (S,)."""
-    assert recording.joint_load is not None
+    """Return the load [N m] on the joint in the simulated rows, shape (S,); none is 0."""
+    if recording.joint_load is None:
+        return np.zeros(len(timeline.time))
     return np.interp(timeline.time, recording.time, recording.joint_load)
 
 

@@ -1,6 +1,6 @@
-"""Kernels of a servo of which only the position is known: no force, no mass, no load.
+"""Kernels of a servo of which only the position is known: no force and no mass.
 
-    clock -> profile, deadband -> [target] -> lag -> speed -> play -> offset
+    clock -> profile, [load], deadband -> [target] -> lag -> speed -> play -> offset
 
 Each name without brackets is an effect, with the device function that acts in the force model too.
 What the lag remembers is the position of the drive; beyond the play is the shaft. A state's q is
@@ -78,11 +78,19 @@ def profiled(
 
 @device_template
 def followed(
-    p: ParameterVector, position: real, command: real, elapsed: real, memory: MemoryVector
+    p: ParameterVector,
+    position: real,
+    command: real,
+    elapsed: real,
+    memory: MemoryVector,
+    load: real,
 ) -> real:
-    """Return where a drive at a position is after some time [s] under a command [rad]."""
+    """Return where a drive at a position is after some time [s] under a command [rad].
+
+    The load [N m] takes it from its goal by the servo's compliance, the actuator's only number.
+    """
     tendon = asked(command, elapsed, memory)
-    error = Jet(command - position, real(0.0), real(0.0))
+    error = Jet(command + p[0] * load - position, real(0.0), real(0.0))
     target = error_effects(error, tendon, p) + Jet(position, real(0.0), real(0.0))
     tendon.memory = MemoryVector(position)
     reached = motor_force_effects(target, tendon, p)
@@ -153,10 +161,12 @@ def position_kernel(
     passed = real(1.0)
     for row in range(begin, wp.min(rows.end[recording], log.count)):
         now = commands.time[log.first + row] * log.scale
+        load = commands.load[log.first + row]
         enabled = commands.enabled[log.first + row] > real(0.0)
         acting = acting_row(commands, log, p, 0, now, acting)
         if enabled and row > 0:
-            drive = followed(p, drive, commands.angle[log.first + acting][0], real(0.0), memory)
+            goal = commands.angle[log.first + acting][0]
+            drive = followed(p, drive, goal, real(0.0), memory, load)
             shaft = carried(p, shaft, drive)
         reading = reported(p, shaft)
         readout.joint_position[out + row] = JointVector(shaft)
@@ -170,7 +180,7 @@ def position_kernel(
             for k in range(steps):
                 command = mean_command(commands, log, p, now + real(k) * h, h, acting)
                 if enabled:
-                    drive = followed(p, drive, command[0], h, memory)
+                    drive = followed(p, drive, command[0], h, memory, load)
                     memory = profiled(p, command[0], h, memory)
                     shaft = carried(p, shaft, drive)
     states.q[i] = JointVector(shaft)

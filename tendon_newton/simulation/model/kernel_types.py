@@ -9,6 +9,7 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.device_code import placeholders as d
 from tendon_newton.device_code.templates import Bindings
 from tendon_newton.effects import Stage
@@ -108,7 +109,7 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
         d.PLANAR: structure.planar,
         d.FREE_SPOOL: structure.free_spool,
         d.HAS_ROTOR: structure.has_rotor,
-        d.BY_PATH: structure.driven_by == "path",
+        d.HAS_LOAD: find_actuator(structure.actuator).kinematic,
         d.MAY_HOLD: structure.may_hold,
         d.HAS_DUTY: structure.uses(Stage.DUTY),
         d.DRY_OFFSETS: structure.dry_offsets,

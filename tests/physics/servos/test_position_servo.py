@@ -127,6 +127,20 @@ def test_an_offset_shifts_what_is_reported() -> None:
     np.testing.assert_allclose(held, 0.03, atol=1e-12)
 
 
+def test_a_load_takes_the_shaft_from_its_goal_and_a_deadband_holds_it_there() -> None:
+    """The goal is theta_d + s tau; the shaft rests while that moves by less than the band."""
+    load = np.repeat([0.0, 0.5, -1.0], 50)
+    recording = replace(commanded(np.zeros(150), "servo", ROW), joint_load=load)
+    soft = replace(
+        servo_model(), actuator=NamedValues(name="ideal_position", values={"compliance": 0.08})
+    )
+    banded = replace(soft, effects=(NamedValues(name="deadband", values={"width": 0.05}),))
+    (free,), (held,) = (replay([recording], model) for model in (soft, banded))
+    np.testing.assert_allclose(free.motor_position[1:, 0], 0.08 * load[1:], atol=1e-12)
+    rests = np.repeat([0.0, 0.0, -0.03], 50)
+    np.testing.assert_allclose(held.motor_position[1:, 0], rests[1:], atol=1e-12)
+
+
 def test_torque_off_leaves_the_shaft_where_it_is() -> None:
     """Without torque nothing is known but where it was."""
     enabled = np.arange(len(STAIRS)) < 60

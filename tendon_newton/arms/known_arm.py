@@ -1,0 +1,131 @@
+"""What is known of an arm before causes are looked for: how it stands, plain servos, its floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tendon_newton.arms.arm import Arm, ArmMotion
+from tendon_newton.arms.arm_simulation import loaded, simulate_arm
+from tendon_newton.arms.floor import find_floor
+from tendon_newton.arms.placement import Placement, find_placement
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.diagnosis.diagnose import extended_model
+from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.plain_models import PLAIN_MODELS
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.study import Study
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+
+PLAIN = PLAIN_MODELS["lag, delay, deadband and offset"]
+"""Effects of a plain servo."""
+TIMING = ("actuator_lag", "command_delay")
+"""Those that servos of one kind on one bus have in common."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownArm:
+    """An arm, and a model of each of its servos."""
+
+    placement: Placement
+    arm: Arm
+    """As the placement has it, with its floor."""
+    starts: tuple[Model, ...]
+    """From which the causes of each servo are looked for, J; lag and delay are those of all."""
+    plain: tuple[Model, ...]
+    """Plain models of the servos, fitted, J."""
+
+    def with_loads(self, motions: Sequence[ArmMotion]) -> tuple[tuple[Recording, ...], ...]:
+        """Return the recordings of each servo with the load on it, J of as many as motions.
+
+        The weight is that of the measured posture. What the floor does is that of an arm of plain
+        servos, which is told the commands alone.
+        """
+        states = simulate_arm(self.arm, dict(enumerate(self.plain)), motions)
+        loads = [
+            self.arm.weight(motion.angles) + state.loads - self.arm.weight(state.angles)
+            for motion, state in zip(motions, states, strict=True)
+        ]
+        return each_servo(motions, loads)
+
+
+def know_arm(
+    mechanism: Mechanism, motions: Sequence[ArmMotion], starts: Sequence[Model]
+) -> KnownArm:
+    """Find how an arm stands and what its tip rests on.
+
+    Args:
+        mechanism: The arm; its joints are those of the motions, in their order.
+        motions: Training motions.
+        starts: What is stated of each servo, J models.
+
+    Raises:
+        InvalidRecording: The motions are not this arm's.
+    """
+    placement = find_placement(mechanism, motions)
+    arm = placement.arm
+    told = [replaced(s, placement.compliance if f else None)
+            for s, f in zip(starts, placement.flipped, strict=True)]  # fmt: skip
+    recordings = each_servo(motions, [arm.weight(motion.angles) for motion in motions])
+    plain = tuple(plain_servo(s, own) for s, own in zip(told, recordings, strict=True))
+    arm = find_floor(arm, dict(enumerate(plain)), motions)
+    known = KnownArm(placement=placement, arm=arm, starts=tuple(told), plain=plain)
+    if arm.floor is not None:
+        again = zip(told, known.with_loads(motions), strict=True)
+        known = replace(known, plain=tuple(plain_servo(s, own) for s, own in again))
+    timing = common_timing(known.plain, motions)
+    return replace(known, starts=tuple(replace(s, effects=(*s.effects, *timing)) for s in told))
+
+
+def common_timing(plain: Sequence[Model], motions: Sequence[ArmMotion]) -> list[NamedValues]:
+    """Return lag and delay of all servos: the medians of theirs, by how far each is told to go."""
+    ways = [np.abs(np.diff(motion.commands, axis=0)).sum(axis=0) for motion in motions]
+    counts = np.sum(ways, axis=0) / np.sum(ways)
+    out = []
+    for name in TIMING:
+        (number,) = EFFECTS[name].parameters
+        own = [{e.name: e.values for e in model.effects}.get(name, {}) for model in plain]
+        values = np.array([float(numbers.get(number.name, number.null)) for numbers in own])
+        order = np.argsort(values)
+        place = int(np.searchsorted(np.cumsum(counts[order]), 0.5))
+        if values[order[place]] != number.null:
+            out.append(NamedValues(name=name, values={number.name: float(values[order[place]])}))
+    return out
+
+
+def each_servo(
+    motions: Sequence[ArmMotion], loads: Sequence[Array]
+) -> tuple[tuple[Recording, ...], ...]:
+    """Return the recordings of each servo with its loads [N m], of shapes (T, J) by motion."""
+    pairs = list(zip(motions, loads, strict=True))
+    servos = range(len(motions[0].recordings))
+    return tuple(tuple(loaded(m.recordings[j], load[:, j]) for m, load in pairs) for j in servos)
+
+
+def replaced(model: Model, compliance: float | None) -> Model:
+    """Return a model whose servo gives way to its load by an unknown compliance [rad/(N m)]."""
+    if compliance is None:
+        return model
+    values = {**model.actuator.values, "compliance": compliance}
+    return replace(
+        model, actuator=replace(model.actuator, values=values), fit=(*model.fit, "compliance")
+    )
+
+
+def plain_servo(start: Model, recordings: Sequence[Recording]) -> Model:
+    """Fit a plain model to a servo's recordings; one that gives way to its load has no offset.
+
+    A servo that is told nothing shows nothing: it stays as stated.
+    """
+    if all(np.ptp(r.command) == 0.0 for r in recordings if r.command is not None):
+        return start
+    study = Study(recordings, start, tuple(EFFECTS))
+    effects = [e for e in PLAIN if e != "position_offset" or "compliance" not in start.fit]
+    worlds = SearchWorlds(study)
+    found = fit_set_anew(worlds, start, effects)
+    return extended_model(study, start, values_of(worlds, found.columns, found.place), effects)

@@ -1,0 +1,118 @@
+"""An arm of many servos: where it hangs tells how it stands, and its servos move together."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.arms.arm import Arm, ArmMotion, motions_of
+from tendon_newton.arms.arm_simulation import simulate_arm
+from tendon_newton.arms.known_arm import KnownArm, know_arm
+from tendon_newton.arms.placement import find_placement
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.errors import InvalidRecording, UnknownName
+from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
+from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
+from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tests.arms import planted_arm
+
+TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))
+FLOOR = -0.02  # m
+FREE = -10.0  # m: too far below to be met
+
+
+@pytest.fixture(scope="module")
+def mechanism(tmp_path_factory: pytest.TempPathFactory) -> Mechanism:
+    """The planted arm, imported."""
+    return planted_arm.planted_mechanism(tmp_path_factory.mktemp("arm"))
+
+
+@pytest.fixture(scope="module")
+def motions() -> list[ArmMotion]:
+    """Motions further and further down; in the last two the tip would go through the floor."""
+    rng = np.random.default_rng(3)
+    lows = {"high": -0.9, "middle": -0.7, "low": -0.5, "other": -0.35}
+    return [planted_arm.planted_motion(name, rng, low, FLOOR) for name, low in lows.items()]
+
+
+@pytest.fixture(scope="module")
+def known(mechanism: Mechanism, motions: list[ArmMotion]) -> KnownArm:
+    """What three of them tell."""
+    return know_arm(mechanism, motions[:3], [TOLD, TOLD])
+
+
+def test_an_arm_comes_in_with_a_servo_on_each_joint(mechanism: Mechanism, tmp_path: Path) -> None:
+    """Each joint has a drive of its own, and the asset breaks no rule."""
+    assert [tendon.name for tendon in mechanism.tendons] == ["shoulder", "elbow"]
+    assert all(tendon.direct for tendon in mechanism.tendons)
+    np.testing.assert_array_equal([t.moment_arm for t in mechanism.tendons], np.eye(2))
+    path = planted_arm.planted_mechanism(tmp_path).asset
+    assert not check_asset(path)
+    with pytest.raises(UnknownName, match=r"No link of arm\.urdf named 'hand'"):
+        plan_foreign(
+            "arm", read_foreign(tmp_path / "arm.urdf"), tip=(0.0, 0.0, 0.0), tip_link="hand",
+            spool_radius=0.01, force_limit=3.0,
+        )  # fmt: skip
+
+
+def test_weight_and_tip_are_those_of_two_rods(mechanism: Mechanism) -> None:
+    """Against the equations of the plant, at many postures at once (float32 assets: 1e-5)."""
+    arm = Arm(mechanism=mechanism, sign=planted_arm.SIGNS, zero=np.array([0.1, -0.2]),
+              gravity=mechanism.gravity)  # fmt: skip
+    angles = np.random.default_rng(0).uniform(-1.0, 1.0, (20, 2))
+    q = planted_arm.SIGNS * angles + arm.zero
+    expected = planted_arm.SIGNS * [planted_arm.weight(row) for row in q]
+    np.testing.assert_allclose(arm.weight(angles), expected, rtol=1e-5, atol=1e-6)
+    height, slopes = arm.tip_height(angles)
+    np.testing.assert_allclose(height, [planted_arm.tip(row) for row in q], atol=1e-6)
+    way = np.array([0.0, 1e-5])
+    moved = arm.tip_height(angles + way)[0] - arm.tip_height(angles - way)[0]
+    np.testing.assert_allclose(slopes[:, 1], moved / 2e-5, atol=1e-6)
+
+
+def test_a_servo_that_counts_the_other_way_is_found(known: KnownArm) -> None:
+    """By where the arm hangs; zeros of 0 lie in the interval (two standard deviations)."""
+    np.testing.assert_array_equal(known.arm.sign, planted_arm.SIGNS)
+    assert (known.placement.flipped > 0.1).all()
+    assert (np.abs(known.arm.zero) < 2.0 * known.placement.zero_sd).all()
+
+
+def test_the_floor_and_the_servos_numbers_are_found(known: KnownArm) -> None:
+    """Compliance within a fifth, bands within 5 mrad; the floor within what zeros leave of it."""
+    assert known.arm.floor == pytest.approx(FLOOR, abs=0.4 * 0.05)  # m: reach times a zero's sd
+    for model, band in zip(known.plain, planted_arm.BANDS, strict=True):
+        assert model.actuator.values["compliance"] == pytest.approx(planted_arm.COMPLIANCE, rel=0.2)
+        (width,) = (e.values["width"] for e in model.effects if e.name == "deadband")
+        assert width == pytest.approx(band, abs=0.005)
+
+
+def test_servos_move_together_under_commands_alone(
+    known: KnownArm, motions: list[ArmMotion]
+) -> None:
+    """In a motion that was not seen the floor takes away more than two thirds of the error."""
+    models, unseen = dict(enumerate(known.plain)), motions[3:]
+    (with_floor,) = simulate_arm(known.arm, models, unseen)
+    (without,) = simulate_arm(replace(known.arm, floor=None), models, unseen)
+    missed, free = (
+        np.sqrt(np.mean((state.angles - unseen[0].angles) ** 2)) for state in (with_floor, without)
+    )
+    assert missed < 0.01  # rad: half of the smaller band
+    assert missed < free / 3.0
+    assert known.arm.floor is not None
+    assert known.arm.tip_height(with_floor.angles)[0].min() > known.arm.floor - 0.005  # m
+    assert with_floor.force.max() > 0.5  # N
+
+
+def test_recordings_that_are_no_arms_are_refused(
+    mechanism: Mechanism, motions: list[ArmMotion]
+) -> None:
+    """Other servos than joints, other motions, other stamps, and an arm that hangs up."""
+    first, second = motions[0].recordings
+    with pytest.raises(InvalidRecording, match=r"2 joints \(shoulder, elbow\).* of 1 servos"):
+        find_placement(mechanism, [ArmMotion(recordings=(first,))])
+    with pytest.raises(InvalidRecording, match="have the same recordings; there are a 2, b 1"):
+        motions_of({"a": [first, first], "b": [second]})
+    with pytest.raises(InvalidRecording, match="its time stamps are not those of shoulder_high"):
+        motions_of({"a": [first], "b": [replace(second, time=second.time + 0.001)]})
