@@ -278,7 +278,6 @@ In mjlab, give `bam.mjlab.BamActuatorCfg` the file `servo.json`, and set the loo
 """
 
 BAM = ExportTarget(
-    summary="a parameter file of Rhoban/bam, a bench in MJCF, and a program that joins them",
     coverage=COVERAGE,
     write=write_bam_target,
 )

@@ -36,8 +36,6 @@ class Exported:
 class ExportTarget:
     """One program that an identified model can be carried into."""
 
-    summary: str
-    """What is written and who reads it, in one line."""
     coverage: Mapping[str, Coverage]
     """What becomes of each effect of the catalogue."""
     write: Callable[[Path, Mechanism, Model], Exported]

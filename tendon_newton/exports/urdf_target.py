@@ -112,7 +112,6 @@ or take another target.
 """
 
 URDF = ExportTarget(
-    summary="links and joints with the corrected numbers, as URDF",
     coverage=COVERAGE,
     write=write_urdf_target,
 )

@@ -65,7 +65,6 @@ the asset, and take out of the model those effects that stand in it already.
 """
 
 USD = ExportTarget(
-    summary="the corrected bench as one USD file",
     coverage=COVERAGE,
     write=write_usd_target,
 )

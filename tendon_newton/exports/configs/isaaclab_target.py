@@ -170,7 +170,6 @@ backend does.
 """
 
 ISAACLAB = ExportTarget(
-    summary="USD, and a configuration file for Isaac Lab, of benches with one joint per tendon",
     coverage=COVERAGE,
     write=write_isaaclab_target,
 )

@@ -183,7 +183,6 @@ A string pushes there too.
 """
 
 MJLAB = ExportTarget(
-    summary="MJCF, and a configuration file for mjlab with the servo at its tendon",
     coverage=COVERAGE,
     write=write_mjlab_target,
 )

@@ -220,7 +220,6 @@ ALONE = """
 """
 
 MUJOCO = ExportTarget(
-    summary="MJCF, and a Python file that steps it with what MJCF cannot say",
     coverage=COVERAGE,
     write=write_mujoco_target,
 )

@@ -113,7 +113,6 @@ which have learned the force of this model's network on commands of their own.
 """
 
 NETWORKS = ExportTarget(
-    summary="an MLP, an LSTM and a GRU of the servo's force, for Newton, Isaac Lab and mjlab",
     coverage=COVERAGE,
     write=write_networks_target,
 )

@@ -203,7 +203,6 @@ def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> di
 
 
 NEWTON = ExportTarget(
-    summary="USD with actuator prims, and a drive for Newton with what prims cannot say",
     coverage=COVERAGE,
     write=write_newton_target,
 )
