@@ -27,15 +27,8 @@ class IdealPosition(Actuator):
     name = "ideal_position"
     parameters = (
         Parameter(
-            name="compliance",
-            unit="rad/(N m)",
-            null=0.0,
-            nominal=0.08,
-            lower=0.0,
-            upper=1.0,
-            source="an STS3215 sags by 0.175 rad/(N m) at its gain 4, by 0.0155 at 32",
-            optional=True,
-        ),
+            "compliance", "rad/(N m)", null=0.0, nominal=0.08, lower=0.0, upper=1.0, optional=True
+        ).since("an STS3215 sags by 0.175 rad/(N m) at its gain 4, by 0.0155 at 32"),
     )
     kinematic = True
 
