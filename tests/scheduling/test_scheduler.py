@@ -28,7 +28,7 @@ from tests.train.actuator.servo_logs import write_servo_dataset
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a Dask scheduler with two workers on this machine."""
-    pytest.importorskip("distributed", reason="pip install 'tendon-newton[cluster]'")
+    distributed = pytest.importorskip("distributed", reason="pip install 'tendon-newton[cluster]'")
     folder = tmp_path_factory.mktemp("cluster")
     file = folder / "scheduler.json"
     environment = os.environ | {"PYTHONPATH": search_path(Path(__file__).parents[2])}
@@ -48,7 +48,10 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
             if file.is_file() and file.read_text():
                 break
             time.sleep(0.1)
-        yield json.loads(file.read_text())["address"]
+        address = json.loads(file.read_text())["address"]
+        with distributed.Client(address, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)  # the first would take all jobs alone
+        yield address
     finally:
         for process in reversed(processes):
             process.terminate()
