@@ -151,7 +151,7 @@ def changed_days(folder: Path, noisy: bool) -> Made:
     second = small_dataset(folder / "second", noisy)
     said(["diagnose", second, "--against", first, "--out", folder / "out"])
     (day,) = json.loads((folder / "out" / "changes.json").read_text())["days"].values()
-    reported = [day.pop("before"), day.pop("after")]
+    reported = [day.pop(key) for key in ("before", "after", "events")]
     return Made(
         decided={**day, "model.toml": (folder / "out" / "model.toml").read_text()},
         reported=reported,

@@ -130,26 +130,39 @@ def replay(unit: int, plan: str, wear: str, mend: Callable[[BenchUnit], BenchUni
     return Readings(theta=theta, force=force, late=late)
 
 
-def driven(run: PlannedRun, unit: BenchUnit) -> tuple[Array, Array, Array]:
-    """Return angle, force and late force of a run, without the rules that end a real one."""
+def driven(
+    run: PlannedRun,
+    unit: BenchUnit,
+    befall: Callable[[LockstepBench, float], None] = lambda _bench, _since: None,
+    settings: CollectSettings = SETTINGS,
+) -> tuple[Array, Array, Array]:
+    """Return angle, force and late force of a run, without the rules that end a real one.
+
+    Args:
+        run: Planned run.
+        unit: Constants of the bench.
+        befall: Called at every row with the bench and the time since the run's first [s].
+        settings: Rates and position loop.
+    """
     twin = LockstepBench(run.bench, unit.seed, unit=unit)
     twin.set_obstacle(run.obstacle)
     address = BenchAddress(bench=run.bench, port="virtual", lockstep=True)
     servo = bench_of(address, twin.servo_port(), twin.clock, [None], [None]).servo
     servo.open()
-    servo.configure(watchdog_s=SETTINGS.watchdog)
+    servo.configure(watchdog_s=settings.watchdog)
     servo.enable_torque()
-    command = run.command(SETTINGS.seed, SETTINGS.rate)
-    rest = round(SETTINGS.settle * SETTINGS.rate)
+    command = run.command(settings.seed, settings.rate)
+    rest = round(settings.settle * settings.rate)
     start, rows = twin.clock.now(), []
     for tick, angle in enumerate((*np.repeat(command[0], rest), *command)):
-        twin.clock.sleep_until(start + tick / SETTINGS.rate)
+        twin.clock.sleep_until(start + tick / settings.rate)
+        befall(twin, (tick - rest) / settings.rate)
         position = servo.read_state().position
-        if tick % SETTINGS.divider == 0:
-            servo.command_duty(SETTINGS.loop.duty(float(angle), position))
+        if tick % settings.divider == 0:
+            servo.command_duty(settings.loop.duty(float(angle), position))
         rows.append((position, twin.state().tension))
     theta, tension = np.array(rows[rest:]).T
     sensors = dict(sensor_effects(unit))
     force = sensors.get("load_cell_gain", {"scale": 1.0})["scale"] * tension
-    time = np.arange(force.size) / SETTINGS.rate
+    time = np.arange(force.size) / settings.rate
     return theta, force, np.interp(time - sensors[LATE]["delay"], time, force)

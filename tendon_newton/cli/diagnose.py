@@ -18,7 +18,8 @@ mechanism, above its asset). Then ask why a cause was named or not: tendon-newto
 
 With --against OLD nothing is searched. Numbers of an earlier answer, and those that walk from day
 to day (slack, friction, offsets, ...), are fitted to the new recordings. changes.html says which
-moved, by how much, with what probability, and what to do.
+moved, by how much, with what probability, and what to do; and what happened within recordings: a
+slip of the string, a skip of the angle, a knock, a dip of the supply.
 
 Example: tendon-newton diagnose recordings --out results --budget 5min
 """
@@ -113,7 +114,7 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     if config.hold_out is not None or config.budget is not None:
         raise InvalidParameter("--against searches nothing: it takes no --hold-out and no --budget")
 
-    from tendon_newton.diagnosis.in_time.changes_report import headline, sentence
+    from tendon_newton.diagnosis.in_time.changes_report import event_sentence, headline, sentence
     from tendon_newton.workflows.diagnosing import compare_days
 
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
@@ -125,6 +126,8 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
         print(f"\n{name}: {headline(changes)}")
         for change in changes.moved:
             print(f"  {sentence(change)}")
+        for event in changes.events:
+            print(f"  {event_sentence(event)}")
     print(f"\n  report          {config.out / 'changes.html'}")
     print(f"  model of today  {config.out / 'model.toml'}")
 

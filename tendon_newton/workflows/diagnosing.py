@@ -13,6 +13,7 @@ from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.diagnosis.identified import write_identified
 from tendon_newton.diagnosis.in_time.changes import Changes, find_changes
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
+from tendon_newton.diagnosis.in_time.events import find_events
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis, Estimate, write_diagnosis
 from tendon_newton.diagnosis.unblocked import free
@@ -63,7 +64,8 @@ def compare_days(
 ) -> Mapping[str, Changes]:
     """Say what changed since a day, and write ``model.toml`` of the last one.
 
-    Training recordings decide, test recordings only report.
+    Training recordings decide, test recordings only report. Events are looked for in both, where
+    the earlier day's recordings are there to tell them from what its model leaves.
 
     Args:
         new: A dataset, or a folder of datasets that are days, in the order of their names.
@@ -83,9 +85,13 @@ def compare_days(
         if len(folders) > 1:
             progress(f"day {folder.name}")
         day = day_of(folder)
-        found[folder.name] = find_changes(
-            first, day.train, known, unseen=day.test, progress=progress
-        )
+        changes = find_changes(first, day.train, known, unseen=day.test, progress=progress)
+        if not isinstance(first, Mapping):
+            progress("looking for events")
+            runs = (*day.train, *day.test)
+            events = find_events(first, runs, changes.earlier, now=changes.model)
+            changes = replace(changes, events=events)
+        found[folder.name] = changes
     write_changes(make_folder(out), found, str(against))
     write_model(out / "model.toml", found[folders[-1].name].model)
     return found

@@ -17,6 +17,7 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
+from tendon_newton.diagnosis.in_time.events import Event
 from tendon_newton.diagnosis.in_time.fit_all_numbers import tune
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.result import Errors, Estimate
@@ -88,8 +89,12 @@ class Changes:
     """Error of the first day's model on recordings of the second day."""
     after: Errors
     """The same of the second day's model."""
+    earlier: Model
+    """Model of the first day, fitted there where its recordings are known."""
     model: Model
     """Model of the second day."""
+    events: tuple[Event, ...] = ()
+    """What happened within recordings of the second day."""
 
     @property
     def moved(self) -> tuple[Change, ...]:
@@ -152,6 +157,7 @@ def find_changes(
         numbers=days.numbers(moved),
         before=before.pooled(),
         after=after.pooled(),
+        earlier=model,
         model=days.model_of(moved),
     )
 

@@ -11,6 +11,7 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.plain_numbers import estimate_text, quantity
 from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.in_time.changes import Change, Changes
+from tendon_newton.diagnosis.in_time.events import Event
 from tendon_newton.diagnosis.in_time.walks import MENDED, walk_of
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, INK, svg
 from tendon_newton.diagnosis.reporting.page import write_page
@@ -40,6 +41,24 @@ def sentence(change: Change) -> str:
     return f"The {walk.what}{owner} has {grown}{size}{doubt}: {step}."
 
 
+EVENTS = {
+    "slip": "The string slipped by {size}",
+    "skip": "The angle skipped by {size}",
+    "knock": "Something pushed with {size}",
+    "dip": "The supply fell by {size}",
+}
+"""Kind of an event -> what happened, in words."""
+
+
+def event_sentence(event: Event) -> str:
+    """Say what happened in a recording, and when."""
+    share = f"{100.0 * event.size:.0f} %"
+    size = share if event.kind == "dip" else quantity(event.size, event.unit)
+    words = EVENTS[event.kind].format(size=size)
+    until = "" if event.end is None else f" to {event.end:.2f} s"
+    return f"{words} at {event.start:.2f} s{until} in {event.recording}."
+
+
 def headline(changes: Changes) -> str:
     """Return the answer in one sentence."""
     moved = [walk_of(change.cause).what for change in changes.moved]
@@ -53,6 +72,7 @@ def to_json(changes: Changes) -> dict[str, Any]:
     return {
         "numbers": [asdict(change) for change in changes.numbers],
         "next_steps": [sentence(change) for change in changes.moved],
+        "events": [asdict(event) for event in changes.events],
         "before": errors_json(changes.before),
         "after": errors_json(changes.after),
     }
@@ -76,6 +96,7 @@ def write_changes(out: Path, days: Days, against: str) -> None:
         "headline": headline(last),
         "subject": f"{', '.join(days)}, against {against}",
         "steps": [sentence(change) for change in last.moved],
+        "events": [event_sentence(e) for changes in days.values() for e in changes.events],
         "rows": [row(change) for change in last.numbers],
         "panels": [course(days, k) for k in range(len(last.numbers))] if len(days) > 1 else [],
     }

@@ -1,0 +1,104 @@
+"""A slip, a skip, a knock and a dip are found with time and size, and nothing where nothing was."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.diagnosis.in_time.changes_report import event_sentence
+from tendon_newton.diagnosis.in_time.events import find_events
+from tests.diagnosis.in_time.test_changes import FIRST, log_of
+from tests.effect_bench import RADIUS
+from tests.physics.runs import ideal_model
+
+AT = 6.25
+"""Of the event [s]; in `log_of` the command moves then."""
+STEP = 0.08
+"""Of the path [rad]."""
+LOOSE = ideal_model(coulomb_friction={"force": 0.6}, tendon_slack={"length": STEP * RADIUS})
+"""The bench with a string that is longer by it."""
+
+
+@cache
+def calm() -> tuple[Recording, ...]:
+    """Recordings in which nothing happens."""
+    return tuple(replace(log_of(FIRST, seed), voltage=voltage(seed)) for seed in (1, 2, 3, 8, 9))
+
+
+def voltage(seed: int) -> Array:
+    """Return a supply of 9 V with the noise of a register."""
+    return 9.0 + np.random.default_rng(seed).normal(0.0, 0.05, 960)
+
+
+def later(recording: Recording) -> Mask:
+    """Tell the rows of the event and after it, shape (T, 1)."""
+    return (recording.time >= AT)[:, None]
+
+
+def skipped() -> Recording:
+    """A recording whose angle skips."""
+    own = log_of(FIRST, 4)
+    return replace(own, motor_position=own.motor_position + STEP * later(own))
+
+
+def slipped() -> Recording:
+    """A recording whose string slips: that of a looser one takes over, and winds in at its pace."""
+    own, other = log_of(FIRST, 4), log_of(LOOSE, 4)
+    share = np.clip((own.time - AT) / 0.05, 0.0, 1.0)[:, None]
+    assert own.force is not None
+    assert other.force is not None
+    position = (1.0 - share) * own.motor_position + share * other.motor_position
+    return replace(
+        own, motor_position=position, force=(1.0 - share) * own.force + share * other.force
+    )
+
+
+def knocked() -> Recording:
+    """A recording in which 2 N less hold the finger for 0.25 s, where its motor is."""
+    own = log_of(FIRST, 4)
+    there = (later(own)[:, 0] & (own.time < AT + 0.25))[:, None]
+    assert own.force is not None
+    return replace(own, force=np.where(there, own.force - 2.0, own.force))
+
+
+def dipped() -> Recording:
+    """A recording in which the supply falls to 6 V for half a second."""
+    own = log_of(FIRST, 4)
+    there = later(own)[:, 0] & (own.time < AT + 0.5)
+    return replace(own, voltage=np.where(there, 6.0, voltage(4)))
+
+
+@pytest.mark.parametrize(
+    ("recording", "kind", "size", "said"),
+    [
+        (skipped, "skip", STEP, "The angle skipped by 8"),
+        (slipped, "slip", STEP * RADIUS, "The string slipped by "),
+        (knocked, "knock", 2.0, "Something pushed with "),
+        (dipped, "dip", 1.0 / 3.0, "The supply fell by 33 % at 6.25 s to 6.74 s in log_4."),
+    ],
+)
+def test_an_event_is_found_with_its_time_and_size(
+    recording: Callable[[], Recording], kind: str, size: float, said: str
+) -> None:
+    """One event of the right kind: within four rows, its size within a tenth."""
+    (event,) = find_events(calm(), [recording()], FIRST)
+    assert event.kind == kind
+    assert event.start == pytest.approx(AT, abs=0.05)
+    assert event.size == pytest.approx(size, rel=0.1)
+    assert event_sentence(event).startswith(said)
+
+
+def test_recordings_in_which_nothing_happens_are_silent() -> None:
+    """Other commands, the same bench; also on another day, whose model has a longer string."""
+    assert find_events(calm(), [log_of(FIRST, 5), log_of(FIRST, 6)], FIRST) == ()
+    assert find_events(calm(), [log_of(LOOSE, 7)], FIRST, now=LOOSE) == ()
+
+
+def test_without_a_load_cell_or_a_calm_day_nothing_is_told() -> None:
+    """What a model leaves by itself is not known then."""
+    blind = replace(skipped(), force=None)
+    assert find_events(calm(), [blind], FIRST) == ()
+    assert find_events(calm()[:1], [skipped()], FIRST) == ()
