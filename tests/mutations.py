@@ -48,7 +48,7 @@ FIRMWARE = "tests/physics/servos/test_firmware_effects.py -k"
 PHYSICS = "tests/physics/test_effects_physics.py -k"
 SETS = "tests/diagnosis/search/test_sets.py -k"
 CHANGES = "tests/diagnosis/in_time/test_changes.py -k"
-EVENTS = "tests/diagnosis/in_time/test_events.py -k"
+EVENTS = "tests/diagnosis/in_time/test_log_events.py -k"
 NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
 TURNING = "tests/train/policy/test_turning_parts.py -k"
 
@@ -91,21 +91,21 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="skip-told-as-slip",
-        file="tendon_newton/diagnosis/in_time/events.py",
+        file="tendon_newton/diagnosis/in_time/log_events.py",
         old="skips = size < 0.0 or jump > 0.5 * size",
         new="skips = size < 0.0",
         tests=f"{EVENTS} skipped",
     ),
     Mutation(
         name="usual-error-is-an-event",
-        file="tendon_newton/diagnosis/in_time/events.py",
+        file="tendon_newton/diagnosis/in_time/log_events.py",
         old="if abs(out[k]) > PULSE_MARGIN * pulse:",
         new="if abs(out[k]) > 0.5 * pulse:",
         tests=f"{EVENTS} silent",
     ),
     Mutation(
         name="step-is-no-event",
-        file="tendon_newton/diagnosis/in_time/events.py",
+        file="tendon_newton/diagnosis/in_time/log_events.py",
         old="if abs(rises[k]) > MARGIN * step:",
         new="if abs(rises[k]) > 20.0 * step:",
         tests=f"{EVENTS} slipped",

@@ -33,7 +33,7 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.diagnosis.in_time.events import Event, find_events
+from tendon_newton.diagnosis.in_time.log_events import Event, find_events
 from tendon_newton.scheduler import JobOptions, completed
 
 Row = dict[str, Any]

@@ -13,7 +13,7 @@ from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.diagnosis.identified import write_identified
 from tendon_newton.diagnosis.in_time.changes import Changes, find_changes
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
-from tendon_newton.diagnosis.in_time.events import find_events
+from tendon_newton.diagnosis.in_time.log_events import find_events
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis, Estimate, write_diagnosis
 from tendon_newton.diagnosis.unblocked import free

@@ -17,8 +17,8 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
-from tendon_newton.diagnosis.in_time.events import Event
 from tendon_newton.diagnosis.in_time.fit_all_numbers import tune
+from tendon_newton.diagnosis.in_time.log_events import Event
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.result import Errors, Estimate
 from tendon_newton.diagnosis.search.coordinates import is_shape, sizes

@@ -11,7 +11,7 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.plain_numbers import estimate_text, quantity
 from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.in_time.changes import Change, Changes
-from tendon_newton.diagnosis.in_time.events import Event
+from tendon_newton.diagnosis.in_time.log_events import Event
 from tendon_newton.diagnosis.in_time.walks import MENDED, walk_of
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, INK, svg
 from tendon_newton.diagnosis.reporting.page import write_page

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.diagnosis.in_time.changes_report import event_sentence
-from tendon_newton.diagnosis.in_time.events import find_events
+from tendon_newton.diagnosis.in_time.log_events import find_events
 from tests.diagnosis.in_time.test_changes import FIRST, log_of
 from tests.effect_bench import RADIUS
 from tests.physics.runs import ideal_model
