@@ -19,13 +19,15 @@ from tendon_newton.diagnosis.search.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS
-from tendon_newton.identification.study import Study
+from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 PLAIN = PLAIN_MODELS["lag, delay, deadband and offset"]
 """Effects of a plain servo."""
 TIMING = ("actuator_lag", "command_delay")
 """Those that servos of one kind on one bus have in common."""
+OWN_TIMING = 0.9
+"""Share of the squared error that a servo's own timing may leave of that of all servos' timing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +38,7 @@ class KnownArm:
     arm: Arm
     """As the placement has it, with its floor."""
     starts: tuple[Model, ...]
-    """From which the causes of each servo are looked for, J; lag and delay are those of all."""
+    """From which the causes of each servo are looked for, J; with its lag and delay."""
     plain: tuple[Model, ...]
     """Plain models of the servos, fitted, J."""
 
@@ -75,11 +77,40 @@ def know_arm(
     plain = tuple(plain_servo(s, own) for s, own in zip(told, recordings, strict=True))
     arm = find_floor(arm, dict(enumerate(plain)), motions)
     known = KnownArm(placement=placement, arm=arm, starts=tuple(told), plain=plain)
+    recordings = known.with_loads(motions)
     if arm.floor is not None:
-        again = zip(told, known.with_loads(motions), strict=True)
-        known = replace(known, plain=tuple(plain_servo(s, own) for s, own in again))
-    timing = common_timing(known.plain, motions)
-    return replace(known, starts=tuple(replace(s, effects=(*s.effects, *timing)) for s in told))
+        plain = tuple(plain_servo(s, own) for s, own in zip(told, recordings, strict=True))
+    timing = common_timing(plain, motions)
+    timed = [timed_servo(*of, timing) for of in zip(told, plain, recordings, strict=True)]
+    starts, plain = zip(*timed, strict=True)
+    return replace(known, starts=starts, plain=plain)
+
+
+def timed_servo(
+    start: Model, own: Model, recordings: Sequence[Recording], timing: Sequence[NamedValues]
+) -> tuple[Model, Model]:
+    """Return what a servo's causes are looked for from, and its plain model.
+
+    It has the timing of all servos, unless one of its own leaves much less of what it did.
+
+    Args:
+        start: What is stated of the servo.
+        own: Its plain model.
+        recordings: What it did, under its loads.
+        timing: Lag and delay of all servos.
+    """
+    common = replace(start, effects=(*start.effects, *timing))
+    alike = plain_servo(common, recordings, tuple(e for e in PLAIN if e not in TIMING))
+    if squared_error(own, recordings) > OWN_TIMING * squared_error(alike, recordings):
+        return common, alike
+    kept = tuple(effect for effect in own.effects if effect.name in TIMING)
+    return replace(start, effects=(*start.effects, *kept)), own
+
+
+def squared_error(model: Model, recordings: Sequence[Recording]) -> float:
+    """Return a model's mean squared error in the rows that are trusted [rad2]."""
+    residuals = Study(recordings, model, tuple(EFFECTS)).residuals(*replacements([{}]))
+    return float(np.concatenate([r.theta[0, r.trusted] ** 2 for r in residuals]).mean())
 
 
 def common_timing(plain: Sequence[Model], motions: Sequence[ArmMotion]) -> list[NamedValues]:
@@ -117,7 +148,9 @@ def replaced(model: Model, compliance: float | None) -> Model:
     )
 
 
-def plain_servo(start: Model, recordings: Sequence[Recording]) -> Model:
+def plain_servo(
+    start: Model, recordings: Sequence[Recording], names: Sequence[str] = PLAIN
+) -> Model:
     """Fit a plain model to a servo's recordings; one that gives way to its load has no offset.
 
     A servo that is told nothing shows nothing: it stays as stated.
@@ -125,7 +158,7 @@ def plain_servo(start: Model, recordings: Sequence[Recording]) -> Model:
     if all(np.ptp(r.command) == 0.0 for r in recordings if r.command is not None):
         return start
     study = Study(recordings, start, tuple(EFFECTS))
-    effects = [e for e in PLAIN if e != "position_offset" or "compliance" not in start.fit]
+    effects = [e for e in names if e != "position_offset" or "compliance" not in start.fit]
     worlds = SearchWorlds(study)
     found = fit_set_anew(worlds, start, effects)
     return extended_model(study, start, values_of(worlds, found.columns, found.place), effects)

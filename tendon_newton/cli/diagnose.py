@@ -21,6 +21,10 @@ to day (slack, friction, offsets, ...), are fitted to the new recordings. change
 moved, by how much, with what probability, and what to do; and what happened within recordings: a
 slip of the string, a skip of the angle, a knock, a dip of the supply.
 
+A folder with a dataset of each joint of an arm, as `import lerobot` makes it, is taken as a whole:
+DIR gets a folder for each joint. With --arm gravity by posture loads each servo, a floor under the
+tip is looked for, and all servos are simulated together on the test recordings.
+
 Example: tendon-newton diagnose recordings --out results --budget 5min
 """
 
@@ -46,7 +50,8 @@ class DiagnoseConfig:
     """What to diagnose, from which model, and how."""
 
     dataset: Annotated[Path, tyro.conf.Positional]
-    """Folder with dataset.toml and its recordings; test recordings only report the error."""
+    """Folder with dataset.toml and its recordings, or with such a folder for each joint of an arm;
+    test recordings only report the error."""
     out: Path
     """Folder for the results; made if it is not there."""
     model: Path | None = None
@@ -54,6 +59,8 @@ class DiagnoseConfig:
     against: Path | None = None
     """Earlier day, as its dataset or the folder of its diagnosis: say what has changed since. The
     dataset may be a folder of datasets then, one a day."""
+    arm: str | None = None
+    """Asset of the arm whose joints have the names of the folders in DATASET: a name or a file."""
     hold_out: float | None = None
     """Share of each recording, from its end, that only reports the error: for a dataset without
     test recordings, such as one long log of a deployment."""
@@ -67,10 +74,12 @@ class DiagnoseConfig:
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
+    from tendon_newton.cli.arm_diagnosis import diagnose_joints, joint_folders
     from tendon_newton.cli.duration import read_duration
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.errors import InvalidParameter
 
     start = time.monotonic()
     quiet_warp(on_errors=config.json)
@@ -79,6 +88,13 @@ def main(config: DiagnoseConfig) -> None:
     if config.against is not None:
         say_changes(config, config.against, start)
         return
+    if folders := joint_folders(config.dataset):
+        diagnose_joints(config, folders, budget, start)
+        return
+    if config.arm is not None:
+        raise InvalidParameter(
+            f"--arm needs a folder with a dataset of each joint; {config.dataset} has none in it"
+        )
     dataset = read_dataset(config)
     model = load_model(model_file(config))
     out = make_folder(config.out)
