@@ -11,7 +11,7 @@ from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.arms.arm_simulation import loaded, simulate_arm
 from tendon_newton.arms.floor import find_floor
 from tendon_newton.arms.placement import Placement, find_placement
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import extended_model
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
@@ -19,15 +19,13 @@ from tendon_newton.diagnosis.search.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS
-from tendon_newton.identification.study import Study, replacements
+from tendon_newton.identification.study import Study
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 PLAIN = PLAIN_MODELS["lag, delay, deadband and offset"]
 """Effects of a plain servo."""
 TIMING = ("actuator_lag", "command_delay")
-"""Those that servos of one kind on one bus have in common."""
-OWN_TIMING = 0.9
-"""Share of the squared error that a servo's own timing may leave of that of all servos' timing."""
+"""Those that slow training motions hardly show, but all others need."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,53 +78,14 @@ def know_arm(
     recordings = known.with_loads(motions)
     if arm.floor is not None:
         plain = tuple(plain_servo(s, own) for s, own in zip(told, recordings, strict=True))
-    timing = common_timing(plain, motions)
-    timed = [timed_servo(*of, timing) for of in zip(told, plain, recordings, strict=True)]
-    starts, plain = zip(*timed, strict=True)
+    starts = tuple(timed(s, servo) for s, servo in zip(told, plain, strict=True))
     return replace(known, starts=starts, plain=plain)
 
 
-def timed_servo(
-    start: Model, own: Model, recordings: Sequence[Recording], timing: Sequence[NamedValues]
-) -> tuple[Model, Model]:
-    """Return what a servo's causes are looked for from, and its plain model.
-
-    It has the timing of all servos, unless one of its own leaves much less of what it did.
-
-    Args:
-        start: What is stated of the servo.
-        own: Its plain model.
-        recordings: What it did, under its loads.
-        timing: Lag and delay of all servos.
-    """
-    common = replace(start, effects=(*start.effects, *timing))
-    alike = plain_servo(common, recordings, tuple(e for e in PLAIN if e not in TIMING))
-    if squared_error(own, recordings) > OWN_TIMING * squared_error(alike, recordings):
-        return common, alike
-    kept = tuple(effect for effect in own.effects if effect.name in TIMING)
-    return replace(start, effects=(*start.effects, *kept)), own
-
-
-def squared_error(model: Model, recordings: Sequence[Recording]) -> float:
-    """Return a model's mean squared error in the rows that are trusted [rad2]."""
-    residuals = Study(recordings, model, tuple(EFFECTS)).residuals(*replacements([{}]))
-    return float(np.concatenate([r.theta[0, r.trusted] ** 2 for r in residuals]).mean())
-
-
-def common_timing(plain: Sequence[Model], motions: Sequence[ArmMotion]) -> list[NamedValues]:
-    """Return lag and delay of all servos: the medians of theirs, by how far each is told to go."""
-    ways = [np.abs(np.diff(motion.commands, axis=0)).sum(axis=0) for motion in motions]
-    counts = np.sum(ways, axis=0) / np.sum(ways)
-    out = []
-    for name in TIMING:
-        (number,) = EFFECTS[name].parameters
-        own = [{e.name: e.values for e in model.effects}.get(name, {}) for model in plain]
-        values = np.array([float(numbers.get(number.name, number.null)) for numbers in own])
-        order = np.argsort(values)
-        place = int(np.searchsorted(np.cumsum(counts[order]), 0.5))
-        if values[order[place]] != number.null:
-            out.append(NamedValues(name=name, values={number.name: float(values[order[place]])}))
-    return out
+def timed(start: Model, plain: Model) -> Model:
+    """Return what is stated of a servo with the lag and delay of its plain model."""
+    timing = tuple(effect for effect in plain.effects if effect.name in TIMING)
+    return replace(start, effects=(*start.effects, *timing))
 
 
 def each_servo(
@@ -148,9 +107,7 @@ def replaced(model: Model, compliance: float | None) -> Model:
     )
 
 
-def plain_servo(
-    start: Model, recordings: Sequence[Recording], names: Sequence[str] = PLAIN
-) -> Model:
+def plain_servo(start: Model, recordings: Sequence[Recording]) -> Model:
     """Fit a plain model to a servo's recordings; one that gives way to its load has no offset.
 
     A servo that is told nothing shows nothing: it stays as stated.
@@ -158,7 +115,7 @@ def plain_servo(
     if all(np.ptp(r.command) == 0.0 for r in recordings if r.command is not None):
         return start
     study = Study(recordings, start, tuple(EFFECTS))
-    effects = [e for e in names if e != "position_offset" or "compliance" not in start.fit]
+    effects = [e for e in PLAIN if e != "position_offset" or "compliance" not in start.fit]
     worlds = SearchWorlds(study)
     found = fit_set_anew(worlds, start, effects)
     return extended_model(study, start, values_of(worlds, found.columns, found.place), effects)

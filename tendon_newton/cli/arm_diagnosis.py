@@ -1,11 +1,7 @@
-"""The part of `diagnose` that takes a folder with a dataset of each joint of an arm."""
+"""What `diagnose` says of an arm: how it stands, and its servos' errors."""
 
 from __future__ import annotations
 
-import shlex
-import sys
-import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +9,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tendon_newton.arms.known_arm import KnownArm
-    from tendon_newton.cli.diagnose import DiagnoseConfig
     from tendon_newton.workflows.diagnosing_arm import ArmAnswer
 
 
@@ -24,41 +19,6 @@ def joint_folders(folder: Path) -> tuple[Path, ...]:
     if (folder / FILE_NAME).exists():
         return ()
     return tuple(sorted(path.parent for path in folder.glob(f"*/{FILE_NAME}")))
-
-
-def diagnose_joints(
-    config: DiagnoseConfig, folders: tuple[Path, ...], budget: float | None, start: float
-) -> None:
-    """Diagnose each joint's servo, and print what was found."""
-    from tendon_newton.cli.diagnose import DiagnosisProgress, model_file, read_dataset, summary
-    from tendon_newton.data.model_file import load_model
-    from tendon_newton.mechanisms.loading import load_mechanism
-    from tendon_newton.workflows.diagnosing_arm import ARM_FILE, diagnose_arm_into
-
-    each = {folder.name: replace(config, dataset=folder) for folder in folders}
-    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
-    if budget is not None:
-        budget = max(0.0, budget - (time.monotonic() - start))
-    answer = diagnose_arm_into(
-        config.out,
-        {joint: read_dataset(own) for joint, own in each.items()},
-        {joint: load_model(model_file(own)) for joint, own in each.items()},
-        None if config.arm is None else load_mechanism(config.arm),
-        shlex.join(["tendon-newton", *sys.argv[1:]]),
-        progress=progress,
-        budget=budget,
-    )
-    if config.json:
-        for path in (*(config.out / joint / "diagnosis.json" for joint in answer.servos),
-                     *config.out.glob(ARM_FILE)):  # fmt: skip
-            print(path)
-        return
-    for joint, one in answer.servos.items():
-        print(
-            f"\n{joint}{summary(one.diagnosis)}\n\n  report  {config.out / joint / 'report.html'}"
-        )
-    if answer.known is not None:
-        print("\n".join(["", *arm_lines(answer.known, tuple(answer.servos)), *error_lines(answer)]))
 
 
 def arm_lines(known: KnownArm, joints: tuple[str, ...]) -> list[str]:

@@ -34,7 +34,7 @@ import os
 import shlex
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TextIO
 
@@ -74,7 +74,7 @@ class DiagnoseConfig:
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
-    from tendon_newton.cli.arm_diagnosis import diagnose_joints, joint_folders
+    from tendon_newton.cli.arm_diagnosis import joint_folders
     from tendon_newton.cli.duration import read_duration
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.data.model_file import load_model
@@ -146,6 +146,41 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
             print(f"  {event_sentence(event)}")
     print(f"\n  report          {config.out / 'changes.html'}")
     print(f"  model of today  {config.out / 'model.toml'}")
+
+
+def diagnose_joints(
+    config: DiagnoseConfig, folders: tuple[Path, ...], budget: float | None, start: float
+) -> None:
+    """Diagnose each joint's servo, and print what was found."""
+    from tendon_newton.cli.arm_diagnosis import arm_lines, error_lines
+    from tendon_newton.data.model_file import load_model
+    from tendon_newton.mechanisms.loading import load_mechanism
+    from tendon_newton.workflows.diagnosing_arm import ARM_FILE, diagnose_arm_into
+
+    each = {folder.name: replace(config, dataset=folder) for folder in folders}
+    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
+    if budget is not None:
+        budget = max(0.0, budget - (time.monotonic() - start))
+    answer = diagnose_arm_into(
+        config.out,
+        {joint: read_dataset(own) for joint, own in each.items()},
+        {joint: load_model(model_file(own)) for joint, own in each.items()},
+        None if config.arm is None else load_mechanism(config.arm),
+        shlex.join(["tendon-newton", *sys.argv[1:]]),
+        progress=progress,
+        budget=budget,
+    )
+    if config.json:
+        for path in (*(config.out / joint / "diagnosis.json" for joint in answer.servos),
+                     *config.out.glob(ARM_FILE)):  # fmt: skip
+            print(path)
+        return
+    for joint, one in answer.servos.items():
+        print(
+            f"\n{joint}{summary(one.diagnosis)}\n\n  report  {config.out / joint / 'report.html'}"
+        )
+    if answer.known is not None:
+        print("\n".join(["", *arm_lines(answer.known, tuple(answer.servos)), *error_lines(answer)]))
 
 
 class DiagnosisProgress:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidRecording, UnknownName
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
+from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tests.arms import planted_arm
@@ -70,6 +72,17 @@ def test_weight_and_tip_are_those_of_two_rods(mechanism: Mechanism) -> None:
     way = np.array([0.0, 1e-5])
     moved = arm.tip_height(angles + way)[0] - arm.tip_height(angles - way)[0]
     np.testing.assert_allclose(slopes[:, 1], moved / 2e-5, atol=1e-6)
+
+
+def test_plain_mujoco_feels_the_same_weight(mechanism: Mechanism, tmp_path: Path) -> None:
+    """The exported arm has an actuator on each joint, and the same torque of gravity (float32)."""
+    write_mujoco(tmp_path / "arm.xml", mechanism)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    data = mujoco.MjData(model)
+    data.qpos[:] = q = np.array([0.3, -0.5])
+    mujoco.mj_forward(model, data)
+    assert model.nu == 2
+    np.testing.assert_allclose(-data.qfrc_bias, planted_arm.weight(q), rtol=1e-5)
 
 
 def test_a_servo_that_counts_the_other_way_is_found(known: KnownArm) -> None:
