@@ -11,6 +11,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.explanation import Explanation
+from tendon_newton.diagnosis.posterior import Coordinate, OpenNumber
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import Scales, loss_terms
 from tendon_newton.identification.study import Residual, Study
@@ -54,7 +55,7 @@ class ImitationTrial:
     def __init__(self, study: Study, explanation: Explanation) -> None:
         self.cause = explanation.cause
         values, steps, spreads, lower, upper = {}, [], [], [], []
-        names = []
+        numbers = list[OpenNumber]()
         # A bench's own fitted numbers are in the model already; other benches have their own.
         shared = [owner for owner in explanation.numbers if study.table.columns(owner)]
         for owner in shared:
@@ -64,12 +65,20 @@ class ImitationTrial:
                 value = float(np.clip(estimate.value, parameter.lower, parameter.upper))
                 step = STEP_SHARE * abs(value) + STEP_FLOOR * (parameter.upper - parameter.lower)
                 values[column] = value
-                names.append(f"{owner}.{name}")
+                scale = Coordinate(
+                    kind="linear",
+                    origin=0.0,
+                    unit=1.0,
+                    lower=parameter.lower,
+                    upper=parameter.upper,
+                )
+                numbers.append(OpenNumber(owner=owner, name=name, coordinate=scale, place=value))
                 steps.append(step if value + step <= parameter.upper else -step)
                 spreads.append(max((estimate.ci95[1] - estimate.ci95[0]) / 4.0, abs(step) * 1e-3))
                 lower.append(parameter.lower - value)
                 upper.append(parameter.upper - value)
-        self.names = tuple(names)
+        self.numbers = tuple(numbers)
+        self.names = tuple(f"{number.owner}.{number.name}" for number in numbers)
         self.steps, self.spreads = np.array(steps), np.array(spreads)
         self.lower, self.upper = np.array(lower), np.array(upper)
         moved = [{**values, c: values[c] + s} for c, s in zip(values, steps, strict=True)]

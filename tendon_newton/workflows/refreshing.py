@@ -163,11 +163,12 @@ def train_policy_on(options: RefreshOptions, ledger: Ledger, operator: Operator)
     done = ledger.done("training")
     if done is not None and done["iterations"] == options.iterations:
         return
-    begin = time.monotonic()
+    begin, diagnosed = time.monotonic(), options.out / "diagnosis" / "diagnosis.json"
     exported = retrain(
         find_training(options.policy),
         options.out / "model.toml",
         make_folder(options.out / "training"),
+        worn=(str(diagnosed),) if ledger.done("model") == {"fitted": "cause"} else (),
         iterations=options.iterations,
         device=options.device,
         report=lambda progress: operator.announce(f"  {progress.text}"),

@@ -18,14 +18,12 @@ from tendon_newton.diagnosis.next_experiment.separation import (
     play,
     predict,
 )
+from tendon_newton.diagnosis.posterior import FittedSet
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.identification.study import Residual
 
 RIVAL_WORTH = 100.0
 """Bits that a pair of causes told apart is worth: classes come before widths of intervals."""
-PRIOR_QUARTERS = 4.0
-"""A range holds so many standard deviations of a number of which nothing else is known [1]: as many
-as a 95 % interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +146,7 @@ class Information:
         self, trial: ImitationTrial, recorded: Array, row_worth: float | None = None
     ) -> None:
         self._prior = np.diag((trial.upper - trial.lower) ** -2.0)
-        self._recorded, self._names, self._spreads = recorded, trial.names, trial.spreads
+        self._recorded, self._trial, self._spreads = recorded, trial, trial.spreads
         if row_worth is None:
             spread = np.sqrt(np.diag(np.linalg.inv(recorded + self._prior)))
             row_worth = float(np.exp(2.0 * np.mean(np.log(spread / trial.spreads))))
@@ -159,22 +157,25 @@ class Information:
         total = self._row_worth * (self._recorded + new) + self._prior
         return np.sqrt(np.diag(np.linalg.inv(total)))
 
-    def root(self) -> Array:
-        """Return a root of the covariance that the data at hand leave, shape (F, F).
+    def left(self) -> FittedSet:
+        """Return the numbers and their covariance that the data at hand leave.
 
         Numbers that the data tie together move together. None is more certain than its interval
-        says, nor less than a quarter of its range.
+        says.
         """
-        total = self._row_worth * self._recorded + PRIOR_QUARTERS**2 * self._prior
-        covariance = np.linalg.inv(total)
+        covariance = np.linalg.inv(self._row_worth * self._recorded + self._prior)
         wider = np.maximum(1.0, self._spreads / np.sqrt(np.diag(covariance)))
-        root = np.linalg.cholesky(0.5 * (covariance + covariance.T))
-        return wider[:, None] * root.astype(np.float64)
+        return FittedSet(
+            weight=1.0,
+            causes=(),
+            numbers=self._trial.numbers,
+            covariance=np.outer(wider, wider) * 0.5 * (covariance + covariance.T),
+        )
 
     def bits(self, new: Array) -> dict[str, float]:
         """Return by how much each number is known better with a run [bit]."""
         shrinks = np.log2(self.spreads(0.0) / self.spreads(new))
-        return dict(zip(self._names, shrinks.tolist(), strict=True))
+        return dict(zip(self._trial.names, shrinks.tolist(), strict=True))
 
 
 def peak(residual: Residual) -> float | None:

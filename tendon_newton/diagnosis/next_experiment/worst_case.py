@@ -55,7 +55,7 @@ class WorstCase:
         self, question: OpenClass, posterior: Information, rng: np.random.Generator
     ) -> None:
         self._question, self._rng = question, rng
-        self._root = WIDER * posterior.root()
+        self._left = posterior.left()
 
     def roughly(self, found: Sequence[Expected]) -> list[Expected]:
         """Return runs with their largest tension under few drawn models [N]."""
@@ -69,13 +69,14 @@ class WorstCase:
 
     def drawn(self, plans: Sequence[Plan], draws: int) -> Array:
         """Return the largest tension of each run under models drawn anew [N], shape (P,)."""
-        return self._peaks(plans, self._rng.normal(size=(draws, len(self._root)))).max(axis=1)
+        places = self._rng.normal(size=(draws, len(self._left.numbers)))
+        return self._peaks(plans, places).max(axis=1)
 
     def at_corner(self, plans: Sequence[Plan]) -> Array:
         """Return each run's tension where it grows most, to first order [N], shape (P,)."""
-        if not len(self._root):
+        if not len(self._left.numbers):
             return np.zeros(len(plans))
-        ways = np.eye(len(self._root))
+        ways = np.eye(len(self._left.numbers))
         up, down = np.split(self._peaks(plans, np.concatenate([ways, -ways])), 2, axis=1)
         slopes = up - down
         sizes = np.linalg.norm(slopes, axis=1, keepdims=True)
@@ -106,9 +107,8 @@ class WorstCase:
         question = self._question
         study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
         trial = ImitationTrial(study, question.explanations[0])
-        columns, middle = list(trial.models[0]), np.array(list(trial.models[0].values()))
-        moves = np.clip(places @ self._root.T, trial.lower, trial.upper)
-        models = [dict(zip(columns, middle + move, strict=True)) for move in moves]
+        drawn = self._left.at(WIDER * places)
+        models = [dict(zip(trial.models[0], own, strict=True)) for own in drawn]
         residuals = study.residuals(*replacements(models))
         return np.array([np.max(-r.force, axis=1) for r in residuals if r.force is not None])
 

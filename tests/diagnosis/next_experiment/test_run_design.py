@@ -22,6 +22,7 @@ from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, design
 from tendon_newton.diagnosis.next_experiment.separation import library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.worst_case import DRAWS, WorstCase, within_limit
+from tendon_newton.diagnosis.posterior import Coordinate, OpenNumber
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 TIME = np.arange(960) / 80.0
@@ -64,6 +65,25 @@ def test_a_run_as_informative_as_all_data_brings_half_a_bit() -> None:
     bits = Information(trial, recorded).bits(recorded)
     assert bits == pytest.approx({"a.x": 0.5, "b.y": 0.5}, abs=1e-6)
     np.testing.assert_allclose(Information(trial, recorded).spreads(0.0), [0.1, 0.4], rtol=1e-6)
+
+
+def test_models_drawn_for_a_limit_keep_what_the_data_tie_together() -> None:
+    """Of a sum that is known each share may be off, and the other makes up for it."""
+    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=-1e3, upper=1e3)
+    trial = SimpleNamespace(
+        upper=np.array([1e3, 1e3]),
+        lower=np.array([-1e3, -1e3]),
+        spreads=np.array([1.0, 2.0]),
+        numbers=tuple(
+            OpenNumber(owner=o, name="x", coordinate=scale, place=5.0) for o in ("a", "b")
+        ),
+    )
+    recorded = np.array([[1.0, 0.9], [0.9, 1.0]])
+    left = Information(trial, recorded, row_worth=100.0).left()
+    drawn = left.at(np.random.default_rng(0).normal(size=(4000, 2)))
+    np.testing.assert_allclose(drawn.mean(axis=0), 5.0, atol=0.1)  # 2 sigma / sqrt(4000)
+    np.testing.assert_allclose(drawn.std(axis=0), [1.0, 2.0], rtol=0.05)  # as the intervals
+    assert np.corrcoef(drawn.T)[0, 1] == pytest.approx(-0.9, abs=0.02)
 
 
 def question(spread: float = 0.1) -> OpenClass:

@@ -6,15 +6,21 @@ from pathlib import Path
 import pytest
 import torch
 
+from tendon_hardware.control.operator import SilentOperator
+from tendon_hardware.control.policy_runner import load_policy
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.model_file import write_model
 from tendon_newton.errors import InvalidPolicyFile
+from tendon_newton.workflows.options import RefreshOptions
+from tendon_newton.workflows.refreshing import new_policy, train_policy_on
 from tendon_train.policy.runs.policy_checkpoint import load_start
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import make_runner
+from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.retraining import find_training, retrain
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
+from tests.train.policy.test_randomisation import open_number, write_sets
 from tests.train.policy.test_training import train
 
 
@@ -92,6 +98,24 @@ def test_a_retraining_that_was_interrupted_goes_on(
     for part in ("actor_state_dict", "critic_state_dict"):
         for name, value in learned[0][part].items():
             assert torch.equal(value, learned[1][part][name])
+
+
+@pytest.mark.parametrize("fitted", ["cause", "all"])
+def test_fingers_differ_by_what_a_worn_bench_leaves_open(
+    fitted: str, earlier: Path, model: Path, tmp_path: Path
+) -> None:
+    """A cause is drawn from the bench's own diagnosis, and all else as before."""
+    (tmp_path / "diagnosis").mkdir()
+    force = open_number("coulomb_friction", "force", 1.2, 10.0)
+    write_sets(tmp_path / "diagnosis" / "diagnosis.json", (1.0, {force: 0.1}))
+    ledger = Ledger(tmp_path / "refresh.json", {})
+    ledger.finish("model", {"fitted": fitted})
+    options = RefreshOptions(logs=(), model=model, policy=earlier, out=tmp_path, iterations=1)
+    train_policy_on(options, ledger, SilentOperator())
+    drawn = dict(load_policy(new_policy(options)).card.training.randomisation)
+    if fitted == "cause":  # 95 % of 4096 draws
+        assert drawn.pop("coulomb_friction.force") == pytest.approx((1.004, 1.396), abs=0.03)
+    assert drawn == load_policy(earlier).card.training.randomisation
 
 
 def test_a_policy_without_its_training_is_refused(earlier: Path, tmp_path: Path) -> None:

@@ -68,6 +68,7 @@ def retrain(
     model: Path,
     out: Path,
     *,
+    worn: tuple[str, ...] = (),
     iterations: int,
     device: str,
     report: Callable[[Progress], None],
@@ -80,13 +81,15 @@ def retrain(
         earlier: Training of the policy so far.
         model: Model file of the bench as it is now.
         out: Folder for the policy.
+        worn: Diagnoses of the bench as it is now: fingers differ by what they leave open as well.
         iterations: Rounds of acting and learning.
         device: ``cpu`` or ``cuda``.
         report: Called after every round.
     """
+    before = earlier.config.environment
     config = replace(
         earlier.config,
-        environment=replace(earlier.config.environment, force=str(model)),
+        environment=replace(before, force=str(model), randomise=(*before.randomise, *worn)),
         iterations=iterations,
         device=device,
     )
