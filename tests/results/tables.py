@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import mean
 from typing import Any
 
+from scipy.stats import ttest_rel
+
 from examples.studies.comparison.table import tables as tables_of_comparison
 from tests.results.record import Record
 
@@ -142,6 +144,32 @@ def turning(kept: Records) -> str:
     return table((*heads, "range over all hands", "away from 60"), rows)
 
 
+TRAINED_ON = {
+    "posterior": "what its diagnosis leaves open",
+    "intervals": "intervals of its causes, each by itself",
+    "diagnosed": "diagnosed model, nothing drawn",
+    "ranges": "data sheet, default ranges",
+    "nominal": "data sheet, nothing drawn",
+}
+"""Words for what policies were trained on."""
+
+
+def diagnosed(kept: Records) -> str:
+    """Return what policies miss on units, by what they were trained on."""
+    errors, rows = kept["diagnosed_policies"].figures["tip_error_mm"], []
+    means = {arm: {u: mean(own) for u, own in units.items()} for arm, units in errors.items()}
+    first = means["posterior"]
+    for arm, words in TRAINED_ON.items():
+        own, told = means[arm], ("", "", "")
+        both = sorted(own.keys() & first.keys())
+        if arm != "posterior" and len(both) > 1:
+            pair = [first[u] for u in both], [own[u] for u in both]
+            told = (len(both), f"{sum(pair[0]) / sum(pair[1]):.2f}", f"{ttest_rel(*pair)[1]:.1g}")
+        rows.append((words, len(own), about([*own.values()]), *told))
+    heads = ("policy trained on", "units", "tip error [mm]: mean of units (range)")
+    return table((*heads, "units of both", "first row's share of it", "p, paired"), rows)
+
+
 def mechanics(record: Record, worlds: Sequence[int]) -> str:
     """Return the time of a control step of 50 ms by engine."""
     rows = record.figures["mechanics"]["rows"]
@@ -201,6 +229,7 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         lambda kept: tables_of_comparison(kept["comparison"].figures),
     ),
     "turning": ("docs/policies.md", turning),
+    "diagnosed policies": ("docs/lab/policies.md", diagnosed),
     "mechanics on a GPU": (
         "docs/speed.md",
         lambda kept: mechanics(kept["gpu"], (1024, 16384, 65536)),
