@@ -26,7 +26,6 @@ from tendon_hardware.deployment.deploy_log import policy_span
 from tendon_hardware.virtual_bench.physics.constants import BENCH_SEEDS
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.diagnosis.in_time.fit_all_numbers import tune
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import DeployOptions, RefreshOptions
 from tendon_newton.workflows.refreshing import refresh
@@ -35,6 +34,7 @@ from tendon_train.policy.config.policy_training_config import PolicyTrainingConf
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
 from tendon_train.refresh.drift import find_drift, growth, model_error
+from tendon_train.refresh.fit_all_numbers import tune
 from tendon_train.refresh.refresh_logs import (
     fitted_parts,
     logs_as_dataset,

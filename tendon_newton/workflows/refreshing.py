@@ -13,7 +13,6 @@ from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
-from tendon_newton.diagnosis.in_time.fit_all_numbers import tune
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.effects import find_effect
@@ -32,6 +31,7 @@ from tendon_train.policy.scoring.policy_evaluation import (
 )
 from tendon_train.policy.worlds.force_model import hashes
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+from tendon_train.refresh.fit_all_numbers import tune
 from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import (
     fitted_parts,

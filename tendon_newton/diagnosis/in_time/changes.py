@@ -17,7 +17,6 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
-from tendon_newton.diagnosis.in_time.fit_all_numbers import tune
 from tendon_newton.diagnosis.in_time.log_events import Event
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.result import Errors, Estimate
@@ -90,7 +89,7 @@ class Changes:
     after: Errors
     """The same of the second day's model."""
     earlier: Model
-    """Model of the first day, fitted there where its recordings are known."""
+    """Model of the first day, with what it lacked there."""
     model: Model
     """Model of the second day."""
     events: tuple[Event, ...] = ()
@@ -115,9 +114,9 @@ def find_changes(
     """Say which numbers moved between two days.
 
     Args:
-        first: Recordings of the first day, to which the model is fitted, with what walks where it
-            lacks something; or the numbers that a diagnosis of that day gives with their intervals,
-            by owner and name.
+        first: Recordings of the first day, by which the model gets what it lacks of numbers that
+            may move, and stays as it is otherwise; or the numbers that a diagnosis of that day
+            gives with their intervals, by owner and name.
         second: Recordings of the second day.
         model: Model of the first day.
         unseen: Recordings of the second day that only report; the same by default.
@@ -139,12 +138,11 @@ def find_changes(
     if isinstance(first, Mapping):
         estimates = first
     else:
-        progress("fitting the model to the first day")
-        model = tune(deciding(first), model, effects).model
+        progress("looking for what the model lacks on the first day")
         old = worlds_of(first, None)
         alone = Days(None, old, model, {}, walks)
         if lacking := alone.search():
-            model = tune(deciding(first), alone.model_of(lacking), effects).model
+            model = alone.model_of(lacking)
             old = worlds_of(first, None)
     progress("reading the second day")
     scale = None if old is None else old.study.scale

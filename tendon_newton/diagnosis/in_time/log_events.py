@@ -36,6 +36,8 @@ CALM = 0.5
 """Time that a bench takes to settle after a step [s]."""
 JUMP = 2
 """Rows in which an angle skips."""
+LEAST_DIP = 0.03
+"""Share of the supply that counts as missing on any day [1]: a register has tenths of a volt."""
 LEAST_CALM = 2
 """Recordings without an event by which others are told, at least."""
 
@@ -289,7 +291,7 @@ def dips(first: Sequence[Recording], second: Sequence[Recording]) -> list[Event]
     fallen = [missing_supply(r)[0] for r in first if r.voltage is not None]
     if not fallen:
         return []
-    usual, events = max(float(share.max()) for share in fallen), list[Event]()
+    usual, events = max(LEAST_DIP, *(float(share.max()) for share in fallen)), list[Event]()
     for recording in second:
         if recording.voltage is None:
             continue

@@ -97,6 +97,13 @@ def test_recordings_in_which_nothing_happens_are_silent() -> None:
     assert find_events(calm(), [log_of(LOOSE, 7)], FIRST, now=LOOSE) == ()
 
 
+def test_a_supply_that_never_moved_still_has_its_steps() -> None:
+    """One step of a register of tenths of a volt is no dip."""
+    steady = [replace(own, voltage=np.full(960, 9.0)) for own in calm()]
+    blip = np.where(np.arange(960) == 500, 8.9, 9.0)
+    assert find_events(steady, [replace(steady[0], voltage=blip)], FIRST) == ()
+
+
 def test_without_a_load_cell_or_a_calm_day_nothing_is_told() -> None:
     """What a model leaves by itself is not known then."""
     blind = replace(skipped(), force=None)

@@ -9,10 +9,10 @@ import pytest
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.in_time.fit_all_numbers import tune
 from tendon_newton.diagnosis.in_time.walks import walk_of
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+from tendon_train.refresh.fit_all_numbers import tune
 from tendon_train.refresh.refresh_logs import logs_as_dataset
 from tendon_train.refresh.refresh_outcome import (
     AGREES,
