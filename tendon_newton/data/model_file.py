@@ -89,7 +89,8 @@ class Model:
     """Numbers of the actuator or a bench that are unknown and refitted with every candidate."""
     tolerances: Mapping[str, float] = field(default_factory=no_tolerances)
     """Effect, or number of the actuator -> standard deviation of what states it, in place of the
-    catalogue's: a share where it cannot be zero, else in its unit."""
+    catalogue's: a share where it cannot be zero, else in its unit. What has none is exact, and no
+    cause, such as a limit that a servo's register holds."""
 
     def __post_init__(self) -> None:
         """Refuse doubled entries; protect the rest."""
@@ -241,9 +242,9 @@ def read_tolerances(table: Any) -> dict[str, float]:
     out = dict[str, float]()
     for name, value in table.items():
         number = finite_number(value)
-        if number is None or number <= 0.0:
+        if number is None or number < 0.0:
             raise InvalidModelFile(
-                f"tolerances: {listed([name])} must be a number above 0; it is {shown(value)}"
+                f"tolerances: {listed([name])} must be a number from 0 on; it is {shown(value)}"
             )
         out[name] = number
     return out

@@ -32,7 +32,6 @@ from tendon_newton.diagnosis.next_experiment.separation import propose
 from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.diagnosis.result import (
     CandidateScore,
-    Criterion,
     Diagnosis,
     Estimate,
     NamedEffect,
@@ -162,13 +161,16 @@ def conclude(
 ) -> tuple[Diagnosis, Evidence]:
     """Put findings into a diagnosis and measure them on the test recordings."""
     final, baseline = findings.final, dict(findings.baseline.values)
-    named = () if final is None else final.effects
-    extended = baseline if final is None else dict(final.values)
-    without = [without_effect(train, extended, effect) for effect in named]
+    written = final and (findings.predictor or final)
+    extended = baseline if written is None else dict(written.values)
+    causes = causes_of(findings)
+    without = [without_effect(train, found.values, cause) for cause, found in causes.items()]
     plain = [model.values for model in findings.plain]
     before, after, *partial = evaluate_models(test, [baseline, extended, *without, *plain])
     partial, others = partial[: len(without)], partial[len(without) :]
     fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
+    if findings.predictor is not None and fraction <= 0.0:
+        return conclude(train, replace(findings, predictor=None), model, test, rng, start)
     if final is not None and fraction <= 0.0:
         empty = replace(
             findings, verdict="unexplained", final=None, posterior=Posterior(),
@@ -177,9 +179,10 @@ def conclude(
         return conclude(train, empty, model, test, rng, start)
     low, high = fraction_interval(before, after, train.noise, rng)
     structure = find_structure(train, extended)
-    found = named_effects(train, findings, partial, model)
-    is_named = any(cause.name not in findings.suspected for cause in found)
-    verdict = findings.verdict if is_named or final is None else "unexplained"
+    found = described(train, findings, causes, partial, model)
+    named = tuple(cause for cause in found if not cause.reason)
+    verdict = findings.verdict if named or final is None else "unexplained"
+    effects = () if written is None else written.effects
     diagnosis = Diagnosis(
         verdict=verdict,
         wall_time_s=time.monotonic() - start,
@@ -190,9 +193,9 @@ def conclude(
         noise_theta=train.noise.theta,
         explained_fraction=fraction,
         explained_interval=(low, high),
-        effects=tuple(cause for cause in found if cause.name not in findings.suspected),
-        suspected=tuple(cause for cause in found if cause.name in findings.suspected),
-        rivals=rivals(findings, named, after, others),
+        effects=named,
+        suspected=tuple(cause for cause in found if cause.reason),
+        rivals=rivals(findings, effects, after, others),
         posterior=findings.posterior,
         candidates=findings.candidates,
         unexplained=Unexplained(
@@ -202,16 +205,16 @@ def conclude(
             else (),
             structure=structure,
         ),
-        model=extended_model(train, model, extended, named),
-        fitted=estimates(train, final or findings.baseline, train.fit_columns(model)),
+        model=extended_model(train, model, extended, effects),
+        fitted=estimates(train, written or findings.baseline, train.fit_columns(model)),
         confounded=confounded_numbers(train, final or findings.baseline),
         scale=train.scale,
         servos=train.servos,
         recorded=settings_of(train.wholes),
         notes=(
             *notes(train),
-            *as_built(train, final or findings.baseline),
-            *ended_at_bounds(train, findings.candidates, named),
+            *as_built(train, written or findings.baseline),
+            *ended_at_bounds(train, findings.candidates, effects),
             *findings.notes,
         ),
     )
@@ -238,9 +241,25 @@ def rivals(
     return tuple(sorted((answer, *out), key=lambda rival: rival.held_out))
 
 
-def why_suspected(criteria: Sequence[Criterion]) -> str:
-    """Return why a cause is not named, as a sentence."""
-    if any(c.name == OPEN and not c.passed for c in criteria):
+def causes_of(findings: Findings) -> dict[str, Found]:
+    """Return the named and suspected causes, each with the set in which it was found."""
+    if findings.final is None:
+        return {}
+    predictor = findings.predictor or findings.final
+    helping = [cause for cause in predictor.effects if cause not in findings.final.effects]
+    return {
+        **dict.fromkeys(findings.final.effects, findings.final),
+        **dict.fromkeys(helping, predictor),
+    }
+
+
+def why_suspected(findings: Findings, cause: str) -> str:
+    """Return why a cause is not named, as a sentence; empty for one that is."""
+    if cause not in findings.criteria:
+        return "It helps to predict unseen parts, by less than a name costs."
+    if cause not in findings.suspected:
+        return ""
+    if any(c.name == OPEN and not c.passed for c in findings.criteria[cause]):
         return "Its interval holds the value that means nothing."
     return "It is worth little beside what no cause explains."
 
@@ -251,22 +270,23 @@ def without_effect(study: Study, extended: Mapping[int, float], effect: str) -> 
     return {c: (study.base_value(c) if c in own else v) for c, v in extended.items()}
 
 
-def named_effects(
-    study: Study, findings: Findings, without: list[SquaredErrors], model: Model
+def described(
+    study: Study,
+    findings: Findings,
+    causes: Mapping[str, Found],
+    without: Sequence[SquaredErrors],
+    model: Model,
 ) -> tuple[NamedEffect, ...]:
-    """Describe the named causes."""
-    final = findings.final
-    if final is None:
-        return ()
-    described = []
-    for effect, errors in zip(final.effects, without, strict=True):
+    """Describe the named and the suspected causes."""
+    out = []
+    for (effect, found), errors in zip(causes.items(), without, strict=True):
         rivals = findings.classes.get(effect, ())
-        question = open_class(study, final, effect, rivals, model) if rivals else None
-        described.append(
+        question = open_class(study, found, effect, rivals, model) if rivals else None
+        out.append(
             NamedEffect(
                 name=effect,
                 side=law_of(effect).side,
-                parameters=estimates(study, final, study.table.columns(effect)),
+                parameters=estimates(study, found, study.table.columns(effect)),
                 without=errors.pooled(),
                 indistinguishable_from=tuple(name for name, _ in rivals),
                 separating_experiment=propose(question)[0].text()
@@ -274,13 +294,11 @@ def named_effects(
                 else None,
                 explanations=question.explanations if question else (),
                 criteria=findings.criteria.get(effect, ()),
-                reason=why_suspected(findings.criteria[effect])
-                if effect in findings.suspected
-                else "",
+                reason=why_suspected(findings, effect),
                 probability=findings.probabilities.get(effect),
             )
         )
-    return tuple(described)
+    return tuple(out)
 
 
 def open_class(

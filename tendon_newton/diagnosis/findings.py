@@ -67,9 +67,11 @@ class Findings:
     """All sets of causes that have weight."""
     plain: tuple[PlainModel, ...] = ()
     """Plain models beside the answer, the best on unseen parts first."""
+    predictor: Found | None = None
+    """The set that predicts parts best that no number has seen, its causes deserved or not; None
+    where it is the named one, or where nobody asked."""
     predicts: float | None = None
-    """Score of the answer on parts that no number has seen [nat per row]; None where nobody
-    asked."""
+    """Score of the written model on such parts [nat per row]; None where nobody asked."""
     finished: bool = True
     """Whether the search came to its end; else causes may be missing."""
     notes: tuple[str, ...] = ()

@@ -47,7 +47,7 @@ class LoadStribeckFriction(Effect):
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = ((1 - K(v) s') F_m - C s) / (1 + K(v) s')."""
         coefficient = values[0]
-        if values[1] != values[0]:
+        if values[1] > values[0]:
             share = tendon.velocity / (tendon.spool_radius * values[2])
             coefficient = coefficient + (values[1] - values[0]) * wp.exp(-share * share)
         return gear_loaded(force, coefficient, tendon)

@@ -44,7 +44,7 @@ class StribeckFriction(Effect):
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - (F_C + (F_S - F_C) exp(-(v / (r v_s))^2)) s."""
         level = values[0]
-        if values[1] != values[0]:
+        if values[1] > values[0]:
             share = tendon.velocity / (tendon.spool_radius * values[2])
             level = level + (values[1] - values[0]) * wp.exp(-share * share)
         return force - Jet(level * tendon.direction, real(0.0), real(0.0))

@@ -166,6 +166,11 @@ class Study:
         raise IndexError(index)
 
     @property
+    def exact(self) -> frozenset[str]:
+        """Return the effects that the model says exactly: they are no causes."""
+        return frozenset(name for name, own in self._model.tolerances.items() if own == 0.0)
+
+    @property
     def known(self) -> tuple[str, ...]:
         """Causes of the starting model."""
         return tuple(effect.cause for effect in self._model.effects)
@@ -331,12 +336,14 @@ def refuse_unknown_tolerances(model: Model, table: ParameterTable) -> None:
     """Refuse tolerances of what nothing states.
 
     Raises:
-        UnknownName: A key is neither an effect nor a number of the actuator with a tolerance.
+        UnknownName: A key is neither an effect nor a number of the actuator with a tolerance, nor
+            an effect that is exact.
     """
     known = [p.name if owner == model.actuator.name else owner
              for owner, p in table.owners if p.tolerance > 0.0 and owner != OWNER]  # fmt: skip
-    for name in model.tolerances:
-        if name not in known:
+    for name, tolerance in model.tolerances.items():
+        is_exact = tolerance == 0.0 and name in table.effects
+        if name not in known and not is_exact:
             raise unknown_name("stated number", name, known)
 
 

@@ -22,6 +22,8 @@ MOVES = 10.0
 def testable_effects(study: Study) -> tuple[str, ...]:
     """Return the causes that could show: no load cell's without one, no string's on a shaft.
 
+    What a model says exactly is no cause.
+
     Of several servos each may have its own, and all of them together what is about no sensor.
     """
     has_cell = any(recording.force is not None for recording in study.recordings)
@@ -30,6 +32,8 @@ def testable_effects(study: Study) -> tuple[str, ...]:
     for name, effect in EFFECTS.items():
         unseen = effect.acts_on_cell_only() and not has_cell
         if unseen or not study.shows(name) or (effect.needs_string and not has_string):
+            continue
+        if name in study.exact:
             continue
         is_own = study.servos > 1 and effect.is_of_servo(apart=study.apart)
         if not is_own or effect.side != "sensor" or name in study.known:

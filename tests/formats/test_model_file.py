@@ -23,7 +23,7 @@ values = st.dictionaries(names, numbers, max_size=4)
     effects=st.dictionaries(names, values, max_size=3),
     fit=st.lists(names, unique=True, max_size=3),
     masses=st.dictionaries(names, st.floats(1e-6, 10.0), max_size=2),
-    tolerances=st.dictionaries(names, st.floats(1e-6, 1.0), max_size=2),
+    tolerances=st.dictionaries(names, st.just(0.0) | st.floats(1e-6, 1.0), max_size=2),
 )
 def test_a_model_file_keeps_every_bit(
     tmp_path_factory: pytest.TempPathFactory,

@@ -83,6 +83,7 @@ def start_model_of(logs: Sequence[ImportedLog]) -> Model:
     return Model(
         actuator=NamedValues(name="ideal_position", values={}),
         effects=(NamedValues(name="acceleration_limit", values=values),),
+        tolerances={"acceleration_limit": 0.0},  # a register holds it
     )
 
 

@@ -25,10 +25,12 @@ from tendon_newton.diagnosis.search.prune import (
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, starts_of_relative
-from tendon_newton.effects import are_one_friction, are_related, special_cases
+from tendon_newton.effects import are_confused, are_one_friction, are_related, special_cases
 
 FAMILY = 5.0
 """How much further behind than others a law of the same friction may stay and replace one [1]."""
+PREDICTORS = 3
+"""Sets of least score that are asked how they predict parts that no number has seen."""
 FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
@@ -61,9 +63,11 @@ class Decided:
     """Causes that were dropped."""
     plain: tuple[PlainModel, ...] = ()
     """Plain models beside it, the best on unseen parts first."""
+    predictor: Fit | None = None
+    """The set that predicts parts best that no number has seen, its causes deserved or not; None
+    where nobody asked."""
     predicts: float | None = None
-    """Negative log likelihood per row of parts that no number has seen [nat]; None where nobody
-    asked."""
+    """Its negative log likelihood per row of such parts [nat]."""
     undecided: tuple[str, ...] = ()
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
 
@@ -133,7 +137,44 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
         decided = replace(other, refused={**decided.refused, **other.refused})
         predicts = compared[0].held_out
-    return replace(decided, plain=compared, predicts=predicts)
+    predictor, predicts = best_predictor(decisive, decided, predicts)
+    return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
+
+
+def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[Fit, float]:
+    """Return the set that predicts parts best that no number has seen, and its score there.
+
+    What helps there helps whoever simulates, though it is worth less than a name costs: to explain
+    and to predict are two things. Each named cause, or one that is taken for it, stays.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The causes that may be named.
+        predicts: Their score [nat per row].
+    """
+    best = answer = decided.fit
+    beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
+    sets = [
+        f for f in decisive.fits.values()
+        if f is not answer and stands_for(f, answer) and not beyond & set(f.names)
+        and not any(at_bound(decisive, f, name) for name in f.names)
+    ]  # fmt: skip
+    for fit in sorted(sets, key=lambda f: f.score)[:PREDICTORS]:
+        near = followed(decisive, fit)
+        found = held_out_terms(decisive.worlds, near, decisive.floors, decisive.until)
+        if found is not None and found.sum() < predicts:
+            best, predicts = near, float(found.sum())
+    return best, predicts
+
+
+def stands_for(fit: Fit, answer: Fit) -> bool:
+    """Tell whether a set has each cause of an answer, or one that is taken for it."""
+    return bool(answer.names) and all(
+        name in fit.names
+        or any(are_one_friction(name, n) or are_related(name, n) or are_confused(name, n)
+               for n in fit.names)
+        for name in answer.names
+    )  # fmt: skip
 
 
 def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.findings import Findings
+from tendon_newton.diagnosis.findings import Findings, Found
 from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.diagnosis.result import Criterion, Verdict
 from tendon_newton.diagnosis.search.decide.account import (
@@ -180,10 +180,19 @@ def conclude_search(
         probabilities={n: probability(weights, n, rivals.get(n, ())) for n in final.names},
         posterior=Posterior() if named is None else posterior_of(decisive, shown, final, weights),
         plain=decided.plain,
+        predictor=predictor_of(decisive, decided, final),
         predicts=decided.predicts,
         finished=not early,
         notes=early,
     )
+
+
+def predictor_of(decisive: Pool, decided: Decided, final: Fit) -> Found | None:
+    """Return the set that predicts best, with its numbers; None where it is the final one."""
+    predictor = decided.predictor
+    if predictor is None or set(predictor.names) == set(final.names):
+        return None
+    return found_of(decisive, predictor)
 
 
 def ordered(decided: Decided) -> Fit:
