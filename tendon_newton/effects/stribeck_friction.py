@@ -17,7 +17,8 @@ class StribeckFriction(Effect):
     .. math:: F = F_m - \left(F_C + (F_S - F_C)\, e^{-(v / (r v_s))^2}\right) s
 
     Source: Stribeck (1902); Olsson et al. (1998), eq. 4.
-    Validity: steady sliding; memory of the lubricant film is left out. The falling branch enters
+    Validity: steady sliding; memory of the lubricant film is left out. A static force below the
+    Coulomb force counts as that: what grows with speed is viscous. The falling branch enters
     the dynamics, but not the solver's Jacobian, which stays definite so.
     Signature: stick and slip at low speed, with a force that jumps down as motion begins.
     Confused with: coulomb_friction, which it contains; only slow motion tells.

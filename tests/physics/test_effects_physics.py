@@ -114,10 +114,11 @@ def test_a_motor_nears_its_limit_over_a_knee() -> None:
     assert np.abs(out["force"] - np.clip(asked, 0.0, 4.0)).max() > 0.2
 
 
-def test_stribeck_with_one_level_is_coulomb() -> None:
-    """Static equal to Coulomb force leaves nothing of the exponential."""
+@pytest.mark.parametrize("static", [0.7, 0.3])
+def test_stribeck_with_one_level_is_coulomb(static: float) -> None:
+    """A static force no greater than the Coulomb force leaves nothing of the exponential."""
     command = steps_and_waves()
-    values = {"coulomb_force": 0.7, "static_force": 0.7, "stribeck_velocity": 1.0}
+    values = {"coulomb_force": 0.7, "static_force": static, "stribeck_velocity": 1.0}
     stribeck = run(command, {"stribeck_friction": values})
     coulomb = run(command, {"coulomb_friction": {"force": 0.7}})
     np.testing.assert_allclose(stribeck["theta"], coulomb["theta"], atol=1e-12)

@@ -17,10 +17,13 @@ from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide.account import REMAINS, criteria_of
 from tendon_newton.diagnosis.search.decide.decision import (
     Decided,
+    Refusal,
+    best_predictor,
     best_without,
     held_out_gains,
     room,
     special_case_or_without,
+    stands_for,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
@@ -43,6 +46,7 @@ from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.errors import UnknownName
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.study import Study
+from tendon_newton.identification.testable import testable_effects
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded, steps_and_waves
 from tests.physics.runs import ideal_model
@@ -594,3 +598,33 @@ def test_an_interval_that_holds_none_names_nothing(worlds: SearchWorlds) -> None
     found.intervals |= {viscous: (0.1, 1.3), breakaway: (0.1, 0.6)}
     assert not holds_null(study, found, "viscous_friction")
     assert not holds_null(study, found, "stribeck_friction")
+
+
+def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWorlds) -> None:
+    """Unless it ended at the edge of its range, where it stands for something else."""
+    pool = pool_of(worlds)
+    named = started(pool, coulomb_friction=0.6)
+    pool.add([named, started(pool, coulomb_friction=0.6, viscous_friction=1.2)])
+    terms = held_out_terms(worlds, named, pool.floors)
+    assert terms is not None
+    own = float(terms.sum())
+    best, predicts = best_predictor(pool, Decided(fit=named), own)
+    assert set(best.names) == {"coulomb_friction", "viscous_friction"}
+    assert predicts < own
+    refused = {"viscous_friction": Refusal(gain=0.0, at_bound=True)}
+    assert best_predictor(pool, Decided(fit=named, refused=refused), own) == (named, own)
+
+
+def test_a_model_that_is_written_has_each_named_cause(worlds: SearchWorlds) -> None:
+    """Or one that is taken for it."""
+    fit = started(pool_of(worlds), coulomb_friction=0.6)
+    for name, stands in (("stribeck_friction", True), ("voltage_sag", False)):
+        assert stands_for(replace_names(fit, name), fit) is stands
+
+
+def test_what_a_model_says_exactly_is_no_cause() -> None:
+    """A limit that a register holds."""
+    model = replace(ideal_model(), tolerances={"coulomb_friction": 0.0})
+    study = Study([log(0)], model, CATALOGUE, time_step=STEP)
+    assert "coulomb_friction" not in testable_effects(study)
+    assert "viscous_friction" in testable_effects(study)
