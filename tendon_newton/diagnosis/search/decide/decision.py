@@ -129,16 +129,21 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     if decisive.leaves_nothing(decided.fit) or decided.undecided:
         return decided
     plain = fit_plain_models(decisive, names)
-    answer = held_out_terms(decisive.worlds, decided.fit, decisive.floors)
-    assert answer is not None  # without a limit of time
+    predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
-    predicts = float(answer.sum())
     if compared and compared[0].held_out < predicts:
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
         decided = replace(other, refused={**decided.refused, **other.refused})
-        predicts = compared[0].held_out
+        predicts = predicted(decisive, decided.fit)
     predictor, predicts = best_predictor(decisive, decided, predicts)
     return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
+
+
+def predicted(decisive: Pool, fit: Fit) -> float:
+    """Return a set's score on parts that no number has seen [nat per row]."""
+    terms = held_out_terms(decisive.worlds, fit, decisive.floors)
+    assert terms is not None  # without a limit of time
+    return float(terms.sum())
 
 
 def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[Fit, float]:
