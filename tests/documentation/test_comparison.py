@@ -1,12 +1,13 @@
 """The comparison's tables, and its baseline."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from examples.studies.comparison.four_numbers import Grid, fitted, simulate
-from examples.studies.comparison.table import OURS, REPEATS, beside_rivals, tables
+from examples.studies.comparison.table import OURS, REPEATS, TOLD, ratios, shares_of_arm, tables
 
 
 def test_a_row_that_was_not_made_waits() -> None:
@@ -29,17 +30,34 @@ def test_a_row_that_was_not_made_waits() -> None:
     assert "repeats" not in text
 
 
-def test_a_diagnosis_stands_beside_the_best_of_all_others() -> None:
-    """What no model can beat, and a split without a diagnosis, count for nothing."""
-    rows = {"data sheet": 90.0, "Coulomb and viscous friction": 40.0, REPEATS: 4.0, OURS: 30.0}
-    cells = {
-        row: {"held_out": left, "says": "backlash", "seconds": 9.0} for row, left in rows.items()
+def cells(**left: float) -> dict[str, dict[str, Any]]:
+    """Return rows that leave some errors."""
+    return {
+        row: {"held_out": error, "says": "backlash", "seconds": 9.0, "commit": "0123456789"}
+        for row, error in left.items()
     }
-    alone = {OURS: cells[OURS]}
-    text = beside_rivals({"so101: Jaw by a and b": cells, "xl330: test kp 100": alone})
-    assert "| 30.0 | Coulomb and viscous friction | 40.0 | 0.75 | backlash | 9 s |" in text
-    assert text.endswith("ratio: median 0.75, greatest 0.75")
-    assert "kp 100" not in text
+
+
+def test_a_diagnosis_stands_beside_the_best_of_all_others_and_losses_come_first() -> None:
+    """What no model can beat, and a split without a diagnosis, count for nothing."""
+    won = cells(**{"data sheet": 90.0, "Coulomb friction": 40.0, REPEATS: 4.0, OURS: 30.0})
+    lost = cells(**{"data sheet": 20.0, OURS: 30.0})
+    text = ratios({"sts3215: arm": won, "sts3215: heavy": lost, "xl330: kp 100": cells(told=1.0)})
+    *_, worst, best, _, said = text.splitlines()
+    assert (
+        "| sts3215: heavy | 30.0 | data sheet | 20.0 | 1.50 | backlash | 9 s | `0123456` |" in worst
+    )
+    assert "| 30.0 | Coulomb friction | 40.0 | 0.75 | backlash | 9 s | `0123456` |" in best
+    assert said == "2 splits; ratio: median 1.12, greatest 1.50; 1 at 1.05 or less."
+
+
+def test_an_arm_is_told_by_shares_of_the_squared_error() -> None:
+    """Pooled, the pair that was told worse counts more; alike, each pair counts once."""
+    one = cells(**{TOLD: 10.0, "plain": 5.0, OURS: 1.0})
+    two = cells(**{TOLD: 2.0, "plain": 2.0, OURS: 1.0})
+    text = shares_of_arm({"so101: Jaw by a and b": one, "so101: Jaw by a and c": two})
+    assert f"| {OURS} | 0.019 | 0.130 |" in text
+    assert "| plain | 0.279 | 0.625 |" in text
 
 
 def test_lag_delay_deadband_and_offset_are_found() -> None:

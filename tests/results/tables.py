@@ -8,12 +8,20 @@ from typing import Any
 
 from scipy.stats import ttest_rel
 
+from examples.studies.comparison.table import beside_rivals, ratios, shares_of_arm
 from examples.studies.comparison.table import tables as tables_of_comparison
 from tests.results.record import Record
 
 Records = Mapping[str, Record]
-OURS = "ours, diagnosed"
-MODELS = tuple(f"bam m{k}" for k in range(1, 7))
+RATES = {
+    "deserved": "named, and deserved",
+    "sure_names_deserved": "of names told at 0.9 or more, deserved",
+    "in_plant_or_class": "named, and in the plant or with a class that is",
+    "material_faults_named": "faults worth a tenth of the squared error: named or in a class",
+    "gear_by_one_name": "the gear's friction by load told by one name or class",
+    "intervals_hold": "intervals that hold the plant's number",
+}
+"""Rates of the units' score, with their words."""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
@@ -34,32 +42,18 @@ def hands(record: Record, policy: str) -> list[float]:
 
 
 def servo(kept: Records, name: str) -> tuple[str, str]:
-    """Return our error and the best published model's on each split of a servo that has both."""
-    splits = [rows for key, rows in kept["comparison"].figures.items() if key.startswith(name)]
-    complete = [rows for rows in splits if {OURS, *MODELS} <= rows.keys()]
-    ours = [rows[OURS]["held_out"] for rows in complete]
-    theirs = [min(rows[model]["held_out"] for model in MODELS) for rows in complete]
-    return f"{about(ours)} mrad", f"best of six published models: {about(theirs)}"
-
-
-def arm(kept: Records) -> tuple[str, str]:
-    """Return what is left of the error of six joints."""
-    rows = kept["so101"].figures["joints"]
-    left = [100.0 * row["found_mrad"] / row["told_mrad"] for row in rows.values()]
-    shares = kept["so101"].figures["pairs"]
-    return (
-        f"{about(left, 0)} %",
-        f"squared, 18 pairs: {100 * shares['diagnosed']:.1f} %; "
-        f"four fixed numbers {100 * shares['four numbers']:.1f} %",
-    )
+    """Return our error on the splits of a servo, and that of the best rival of each."""
+    found = [s for s in beside_rivals(kept["comparison"].figures) if s.split.startswith(name)]
+    ours, best = about([s.ours["held_out"] for s in found]), about([s.left for s in found])
+    return f"{ours} mrad", f"{len(found)} splits; best rivals: {best}"
 
 
 def units(kept: Records) -> tuple[str, str]:
     """Return the squared error that a diagnosis removes on virtual benches, and its names."""
-    rows = kept["units"].figures["units"]
-    names = [name["in_plant"] for row in rows for name in row["named"]]
-    gone = about([100.0 * row["gone"] for row in rows], 0)
-    return f"{gone} %", f"{sum(names)} of {len(names)} names or their classes are in the plant"
+    figures = kept["units"].figures
+    gone = about([100.0 * row["gone"] for row in figures["units"]], 0)
+    deserved = figures["summary"]["deserved"]
+    return f"{gone} %", f"{deserved['hits']} of {deserved['of']} names are deserved"
 
 
 def ball(kept: Records) -> tuple[str, str]:
@@ -90,9 +84,9 @@ README: dict[str, tuple[str, Cells]] = {
         "comparison",
         lambda kept: servo(kept, "xl330"),
     ),
-    "[Real SO-101 arm](docs/lab/so101.md): RMS error left on unseen motions, six joints": (
-        "so101",
-        arm,
+    "[Real SO-101 arm](docs/lab/so101.md): RMS error on unseen motions, six joints": (
+        "comparison",
+        lambda kept: servo(kept, "so101"),
     ),
     "[Virtual fingers](docs/virtual_bench.md#from-this-bench-to-named-causes), twenty faults each:"
     " squared error removed": ("units", units),
@@ -204,6 +198,28 @@ def unit_rows(kept: Records) -> str:
     return table(heads, rows)
 
 
+def unit_rates(kept: Records) -> str:
+    """Return how often names and intervals of virtual units are right."""
+    total = kept["units"].figures["summary"]
+    lines = [
+        (words, f"{rate['hits']} of {rate['of']}", f"{rate['rate']:.0%}", f"{rate['at_least']:.0%}")
+        for name, words in RATES.items()
+        for rate in [total[name]]
+    ]
+    lines += [
+        (
+            "deserved names of a unit",
+            f"{total['units']} units",
+            f"{total['deserved_a_unit']:.1f}",
+            "",
+        ),
+        ("answers that are *unexplained*", f"{total['units']} units", total["unexplained"], ""),
+        ("squared error gone, median", "", f"{total['gone_median']:.1%}", ""),
+        ("squared error gone, least", "", f"{total['gone_least']:.1%}", ""),
+    ]
+    return table(("", "count", "rate", "at least, 95 %"), lines)
+
+
 def own_logs(record: Record) -> str:
     """Return what was planted in each stranger's logs, and what its diagnosis names."""
     rows = []
@@ -228,6 +244,8 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         "docs/comparison.md",
         lambda kept: tables_of_comparison(kept["comparison"].figures),
     ),
+    "losses": ("docs/comparison.md", lambda kept: ratios(kept["comparison"].figures)),
+    "arm": ("docs/lab/so101.md", lambda kept: shares_of_arm(kept["comparison"].figures)),
     "turning": ("docs/policies.md", turning),
     "diagnosed policies": ("docs/lab/policies.md", diagnosed),
     "mechanics on a GPU": (
@@ -239,6 +257,7 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         lambda kept: mechanics(kept["speed_cpu"], (1, 64, 1024)),
     ),
     "units": ("docs/virtual_bench.md", unit_rows),
+    "names": ("docs/lab/exams.md", unit_rates),
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
 """File and maker of each table, by the name in its marks."""

@@ -23,9 +23,10 @@ import numpy as np
 
 from examples.studies.comparison import bam, four_numbers
 from examples.studies.comparison.splits import Split, splits_of
-from examples.studies.comparison.table import ARM, OURS, beside_rivals, tables
+from examples.studies.comparison.table import ARM, OURS, ratios, tables
 from examples.studies.so101_pairs import FIXED, TOLD, pooled_rms, squares
 from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.diagnose import diagnose
@@ -161,7 +162,7 @@ def keep(path: Path, split: Split, name: str, row: Row) -> None:
     folder = os.open(path.resolve().parent, os.O_RDONLY)
     fcntl.flock(folder, fcntl.LOCK_EX)
     results = results_in(path)
-    results.setdefault(split.key, {})[name] = row
+    results.setdefault(split.key, {})[name] = row | {"commit": git_commit()}
     written = path.with_suffix(".new")
     written.write_text(json.dumps(results, indent=1) + "\n")
     written.replace(path)
@@ -207,7 +208,7 @@ def main() -> None:
                 row = make(split)
                 print(f"{split.key}, {name}: {row['held_out']:.1f} mrad, {row}", flush=True)
                 keep(kept, split, name, row)
-    print(tables(results_in(kept)), beside_rivals(results_in(kept)), sep="\n\n")
+    print(tables(results_in(kept)), ratios(results_in(kept)), sep="\n\n")
 
 
 if __name__ == "__main__":

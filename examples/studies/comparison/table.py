@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from statistics import median
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import mean, median
 from typing import Any
 
-REPEATS, OURS, ARM = "repeats", "ours, diagnosed", "so101"
+REPEATS, OURS, TOLD, ARM = "repeats", "ours, diagnosed", "told", "so101"
+LEVEL = 1.05
+"""Ratio of errors up to which two models are level."""
 ROWS = {
     REPEATS: "repeats of the same motion: no model can do better",
     "data sheet": "data sheet, nothing fitted",
@@ -38,7 +41,7 @@ def errors(results: Results, keys: Sequence[str]) -> str:
         if row == REPEATS and not any(row in results[key] for key in keys):
             continue  # nothing was recorded twice
         lines.append([words, *(error(results[key].get(row)) for key in keys)])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return as_table(lines)
 
 
 def named_rows(results: Results, keys: Sequence[str]) -> dict[str, str]:
@@ -47,28 +50,82 @@ def named_rows(results: Results, keys: Sequence[str]) -> dict[str, str]:
     return {**ROWS, **plain, OURS: OURS}
 
 
-def beside_rivals(results: Results) -> str:
-    """Return what a diagnosis leaves of each split beside the best of all others."""
-    head = ["split", "diagnosed", "best rival", "it leaves", "ratio", "names", "time"]
-    lines, ratios = [head, ["---"] * len(head)], []
-    for key, rows in results.items():
-        rivals = {
-            row: cells["held_out"] for row, cells in rows.items() if row not in (REPEATS, OURS)
-        }
-        if OURS not in rows or not rivals:
-            continue
-        ours, best = rows[OURS], min(rivals, key=rivals.__getitem__)
-        ratios.append(ours["held_out"] / rivals[best])
-        lines.append(
-            [
-                key, f"{ours['held_out']:.1f}", best, f"{rivals[best]:.1f}", f"{ratios[-1]:.2f}",
-                str(ours["says"]), f"{ours['seconds']:.0f} s",
-            ]
-        )  # fmt: skip
-    text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    if not ratios:
-        return text
-    return f"{text}\n\nratio: median {median(ratios):.2f}, greatest {max(ratios):.2f}"
+@dataclass(frozen=True, kw_only=True)
+class Beside:
+    """What a diagnosis leaves of a split, beside the rival that turned out best there."""
+
+    split: str
+    ours: Mapping[str, Any]
+    rival: str
+    left: float
+    """Held-out error of that rival [mrad]."""
+
+    @property
+    def ratio(self) -> float:
+        """Our error over the rival's [1]."""
+        return self.ours["held_out"] / self.left
+
+
+def beside_rivals(results: Results) -> list[Beside]:
+    """Return each split that has a diagnosis and rivals, the worst ratio first."""
+    found: list[Beside] = []
+    for split, rows in results.items():
+        left = {r: cells["held_out"] for r, cells in rows.items() if r not in (REPEATS, OURS)}
+        if OURS in rows and left:
+            best = min(left, key=left.__getitem__)
+            found.append(Beside(split=split, ours=rows[OURS], rival=best, left=left[best]))
+    return sorted(found, key=lambda each: -each.ratio)
+
+
+def ratios(results: Results) -> str:
+    """Return a table of all splits by our error over the best rival's."""
+    found = beside_rivals(results)
+    if not found:
+        return "No split has a diagnosis beside rivals yet."
+    lines = [
+        [
+            "split",
+            "diagnosed [mrad]",
+            "best rival",
+            "its error",
+            "ratio",
+            "named",
+            "time",
+            "commit",
+        ],
+        ["---"] * 8,
+    ]
+    lines += [
+        [
+            each.split, f"{each.ours['held_out']:.1f}", each.rival, f"{each.left:.1f}",
+            f"{each.ratio:.2f}", str(each.ours["says"]), f"{each.ours['seconds']:.0f} s",
+            f"`{each.ours['commit'][:7]}`",
+        ]
+        for each in found
+    ]  # fmt: skip
+    every = [each.ratio for each in found]
+    return (
+        f"{as_table(lines)}\n\n{len(every)} splits; ratio: median {median(every):.2f}, "
+        f"greatest {max(every):.2f}; {sum(ratio <= LEVEL for ratio in every)} at {LEVEL} or less."
+    )
+
+
+def shares_of_arm(results: Results) -> str:
+    """Return what each model leaves of the squared error of a servo that is where it is told."""
+    pairs = [rows for split, rows in results.items() if split.startswith(ARM) and OURS in rows]
+    lines = [["squared error that is left", "pooled", "each pair alike"], ["---"] * 3]
+    for row in (OURS, *(name for name in pairs[0] if name not in (OURS, TOLD))):
+        left = [rows[row]["held_out"] ** 2 for rows in pairs]
+        told = [rows[TOLD]["held_out"] ** 2 for rows in pairs]
+        alike = mean(one / whole for one, whole in zip(left, told, strict=True))
+        name = "four numbers, nothing stated" if row == "four numbers" else row
+        lines.append([name, f"{sum(left) / sum(told):.3f}", f"{alike:.3f}"])
+    return f"{as_table(lines)}\n\n{len(pairs)} pairs."
+
+
+def as_table(lines: Iterable[Sequence[str]]) -> str:
+    """Return lines of cells as a Markdown table."""
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def error(found: Mapping[str, Any] | None) -> str:
@@ -103,7 +160,7 @@ def costs(results: Results, keys: Sequence[str]) -> str:
         for row, cells in timed.items()
         if not row.startswith("bam")
     ]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return as_table(lines)
 
 
 def span(values: Sequence[float]) -> str:
