@@ -460,6 +460,20 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests=f"{TURNING} own_mass",
     ),
     Mutation(
+        name="worn-bench-not-drawn",
+        file="train/tendon_train/refresh/retraining.py",
+        old="randomise=(*before.randomise, *worn)",
+        new="randomise=before.randomise",
+        tests="tests/train/refresh/test_retraining.py -k worn",
+    ),
+    Mutation(
+        name="limit-draws-one-by-one",
+        file="tendon_newton/diagnosis/next_experiment/expected_run.py",
+        old="covariance=np.outer(wider, wider) * 0.5 * (covariance + covariance.T)",
+        new="covariance=np.diag(wider**2 * np.diag(covariance))",
+        tests="tests/diagnosis/next_experiment/test_run_design.py -k tie",
+    ),
+    Mutation(
         name="interval-halved",
         file="tendon_newton/diagnosis/search/decide/fitted_sets.py",
         old="spreads = half / SURE",
