@@ -28,7 +28,8 @@ HEADINGS = {
     "bench_overrides": "[numbers of a bench](#numbers-of-a-bench) that differ from its asset",
     "fit": "[unknown numbers](#unknown-numbers), refitted by a diagnosis",
     "tolerances": "how well things are stated, where you know it better than the catalogue: "
-    "`load_cell_gain = 0.01`, `torque_constant = 0.05`; standard deviations, as shares or in SI",
+    "`load_cell_gain = 0.01`, `torque_constant = 0.05`; standard deviations, as shares or in SI. "
+    "An effect with 0 is exact, and no cause: `acceleration_limit = 0` where a register holds it",
 }
 EXAMPLE = """\
 fit = ["torque_constant", "resistance"]
