@@ -616,7 +616,7 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
 
 
 def test_a_model_that_is_written_has_each_named_cause(worlds: SearchWorlds) -> None:
-    """Or one that is taken for it."""
+    """Or another law of the same friction."""
     fit = started(pool_of(worlds), coulomb_friction=0.6)
     for name, stands in (("stribeck_friction", True), ("voltage_sag", False)):
         assert stands_for(replace_names(fit, name), fit) is stands

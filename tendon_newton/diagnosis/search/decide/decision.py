@@ -25,7 +25,7 @@ from tendon_newton.diagnosis.search.prune import (
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, starts_of_relative
-from tendon_newton.effects import are_confused, are_one_friction, are_related, special_cases
+from tendon_newton.effects import are_one_friction, are_related, special_cases
 
 FAMILY = 5.0
 """How much further behind than others a law of the same friction may stay and replace one [1]."""
@@ -150,7 +150,8 @@ def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[F
     """Return the set that predicts parts best that no number has seen, and its score there.
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
-    and to predict are two things. Each named cause, or one that is taken for it, stays.
+    and to predict are two things. Each cause of the answer, or another law of the same friction,
+    stays.
 
     Args:
         decisive: Has the fits of all rows.
@@ -173,13 +174,12 @@ def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[F
 
 
 def stands_for(fit: Fit, answer: Fit) -> bool:
-    """Tell whether a set has each cause of an answer, or one that is taken for it."""
+    """Tell whether a set has each cause of an answer, or another law of the same friction."""
     return bool(answer.names) and all(
         name in fit.names
-        or any(are_one_friction(name, n) or are_related(name, n) or are_confused(name, n)
-               for n in fit.names)
+        or any(are_one_friction(name, other) or are_related(name, other) for other in fit.names)
         for name in answer.names
-    )  # fmt: skip
+    )
 
 
 def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:
