@@ -44,9 +44,9 @@ from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.errors import UnknownName
+from tendon_newton.identification import testable
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.study import Study
-from tendon_newton.identification.testable import testable_effects
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded, steps_and_waves
 from tests.physics.runs import ideal_model
@@ -626,5 +626,6 @@ def test_what_a_model_says_exactly_is_no_cause() -> None:
     """A limit that a register holds."""
     model = replace(ideal_model(), tolerances={"coulomb_friction": 0.0})
     study = Study([log(0)], model, CATALOGUE, time_step=STEP)
-    assert "coulomb_friction" not in testable_effects(study)
-    assert "viscous_friction" in testable_effects(study)
+    effects = testable.testable_effects(study)
+    assert "coulomb_friction" not in effects
+    assert "viscous_friction" in effects
