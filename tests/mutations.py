@@ -266,6 +266,13 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests="tests/diagnosis/search/test_sets.py -k predict",
     ),
     Mutation(
+        name="what-predicts-best-is-dropped",
+        file="tendon_newton/diagnosis/diagnose.py",
+        old="written = final and (findings.predictor or final)",
+        new="written = final",
+        tests="tests/diagnosis/search/test_sets.py -k written",
+    ),
+    Mutation(
         name="what-ended-at-an-edge-is-written",
         file="tendon_newton/diagnosis/search/decide/decision.py",
         old=" and not beyond & set(f.names)",

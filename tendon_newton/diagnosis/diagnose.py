@@ -169,8 +169,6 @@ def conclude(
     before, after, *partial = evaluate_models(test, [baseline, extended, *without, *plain])
     partial, others = partial[: len(without)], partial[len(without) :]
     fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
-    if findings.predictor is not None and fraction <= 0.0:
-        return conclude(train, replace(findings, predictor=None), model, test, rng, start)
     if final is not None and fraction <= 0.0:
         empty = replace(
             findings, verdict="unexplained", final=None, posterior=Posterior(),

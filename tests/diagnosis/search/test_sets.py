@@ -1,6 +1,7 @@
 """Sets of causes are compared at their best, judged where they act, and do not grow for ever."""
 
 import re
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -12,6 +13,8 @@ import pytest
 from tendon_newton.actuators import ACTUATORS
 from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.diagnose import conclude
+from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide.account import REMAINS, criteria_of
@@ -629,3 +632,25 @@ def test_what_a_model_says_exactly_is_no_cause() -> None:
     effects = testable.testable_effects(study)
     assert "coulomb_friction" not in effects
     assert "viscous_friction" in effects
+
+
+def test_causes_without_a_name_are_in_the_model_that_is_written(worlds: SearchWorlds) -> None:
+    """Coulomb friction is named; viscous friction helps to predict, and is suspected."""
+    pool, train = pool_of(worlds), worlds.study
+    sets: list[dict[str, float]] = [
+        {}, {"coulomb_friction": 0.6}, {"coulomb_friction": 0.6, "viscous_friction": 1.2},
+    ]  # fmt: skip
+    start, named, both = (found_of(pool, started(pool, **values)) for values in sets)
+    findings = Findings(
+        verdict="partly_explained", baseline=start, final=named, closest=named, suspected=(),
+        classes={}, candidates=(), criteria={"coulomb_friction": ()}, predictor=both,
+    )  # fmt: skip
+    test = Study([log(3)], ideal_model(), CATALOGUE, time_step=STEP, like=train)
+    diagnosis, _ = conclude(
+        train, findings, ideal_model(), test, np.random.default_rng(0), time.monotonic()
+    )
+    assert [effect.name for effect in diagnosis.effects] == ["coulomb_friction"]
+    (helping,) = diagnosis.suspected
+    assert (helping.name, helping.reason[:19]) == ("viscous_friction", "It helps to predict")
+    assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
+    assert diagnosis.extended.theta_rmse < 0.5 * helping.without.theta_rmse
