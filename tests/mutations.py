@@ -273,6 +273,13 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests="tests/diagnosis/search/test_sets.py -k written",
     ),
     Mutation(
+        name="another-bench-has-only-aged",
+        file="tendon_newton/diagnosis/in_time/changes_report.py",
+        old="STRANGE = 3.0",
+        new="STRANGE = 300.0",
+        tests="tests/diagnosis/in_time/test_changes.py -k doubted",
+    ),
+    Mutation(
         name="what-ended-at-an-edge-is-written",
         file="tendon_newton/diagnosis/search/decide/decision.py",
         old=" and not beyond & set(f.names)",

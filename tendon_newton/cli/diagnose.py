@@ -130,7 +130,7 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     if config.hold_out is not None or config.budget is not None:
         raise InvalidParameter("--against searches nothing: it takes no --hold-out and no --budget")
 
-    from tendon_newton.diagnosis.in_time.changes_report import event_sentence, headline, sentence
+    from tendon_newton.diagnosis.in_time.changes_report import event_sentence, headline, steps_of
     from tendon_newton.workflows.diagnosing import compare_days
 
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
@@ -140,8 +140,8 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
         return
     for name, changes in days.items():
         print(f"\n{name}: {headline(changes)}")
-        for change in changes.moved:
-            print(f"  {sentence(change)}")
+        for step in steps_of(changes):
+            print(f"  {step}")
         for event in changes.events:
             print(f"  {event_sentence(event)}")
     print(f"\n  report          {config.out / 'changes.html'}")

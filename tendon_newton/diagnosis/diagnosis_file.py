@@ -10,7 +10,7 @@ from typing import Any, get_args
 from tendon_newton.data.files.checked_table import CheckedTable, read_checked
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_list, is_table
-from tendon_newton.diagnosis.result import SCHEMA, Estimate, Verdict
+from tendon_newton.diagnosis.result import SCHEMA, Errors, Estimate, Verdict
 from tendon_newton.errors import InvalidDiagnosis, listed, shown
 
 PROMISE = "a diagnosis is a JSON file"
@@ -41,6 +41,8 @@ class StatedDiagnosis:
     """Causes that deserve no name."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the actuator that were refitted, by name."""
+    extended: Errors | None = None
+    """Held-out errors of the extended model."""
 
 
 def read_diagnosis(path: Path) -> StatedDiagnosis:
@@ -72,6 +74,17 @@ def state_diagnosis(table: CheckedTable) -> StatedDiagnosis:
         if "suspected" in table
         else (),
         fitted=state_estimates(table.table("fitted")) if "fitted" in table else {},
+        extended=state_errors(table.table("extended")) if "extended" in table else None,
+    )
+
+
+def state_errors(table: CheckedTable) -> Errors:
+    """Check held-out errors."""
+    has_cell = table.values.get("force_rmse") is not None
+    return Errors(
+        force_rmse=table.number("force_rmse") if has_cell else None,
+        theta_rmse=table.number("theta_rmse"),
+        theta_mae=table.number("theta_mae"),
     )
 
 

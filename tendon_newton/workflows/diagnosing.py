@@ -15,7 +15,7 @@ from tendon_newton.diagnosis.in_time.changes import Changes, find_changes
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
 from tendon_newton.diagnosis.in_time.log_events import find_events
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
-from tendon_newton.diagnosis.result import Diagnosis, Estimate, write_diagnosis
+from tendon_newton.diagnosis.result import Diagnosis, Errors, Estimate, write_diagnosis
 from tendon_newton.diagnosis.unblocked import free
 from tendon_newton.errors import InvalidDataset, InvalidModelFile
 
@@ -79,13 +79,15 @@ def compare_days(
         TendonNewtonError: Something cannot be read or used; the message says why.
     """
     folders = days_in(new)
-    first, known = earlier_day(against, model)
+    first, known, usual = earlier_day(against, model)
     found: dict[str, Changes] = {}
     for folder in folders:
         if len(folders) > 1:
             progress(f"day {folder.name}")
         day = day_of(folder)
-        changes = find_changes(first, day.train, known, unseen=day.test, progress=progress)
+        changes = find_changes(
+            first, day.train, known, unseen=day.test, usual=usual, progress=progress
+        )
         if not isinstance(first, Mapping):
             progress("looking for events")
             runs = (*day.train, *day.test)
@@ -118,13 +120,13 @@ def day_of(folder: Path) -> Dataset:
 
 def earlier_day(
     path: Path, model: Path | None
-) -> tuple[tuple[Recording, ...] | Mapping[str, Mapping[str, Estimate]], Model]:
-    """Return what is known of the earlier day, and its model."""
+) -> tuple[tuple[Recording, ...] | Mapping[str, Mapping[str, Estimate]], Model, Errors | None]:
+    """Return what is known of the earlier day, its model, and how much that is known to err."""
     if (path / ANSWER).is_file():
         known = load_model(model or path / "model.toml")
         said = read_diagnosis(path / ANSWER)
         numbers = {cause.name: cause.parameters for cause in (*said.effects, *said.suspected)}
-        return {known.actuator.name: said.fitted, **numbers}, known
+        return {known.actuator.name: said.fitted, **numbers}, known, said.extended
     if not (path / FILE_NAME).is_file():
         raise InvalidDataset(
             f"{path}: an earlier day is a dataset or the folder of a diagnosis; here is neither "
@@ -133,4 +135,4 @@ def earlier_day(
     file = model or path / "model.toml"
     if not file.is_file():
         raise InvalidModelFile(f"{file}: days are compared by a model; name one with --model")
-    return day_of(path).train, load_model(file)
+    return day_of(path).train, load_model(file), None

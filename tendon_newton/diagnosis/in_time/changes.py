@@ -88,6 +88,8 @@ class Changes:
     """Error of the first day's model on recordings of the second day."""
     after: Errors
     """The same of the second day's model."""
+    usual: Errors | None
+    """Error of the first day's model on that day; None where nobody knows."""
     earlier: Model
     """Model of the first day, with what it lacked there."""
     model: Model
@@ -107,6 +109,7 @@ def find_changes(
     model: Model,
     *,
     unseen: Sequence[Recording] = (),
+    usual: Errors | None = None,
     walks: Collection[str] = tuple(WALKS),
     effects: Sequence[str] = tuple(EFFECTS),
     progress: Callable[[str], None] = lambda _: None,
@@ -120,6 +123,7 @@ def find_changes(
         second: Recordings of the second day.
         model: Model of the first day.
         unseen: Recordings of the second day that only report; the same by default.
+        usual: Error of the model on the first day, where that day's recordings are gone.
         walks: Effects whose numbers may have moved, besides the model's own.
         effects: Effects that the kernels hold.
         progress: Told what is being done.
@@ -151,10 +155,14 @@ def find_changes(
     moved = days.search()
     report = Study(unseen or second, model, effects, like=days.study)
     before, after = evaluate_models(report, [{}, days.values(moved)])
+    if not isinstance(first, Mapping):
+        (own,) = evaluate_models(Study(first, model, effects, like=days.study), [{}])
+        usual = own.pooled()
     return Changes(
         numbers=days.numbers(moved),
         before=before.pooled(),
         after=after.pooled(),
+        usual=usual,
         earlier=model,
         model=days.model_of(moved),
     )

@@ -19,6 +19,9 @@ from tendon_newton.diagnosis.result import errors_json
 
 SCHEMA = 1
 TEMPLATE = "changes.html.jinja"
+STRANGE = 3.0
+"""Errors of the last day's model, in those of the first day's on its own day, from which something
+else is the matter [1]: another command plan makes one and a half."""
 SIZE = (3.6, 1.9)
 """Of one number's course [inch]."""
 Days = Mapping[str, Changes]
@@ -39,6 +42,11 @@ def sentence(change: Change) -> str:
     others = " or ".join(walk_of(rival).what for rival in change.rivals)
     doubt = f" (or the {others} instead)" if others else ""
     return f"The {walk.what}{owner} has {grown}{size}{doubt}: {step}."
+
+
+def steps_of(changes: Changes) -> list[str]:
+    """Say what to do next: a doubt about the whole comes first."""
+    return [*filter(None, [doubt(changes)]), *map(sentence, changes.moved)]
 
 
 EVENTS = {
@@ -67,14 +75,33 @@ def headline(changes: Changes) -> str:
     return f"Changed: {', '.join(dict.fromkeys(moved))}."
 
 
+def doubt(changes: Changes) -> str:
+    """Say that what moved does not account for the errors that are left; empty where it does."""
+    now, usual = changes.after, changes.usual
+    if usual is None:
+        return ""
+    pairs = [(now.theta_rmse, usual.theta_rmse, "rad")]
+    if now.force_rmse is not None and usual.force_rmse is not None:
+        pairs.append((now.force_rmse, usual.force_rmse, "N"))
+    left, before, unit = max(pairs, key=lambda pair: pair[0] / max(pair[1], 1e-12))
+    if left <= STRANGE * before:
+        return ""
+    return (
+        f"With these numbers the model still errs by {quantity(left, unit)}, on its own day by "
+        f"{quantity(before, unit)}. This is another bench, or something else changed: diagnose "
+        "these recordings without --against."
+    )
+
+
 def to_json(changes: Changes) -> dict[str, Any]:
     """Return what a program reads of one day."""
     return {
         "numbers": [asdict(change) for change in changes.numbers],
-        "next_steps": [sentence(change) for change in changes.moved],
+        "next_steps": steps_of(changes),
         "events": [asdict(event) for event in changes.events],
         "before": errors_json(changes.before),
         "after": errors_json(changes.after),
+        "on_its_own_day": None if changes.usual is None else errors_json(changes.usual),
     }
 
 
@@ -95,7 +122,7 @@ def write_changes(out: Path, days: Days, against: str) -> None:
     content = {
         "headline": headline(last),
         "subject": f"{', '.join(days)}, against {against}",
-        "steps": [sentence(change) for change in last.moved],
+        "steps": steps_of(last),
         "events": [event_sentence(e) for changes in days.values() for e in changes.events],
         "rows": [row(change) for change in last.numbers],
         "panels": [course(days, k) for k in range(len(last.numbers))] if len(days) > 1 else [],

@@ -8,7 +8,7 @@ import pytest
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.in_time.changes import Changes, find_changes
-from tendon_newton.diagnosis.in_time.changes_report import headline, sentence
+from tendon_newton.diagnosis.in_time.changes_report import doubt, headline, sentence
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.result import Estimate
 from tendon_newton.effects import EFFECTS
@@ -54,6 +54,13 @@ def changes_to(second: Model, *, known: Estimate | None = None) -> Changes:
     )
 
 
+def test_errors_that_no_number_accounts_for_are_doubted() -> None:
+    """Stiff grease, which may not move here: the model errs as it never did on its own day."""
+    changes = changes_to(ideal_model(viscous_friction={"coefficient": 8.0}))
+    assert "diagnose these recordings" in doubt(changes)
+    assert doubt(replace(changes, usual=None)) == ""  # nobody knows how it erred
+
+
 @pytest.mark.parametrize(
     ("worn", "cause", "truth", "said"),
     [
@@ -78,6 +85,7 @@ def test_what_moved_is_found_with_its_size_and_nothing_else(
     changes = changes_to(worn)
     (moved,) = changes.moved
     assert (moved.cause, moved.rivals) == (cause, ())
+    assert doubt(changes) == ""
     assert moved.ci95[0] <= truth <= moved.ci95[1]
     assert moved.value == pytest.approx(truth, rel=0.1)  # noise of 12 s
     assert moved.probability > 0.95
