@@ -313,7 +313,7 @@ def released(
             if program.await_pull():
                 time.sleep(delay)
                 program.listen()
-                if program.process.poll() is None and ports.state().duty >= program.pulling:
+                if program.await_pull():  # a command has calm seconds as well
                     release = let_go(program, harm)
                     break
             said = program.end()
