@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from tendon_newton.diagnosis.findings import PlainModel
 from tendon_newton.diagnosis.search.coordinates import atoms
-from tendon_newton.diagnosis.search.held_out_gain import held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 
@@ -69,7 +68,7 @@ def compare_plain_models(pool: Pool, fits: dict[str, Fit]) -> tuple[PlainModel, 
     """
     out = []
     for label, fit in fits.items():
-        terms = held_out_terms(pool.worlds, fit, pool.floors, pool.until)
+        terms = pool.unseen_terms(fit, pool.until)
         if terms is not None:
             values = values_of(pool.worlds, fit.columns, fit.place)
             held_out = float(terms.sum())

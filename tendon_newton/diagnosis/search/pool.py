@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
+from tendon_newton.diagnosis.search.held_out_gain import held_out_terms
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise, values_of
 from tendon_newton.diagnosis.search.search_worlds import QUIET, Floors, SearchWorlds
 from tendon_newton.effects import are_related, law_of
@@ -49,11 +50,26 @@ class Pool:
     """Share of the gap that each effect explains alone as a survey sees it, and its numbers."""
     added: dict[str, float] = field(default_factory=dict)
     """Score that each effect would add to the last set that was looked around [nat per row]."""
+    unseen: dict[tuple[frozenset[str], float], Array] = field(default_factory=dict)
+    """Rows' shares of the score of parts that no number has seen, by a set's causes and score."""
 
     @property
     def is_late(self) -> bool:
         """Whether the time is over."""
         return time.monotonic() > self.until
+
+    def unseen_terms(self, fit: Fit, until: float = np.inf) -> Array | None:
+        """Return each row's share of the score where a fit did not see it, shape (M,).
+
+        Refits that leave out each part are made once. None where the time did not suffice.
+        """
+        key = frozenset(fit.names), fit.score
+        if key not in self.unseen:
+            found = held_out_terms(self.worlds, fit, self.floors, until)
+            if found is None:
+                return None
+            self.unseen[key] = found
+        return self.unseen[key]
 
     def add(self, fits: Sequence[Fit]) -> None:
         """Keep fits that are better than those of the same causes; no law beside its own case."""

@@ -11,7 +11,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.findings import PlainModel
 from tendon_newton.diagnosis.search.decide.rule import LADDER, SURE
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
-from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
+from tendon_newton.diagnosis.search.held_out_gain import by_block, terms
 from tendon_newton.diagnosis.search.plain_models import compare_plain_models, fit_plain_models
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import (
@@ -108,7 +108,8 @@ def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]
 def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decided:
     """Put causes found on beginnings to the test on all rows.
 
-    A plain model that predicts parts better that no number has seen takes their place.
+    A plain model takes their place if what may be named of it predicts parts better that no number
+    has seen.
 
     Args:
         pool: Sets fitted on the beginnings.
@@ -133,17 +134,19 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     compared = compare_plain_models(decisive, plain)
     if compared and compared[0].held_out < predicts:
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
-        decided = replace(other, refused={**decided.refused, **other.refused})
-        predicts = predicted(decisive, decided.fit)
+        left = np.inf if other.undecided else predicted(decisive, other.fit)
+        if left < predicts:
+            decided = replace(other, refused={**decided.refused, **other.refused})
+            predicts = left
     predictor, predicts = best_predictor(decisive, decided, predicts)
     return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
 
 
 def predicted(decisive: Pool, fit: Fit) -> float:
     """Return a set's score on parts that no number has seen [nat per row]."""
-    terms = held_out_terms(decisive.worlds, fit, decisive.floors)
-    assert terms is not None  # without a limit of time
-    return float(terms.sum())
+    found = decisive.unseen_terms(fit)
+    assert found is not None  # without a limit of time
+    return float(found.sum())
 
 
 def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[Fit, float]:
@@ -167,7 +170,7 @@ def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[F
     ]  # fmt: skip
     for fit in sorted(sets, key=lambda f: f.score)[:PREDICTORS]:
         near = followed(decisive, fit)
-        found = held_out_terms(decisive.worlds, near, decisive.floors, decisive.until)
+        found = decisive.unseen_terms(near, decisive.until)
         if found is not None and found.sum() < predicts:
             best, predicts = near, float(found.sum())
     return best, predicts
@@ -362,7 +365,7 @@ def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, 
     """
     worlds, floors = decisive.worlds, decisive.floors
     less = {n: f for n, f in leave_out(decisive, fit).items() if n in names}
-    own = held_out_terms(worlds, fit, floors)
+    own = decisive.unseen_terms(fit)
     assert own is not None  # without a limit of time
     residuals = np.stack([f.residual for f in less.values()])
     score = worlds.score(residuals, floors)
@@ -370,7 +373,7 @@ def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, 
     bounds = {n: float((t - own).sum()) / decisive.bar(n) for n, t in rows.items()}
     gains = {n: by_block(worlds, rows[n] - own) for n in rows if bounds[n] >= SURE}
     for name in sorted((n for n in rows if n not in gains), key=lambda n: bounds[n]):
-        found = held_out_terms(worlds, less[name], floors, decisive.until)
+        found = decisive.unseen_terms(less[name], decisive.until)
         if found is None:
             break
         gains[name] = by_block(worlds, found - own)

@@ -119,7 +119,7 @@ def find_causes(
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
     baseline = as_stated(whole, study.fit_columns(model))
-    return conclude_search(pool, whole, names, fit, baseline, decided, early)
+    return conclude_search(pool, whole, names, baseline, decided, early)
 
 
 def as_stated(pool: Pool, fit_columns: Sequence[int]) -> Fit:
@@ -149,13 +149,13 @@ def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Stud
 
 
 def conclude_search(
-    pool: Pool, decisive: Pool, names: Sequence[str], fit: Fit, baseline: Fit, decided: Decided,
+    pool: Pool, decisive: Pool, names: Sequence[str], baseline: Fit, decided: Decided,
     early: tuple[str, ...],
 ) -> Findings:  # fmt: skip
     """Put what was decided into words and numbers."""
     final = ordered(decided)
     share = explained_share(decisive, baseline, final)
-    verdict = verdict_of(decisive, baseline, final, share)
+    verdict = verdict_of(decisive, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
     shown = found_of(decisive, final)
     criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
@@ -201,7 +201,7 @@ def ordered(decided: Decided) -> Fit:
     return replace(fit, names=tuple(sorted(fit.names, key=lambda n: -decided.losses[n])))
 
 
-def verdict_of(decisive: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
+def verdict_of(decisive: Pool, final: Fit, share: float) -> Verdict:
     """Judge what is left without and with the causes."""
     if not final.names:
         return "no_gap" if leaves_nothing_at_any_step(decisive, final) else "unexplained"
