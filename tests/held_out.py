@@ -51,7 +51,7 @@ NO_DATASET = {
     "asset": "reads an asset",
     "export": "reads a model",
     "compare": "reads a model and draws what simulators make of it",
-    "train-policy": "reads a model and, if told, the intervals of a diagnosis",
+    "train-policy": "reads a model and, if told, the posterior of a diagnosis",
     "evaluate-policy": "reads policies",
     "doctor": "reads a bench",
     "calibrate": "reads a load cell",

@@ -315,7 +315,7 @@ def open_class(
 
 def explain(study: Study, found: Found, cause: str) -> Explanation:
     """Describe a fit by the cause that it stands for, and all its numbers."""
-    built = {*study.tolerated_columns, *as_stated(study, found.effects)}
+    built = {*study.tolerated_columns, *undoubted_columns(study, found.effects)}
     columns = [column for column in found.values if column not in built]
     owners = dict.fromkeys(study.table.owners[column][0] for column in columns)
     return Explanation(
@@ -353,11 +353,11 @@ def confounded_numbers(study: Study, found: Found) -> tuple[Confounded, ...]:
     pairs = find_confounded(found.point, [f"{owner}.{p.name}" for owner, p in owners])
     built = {f"{OWNER}.{number.name}" for number in study.tolerated}
     built |= {f"{o}.{p.name}" for o, p in
-              (study.table.owners[c] for c in as_stated(study, found.effects))}  # fmt: skip
+              (study.table.owners[c] for c in undoubted_columns(study, found.effects))}  # fmt: skip
     return tuple(pair for pair in pairs if not built & {pair.first, pair.second})
 
 
-def as_stated(study: Study, effects: Sequence[str]) -> tuple[int, ...]:
+def undoubted_columns(study: Study, effects: Sequence[str]) -> tuple[int, ...]:
     """Return the stated numbers of effects that are no causes, which differ as any bench does."""
     owners = study.table.owners
     return tuple(c for c in stated_columns(study) if owners[c][0] not in effects)
@@ -410,7 +410,7 @@ def extended_model(
     none. Any other infinite number is written as the end of its range: a file holds none.
     """
     table = study.table
-    owners = [table.owners[c][0] for c in as_stated(study, effects) if c in values]
+    owners = [table.owners[c][0] for c in undoubted_columns(study, effects) if c in values]
     effects = (*effects, *owners)
     kept = [effect for effect in model.effects if effect.cause not in effects]
     added = []

@@ -27,7 +27,7 @@ from tendon_newton.data.excitations import DESIGNED, LARGEST_COMMAND
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.diagnosis.explanation import Setting
-from tendon_newton.diagnosis.next_experiment.expected_run import Expected, plan_of, posterior_of
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected, information_of, plan_of
 from tendon_newton.diagnosis.next_experiment.open_class_file import read_answer
 from tendon_newton.diagnosis.next_experiment.run_design import design
 from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase
@@ -111,7 +111,7 @@ def search(folder: Path, bench: str, seed: int, length: float) -> list[Peak]:
     )
     runs = [e for e in found.runs if e.prediction.plan.excitation == DESIGNED]
     plans = [e.prediction.plan for e in runs]
-    worst = WorstCase(question, posterior_of(question, known), np.random.default_rng([1, seed]))
+    worst = WorstCase(question, information_of(question, known), np.random.default_rng([1, seed]))
     drawn = worst.drawn(plans, MODELS).tolist() if plans else []
     log = read_json(folder.parent / LOG, InvalidOutput, "a log is a JSON file")
     port = log["options"]["port"]

@@ -77,7 +77,7 @@ def expect(
     )
 
 
-def posterior_of(
+def information_of(
     question: OpenClass, known: Sequence[Plan], row_worth: float | None = None
 ) -> Information:
     """Return what runs at hand leave open of the numbers of the first explanation.

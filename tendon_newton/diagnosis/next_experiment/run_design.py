@@ -12,7 +12,7 @@ from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import DesignedCommand
 from tendon_newton.diagnosis.next_experiment.expected_run import (
     expect,
-    posterior_of,
+    information_of,
     ranked,
 )
 from tendon_newton.diagnosis.next_experiment.separation import Plan, library_plans
@@ -79,9 +79,9 @@ def design(
         for k in range(DRAWN)
     ]
     progress(f"simulating {len(plans) + len(drawn)} runs on {len(settings)} benches")
-    posterior = posterior_of(question, known, row_worth)
-    found = expect(question, [*plans, *drawn], posterior)
-    worst = WorstCase(question, posterior, rng)
+    information = information_of(question, known, row_worth)
+    found = expect(question, [*plans, *drawn], information)
+    worst = WorstCase(question, information, rng)
     for share, size in ROUNDS:
         calm = [e.prediction.plan for e in roughly_within_limit(found, worst, force_limit)]
         best = [plan for plan in calm if isinstance(plan, DesignedPlan)][:KEPT]
@@ -91,7 +91,7 @@ def design(
             for _ in range(VARIED)
         ]
         progress(f"varying the best {len(best)} commands")
-        found = ranked([*found, *expect(question, variants, posterior)])
+        found = ranked([*found, *expect(question, variants, information)])
     return within_limit(found, worst, force_limit)
 
 

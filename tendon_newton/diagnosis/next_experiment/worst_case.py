@@ -47,15 +47,15 @@ class WorstCase:
 
     Args:
         question: Its first explanation has the numbers.
-        posterior: What the data leave open of them.
+        information: What the data leave open of them.
         rng: Draws models.
     """
 
     def __init__(
-        self, question: OpenClass, posterior: Information, rng: np.random.Generator
+        self, question: OpenClass, information: Information, rng: np.random.Generator
     ) -> None:
         self._question, self._rng = question, rng
-        self._left = posterior.left()
+        self._left = information.left()
 
     def roughly(self, found: Sequence[Expected]) -> list[Expected]:
         """Return runs with their largest tension under few drawn models [N]."""

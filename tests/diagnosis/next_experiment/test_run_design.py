@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     SEGMENTS,
     DesignedCommand,
 )
-from tendon_newton.diagnosis.next_experiment.expected_run import Information, expect, posterior_of
+from tendon_newton.diagnosis.next_experiment.expected_run import Information, expect, information_of
 from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, design
 from tendon_newton.diagnosis.next_experiment.separation import library_plans, plan_run
@@ -126,7 +126,7 @@ def test_designed_commands_beat_the_library_and_keep_the_limit() -> None:
     ).runs
     best = found[0]
     plans = library_plans([Setting(bench="finger")], (SEED,), 4.0)
-    nothing = posterior_of(question(), [])
+    nothing = information_of(question(), [])
     worst = WorstCase(question(), nothing, np.random.default_rng(0))
     library = within_limit(expect(question(), plans, nothing), worst, 12.0).runs
     assert best.worth >= max(e.worth for e in library)
@@ -144,7 +144,7 @@ def test_no_run_comes_back_whose_worst_case_was_not_looked_at() -> None:
     uncertain = question(spread=0.9)
     settings = [Setting(bench="finger"), Setting(bench="spring_weak")]
     plans = [plan_run(s, "random_steps", seed, 4.0) for s in settings for seed in range(12)]
-    nothing = posterior_of(uncertain, [])
+    nothing = information_of(uncertain, [])
     found = expect(uncertain, plans, nothing)
     middle = [e.peak_force for e in found if e.peak_force is not None]
     limit = float(np.median(middle))

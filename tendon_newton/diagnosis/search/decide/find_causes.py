@@ -118,11 +118,11 @@ def find_causes(
     decided = decide(searched, fit, whole, names)
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
-    baseline = as_stated(whole, study.fit_columns(model))
+    baseline = fit_baseline(whole, study.fit_columns(model))
     return conclude_search(pool, whole, names, baseline, decided, early)
 
 
-def as_stated(pool: Pool, fit_columns: Sequence[int]) -> Fit:
+def fit_baseline(pool: Pool, fit_columns: Sequence[int]) -> Fit:
     """Return the starting model, its unknown numbers refitted and all others as they are stated."""
     worlds, start = pool.worlds, pool.fits[frozenset()]
     values = values_of(worlds, start.columns, start.place)
