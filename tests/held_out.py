@@ -151,7 +151,7 @@ def changed_days(folder: Path, noisy: bool) -> Made:
     second = small_dataset(folder / "second", noisy)
     said(["diagnose", second, "--against", first, "--out", folder / "out"])
     (day,) = json.loads((folder / "out" / "changes.json").read_text())["days"].values()
-    reported = [day.pop(key) for key in ("before", "after", "events")]
+    reported = [day.pop(key) for key in ("before", "after", "doubt", "events")]
     return Made(
         decided={**day, "model.toml": (folder / "out" / "model.toml").read_text()},
         reported=reported,

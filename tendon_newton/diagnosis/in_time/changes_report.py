@@ -97,7 +97,8 @@ def to_json(changes: Changes) -> dict[str, Any]:
     """Return what a program reads of one day."""
     return {
         "numbers": [asdict(change) for change in changes.numbers],
-        "next_steps": steps_of(changes),
+        "next_steps": [sentence(change) for change in changes.moved],
+        "doubt": doubt(changes),
         "events": [asdict(event) for event in changes.events],
         "before": errors_json(changes.before),
         "after": errors_json(changes.after),
