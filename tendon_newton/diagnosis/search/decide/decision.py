@@ -108,8 +108,8 @@ def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]
 def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decided:
     """Put causes found on beginnings to the test on all rows.
 
-    A plain model takes their place if what may be named of it predicts parts better that no number
-    has seen.
+    What may be named of a plain model takes their place if that model predicts parts better that no
+    number has seen.
 
     Args:
         pool: Sets fitted on the beginnings.
@@ -134,10 +134,9 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     compared = compare_plain_models(decisive, plain)
     if compared and compared[0].held_out < predicts:
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
-        left = np.inf if other.undecided else predicted(decisive, other.fit)
-        if left < predicts:
+        if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
-            predicts = left
+            predicts = predicted(decisive, decided.fit)
     predictor, predicts = best_predictor(decisive, decided, predicts)
     return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
 
