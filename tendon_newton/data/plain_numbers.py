@@ -47,7 +47,7 @@ LARGE = 1.0e4
 def number(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits and no exponent."""
     if value == 0.0 or not math.isfinite(value):
-        return f"{value:g}"
+        return f"{value:g}".replace("inf", "∞")
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     return f"{value:.{min(decimals, 6)}f}".replace("-", "−")
 
@@ -81,5 +81,5 @@ def estimate_text(owner: str, parameter: str, estimate: Known) -> tuple[str, str
     decimals = 0
     if math.isfinite(spread) and spread > 0.0:
         decimals = min(4, max(0, 1 - math.floor(math.log10(spread))))
-    shown = [f"{x:.{decimals}f}".replace("-", "−") for x in (value, low, high)]
+    shown = [f"{x:.{decimals}f}".replace("-", "−").replace("inf", "∞") for x in (value, low, high)]
     return f"{shown[0]} {unit}".rstrip(), f"{shown[1]} to {shown[2]} {unit}".rstrip()

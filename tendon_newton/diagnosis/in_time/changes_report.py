@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -33,15 +34,17 @@ def sentence(change: Change) -> str:
     walk, by = walk_of(change.cause), change.value - change.before
     servo = servo_of(change.cause)
     owner = "" if servo is None else f" of servo {servo}"
-    grown = f"{'grown' if by > 0.0 else 'fallen'} by "
-    if change.unit == "1" and change.before:
-        size = f"{100.0 * abs(by / change.before):.1f} %"
+    grown = f"has {'grown' if by > 0.0 else 'fallen'} by"
+    if math.isinf(by):
+        how = f"is now {quantity(change.value, change.unit)}"
+    elif change.unit == "1" and change.before:
+        how = f"{grown} {100.0 * abs(by / change.before):.1f} %"
     else:
-        size = quantity(abs(by), change.unit)
+        how = f"{grown} {quantity(abs(by), change.unit)}"
     step = MENDED if walk.wears * by < 0.0 else walk.mend
     others = " or ".join(walk_of(rival).what for rival in change.rivals)
     doubt = f" (or the {others} instead)" if others else ""
-    return f"The {walk.what}{owner} has {grown}{size}{doubt}: {step}."
+    return f"The {walk.what}{owner} {how}{doubt}: {step}."
 
 
 def steps_of(changes: Changes) -> list[str]:
@@ -93,10 +96,17 @@ def doubt(changes: Changes) -> str:
     )
 
 
+def number_json(change: Change) -> dict[str, Any]:
+    """Return what a program reads of a number; None stands for infinity, which JSON has not."""
+    finite = [x if math.isfinite(x) else None for x in (change.before, change.value, *change.ci95)]
+    before, value, *ends = finite
+    return {**asdict(change), "before": before, "value": value, "ci95": ends}
+
+
 def to_json(changes: Changes) -> dict[str, Any]:
     """Return what a program reads of one day."""
     return {
-        "numbers": [asdict(change) for change in changes.numbers],
+        "numbers": [number_json(change) for change in changes.numbers],
         "next_steps": [sentence(change) for change in changes.moved],
         "doubt": doubt(changes),
         "events": [asdict(event) for event in changes.events],
@@ -145,20 +155,22 @@ def row(change: Change) -> dict[str, Any]:
 
 
 def course(days: Days, place: int) -> str:
-    """Draw one number with its interval on every day, beside where it stood before."""
+    """Draw one number with its interval on every day that has it, beside where it stood before."""
     last = list(days.values())[-1].numbers[place]
-    places = [
-        next(c for c in changes.numbers if (c.cause, c.name) == (last.cause, last.name))
-        for changes in days.values()
-    ]
+    places = {
+        day: change
+        for day, changes in days.items()
+        for change in changes.numbers
+        if (change.cause, change.name) == (last.cause, last.name)
+    }
 
     def draw(axes: Any) -> None:
         axes.axhline(last.before, color=FAINT)
-        for k, change in enumerate(places):
+        for k, change in enumerate(places.values()):
             axes.plot([k, k], change.ci95, color=AFTER, linewidth=5, alpha=0.35)
             axes.plot(k, change.value, "o", color=AFTER if change.moved else FAINT, markersize=5)
         axes.set_xlim(-0.5, len(places) - 0.5)
-        axes.set_xticks(range(len(places)), list(days), rotation=30, ha="right")
+        axes.set_xticks(range(len(places)), list(places), rotation=30, ha="right")
         axes.set_ylabel("" if last.unit == "1" else last.unit)
         axes.set_title(f"{last.cause}: {last.name}".replace("_", " "), color=INK)
 
