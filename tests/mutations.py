@@ -99,15 +99,15 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="usual-error-is-an-event",
         file="tendon_newton/diagnosis/in_time/log_events.py",
-        old="if abs(out[k]) > PULSE_MARGIN * pulse:",
-        new="if abs(out[k]) > 0.5 * pulse:",
+        old="if abs(out[k]) > PULSE_MARGIN * calm.pulse:",
+        new="if abs(out[k]) > 0.5 * calm.pulse:",
         tests=f"{EVENTS} silent",
     ),
     Mutation(
         name="step-is-no-event",
         file="tendon_newton/diagnosis/in_time/log_events.py",
-        old="if abs(rises[k]) > MARGIN * step:",
-        new="if abs(rises[k]) > 20.0 * step:",
+        old="if abs(rises[k]) > MARGIN * calm.step:",
+        new="if abs(rises[k]) > 20.0 * calm.step:",
         tests=f"{EVENTS} slipped",
     ),
     Mutation(

@@ -33,7 +33,7 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.diagnosis.in_time.log_events import Event, find_events
+from tendon_newton.diagnosis.in_time.log_events import Event, calm_day, find_events
 from tendon_newton.scheduler import JobOptions, completed
 
 Row = dict[str, Any]
@@ -148,7 +148,7 @@ def unit_row(unit: int, days: Path, out: Path, runs: int) -> Row:
         truth[later[-1].name] = event
     later += [recorded(unit, f"clean_{unit}_{k}") for k in range(runs)]
     model = load_model(days / f"unit_{unit}" / "answer" / "model.toml")
-    found = find_events(calm, later, model)
+    found = find_events(calm_day(calm, model), later, model)
     rows = [
         judged(truth.get(each.name), [e for e in found if e.recording == each.name], each.name)
         for each in later

@@ -39,7 +39,7 @@ JUMP = 2
 LEAST_DIP = 0.03
 """Share of the supply that counts as missing on any day [1]: a register has tenths of a volt."""
 LEAST_CALM = 2
-"""Recordings without an event by which others are told, at least."""
+"""Recordings without an event by which others are told, at least; each longer than twice `SIDE`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,39 +89,59 @@ class Balance:
         return replace(self, offset=self.offset - self.follows @ usual)
 
 
-def find_events(
-    first: Sequence[Recording],
-    second: Sequence[Recording],
-    model: Model,
-    *,
-    now: Model | None = None,
-) -> tuple[Event, ...]:
+@dataclass(frozen=True, kw_only=True)
+class CalmDay:
+    """Recordings in which nothing happened: what a model leaves there is no event."""
+
+    balances: tuple[Balance, ...]
+    """Those that are long enough to hold a step; none where they are too few."""
+    usual: Array
+    """Model's usual error there, shape (P,)."""
+    step: float
+    """Greatest rise of the offset there [rad]."""
+    pulse: float
+    """Greatest pulse of the offset there [rad]."""
+    missing: float | None
+    """Greatest share of the supply that was missing there [1]; None where no voltage was logged."""
+
+
+def calm_day(recordings: Sequence[Recording], model: Model) -> CalmDay:
+    """Measure what a model leaves of recordings in which nothing happened.
+
+    Args:
+        recordings: All of one bench.
+        model: Model of the bench.
+    """
+    fallen = [missing_supply(r)[0].max() for r in recordings if r.voltage is not None]
+    missing = max(LEAST_DIP, *map(float, fallen)) if fallen else None
+    found = balances(with_cell(recordings), model)
+    calm = tuple(own for own in found if own.time[-1] - own.time[0] > 2.0 * SIDE)
+    if len(calm) < LEAST_CALM:
+        return CalmDay(balances=(), usual=np.zeros(0), step=0.0, pulse=0.0, missing=missing)
+    unseen = [own.less(usual_error([other for other in calm if other is not own])) for own in calm]
+    return CalmDay(
+        balances=calm,
+        usual=usual_error(calm),
+        step=max(float(np.abs(steps(own)).max()) for own in unseen),
+        pulse=max(float(np.abs(pulses(own)).max()) for own in unseen),
+        missing=missing,
+    )
+
+
+def find_events(calm: CalmDay, recordings: Sequence[Recording], model: Model) -> tuple[Event, ...]:
     """Find what happened within recordings.
 
     Args:
-        first: Recordings in which nothing happened: what the model leaves there is no event.
-        second: Recordings to look at.
-        model: Model of the bench in the first recordings.
-        now: Its model in the second ones; the same by default.
+        calm: The bench where nothing happened.
+        recordings: Recordings to look at.
+        model: Model of the bench in them.
 
     Returns:
-        Events by recording. Without a load cell they are dips alone, without a voltage all others.
+        Slips, skips and knocks by recording, then dips. Without a load cell there are dips alone,
+        without a voltage all others.
     """
-    return (*mechanical_events(first, second, model, now or model), *dips(first, second))
-
-
-def mechanical_events(
-    first: Sequence[Recording], second: Sequence[Recording], model: Model, now: Model
-) -> tuple[Event, ...]:
-    """Find slips, skips and knocks, see `find_events`."""
-    calm, later = balances(with_cell(first), model), balances(with_cell(second), now)
-    if len(calm) < LEAST_CALM:
-        return ()
-    unseen = [own.less(usual_error([other for other in calm if other is not own])) for own in calm]
-    step = max(float(np.abs(steps(own)).max()) for own in unseen)
-    pulse = max(float(np.abs(pulses(own)).max()) for own in unseen)
-    usual = usual_error(calm)
-    return tuple(event for own in later for event in events_of(own, calm, usual, step, pulse))
+    found = balances(with_cell(recordings), model) if calm.balances else []
+    return (*(event for own in found for event in events_of(own, calm)), *dips(calm, recordings))
 
 
 def with_cell(recordings: Sequence[Recording]) -> list[Recording]:
@@ -137,9 +157,10 @@ def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
     driven = [replace(recording, command=None) for recording in recordings]
     study = Study(driven, model, causes, time_step=SEARCH_STEP)
     stated = spool_radius_of(model)
-    radii = {r.bench: stated or bench_of(r.bench, model).tendons[0].spool_radius for r in driven}
+    tendons = {r.bench: bench_of(r.bench, model).tendons for r in driven}
+    residuals = study.residuals(*replacements([{}]))
     out = list[Balance]()
-    for own, residual in zip(study.recordings, study.residuals(*replacements([{}])), strict=True):
+    for own, (_, d), residual in zip(study.recordings, study.sources, residuals, strict=True):
         assert own.force is not None
         force, angle = own.force[:, 0], own.motor_position[:, 0]
         offset = residual.theta[0]
@@ -159,7 +180,7 @@ def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
                     angle=angle[rows],
                     offset=offset[rows],
                     slope=path.deriv()(angle - offset)[rows],
-                    radius=radii[own.bench],
+                    radius=stated or tendons[own.bench][d].spool_radius,
                     follows=np.stack(columns, axis=1)[rows],
                 )
             )
@@ -205,25 +226,15 @@ def pulses(own: Balance) -> Array:
     return own.offset - np.array(middle)
 
 
-def events_of(
-    own: Balance, calm: Sequence[Balance], usual: Array, step: float, pulse: float
-) -> list[Event]:
-    """Return what stands out of a recording, in the order of time.
-
-    Args:
-        own: Balance of the recording.
-        calm: Balances where nothing happened.
-        usual: Model's usual error there.
-        step: Greatest rise of the offset there [rad].
-        pulse: Greatest pulse there [rad].
-    """
-    left = own.less(usual)
+def events_of(own: Balance, calm: CalmDay) -> list[Event]:
+    """Return what stands out of a recording's balance, in the order of time."""
+    left = own.less(calm.usual)
     rises = steps(left)
     k, at = int(np.argmax(np.abs(rises))), None
     events = list[Event]()
-    if abs(rises[k]) > MARGIN * step:
+    if abs(rises[k]) > MARGIN * calm.step:
         at = start_of_step(left, k)
-        size = size_of_step(own, calm, at)
+        size = size_of_step(own, calm.balances, at)
         jump = np.ptp(own.angle[max(0, at - JUMP) : at + JUMP + 1])
         skips = size < 0.0 or jump > 0.5 * size
         events.append(
@@ -234,7 +245,7 @@ def events_of(
                 end=None,
                 size=size if skips else size * own.radius,
                 unit="rad" if skips else "m",
-                above=float(abs(rises[k]) / step),
+                above=float(abs(rises[k]) / calm.step),
             )
         )
         left = replace(left, offset=left.offset - size * (np.arange(len(left.offset)) >= at))
@@ -242,7 +253,7 @@ def events_of(
     if at is not None:
         out[np.abs(own.time - own.time[at]) < CALM] = 0.0
     k = int(np.argmax(np.abs(out)))
-    if abs(out[k]) > PULSE_MARGIN * pulse:
+    if abs(out[k]) > PULSE_MARGIN * calm.pulse:
         share = out / out[k]
         start, end = stretch(share >= ONSET, k)
         force = (own.slope * out)[start:end][share[start:end] >= PLATEAU]
@@ -254,7 +265,7 @@ def events_of(
                 end=float(own.time[end - 1]),
                 size=float(np.median(force)),
                 unit="N",
-                above=float(abs(out[k]) / pulse),
+                above=float(abs(out[k]) / calm.pulse),
             )
         )
     return sorted(events, key=lambda event: event.start)
@@ -286,19 +297,16 @@ def size_of_step(own: Balance, calm: Sequence[Balance], at: int) -> float:
     return float(usual_error(with_levels)[-1])
 
 
-def dips(first: Sequence[Recording], second: Sequence[Recording]) -> list[Event]:
+def dips(calm: CalmDay, recordings: Sequence[Recording]) -> list[Event]:
     """Find where the supply fell further than where nothing happened."""
-    fallen = [missing_supply(r)[0] for r in first if r.voltage is not None]
-    if not fallen:
-        return []
-    usual, events = max(LEAST_DIP, *(float(share.max()) for share in fallen)), list[Event]()
-    for recording in second:
-        if recording.voltage is None:
+    events = list[Event]()
+    for recording in recordings:
+        if recording.voltage is None or calm.missing is None:
             continue
         share, time = missing_supply(recording)
         k = int(np.argmax(share))
-        if share[k] > MARGIN * usual:
-            start, end = stretch(share > MARGIN * usual, k)
+        if share[k] > MARGIN * calm.missing:
+            start, end = stretch(share > MARGIN * calm.missing, k)
             events.append(
                 Event(
                     recording=recording.name,
@@ -307,7 +315,7 @@ def dips(first: Sequence[Recording], second: Sequence[Recording]) -> list[Event]
                     end=float(time[end - 1]),
                     size=float(np.median(share[start:end])),
                     unit="1",
-                    above=float(share[k] / usual),
+                    above=float(share[k] / calm.missing),
                 )
             )
     return events

@@ -9,7 +9,8 @@ import pytest
 
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.diagnosis.in_time.changes_report import event_sentence
-from tendon_newton.diagnosis.in_time.log_events import find_events
+from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_events
+from tendon_newton.identification.cutting import beginning
 from tests.diagnosis.in_time.test_changes import FIRST, log_of
 from tests.effect_bench import RADIUS
 from tests.physics.runs import ideal_model
@@ -26,6 +27,12 @@ LOOSE = ideal_model(coulomb_friction={"force": 0.6}, tendon_slack={"length": STE
 def calm() -> tuple[Recording, ...]:
     """Recordings in which nothing happens."""
     return tuple(replace(log_of(FIRST, seed), voltage=voltage(seed)) for seed in (1, 2, 3, 8, 9))
+
+
+@cache
+def nothing() -> CalmDay:
+    """What the model leaves of them."""
+    return calm_day(calm(), FIRST)
 
 
 def voltage(seed: int) -> Array:
@@ -84,7 +91,7 @@ def test_an_event_is_found_with_its_time_and_size(
     recording: Callable[[], Recording], kind: str, size: float, said: str
 ) -> None:
     """One event of the right kind: within four rows, its size within a tenth."""
-    (event,) = find_events(calm(), [recording()], FIRST)
+    (event,) = find_events(nothing(), [recording()], FIRST)
     assert event.kind == kind
     assert event.start == pytest.approx(AT, abs=0.05)
     assert event.size == pytest.approx(size, rel=0.1)
@@ -93,19 +100,25 @@ def test_an_event_is_found_with_its_time_and_size(
 
 def test_recordings_in_which_nothing_happens_are_silent() -> None:
     """Other commands, the same bench; also on another day, whose model has a longer string."""
-    assert find_events(calm(), [log_of(FIRST, 5), log_of(FIRST, 6)], FIRST) == ()
-    assert find_events(calm(), [log_of(LOOSE, 7)], FIRST, now=LOOSE) == ()
+    assert find_events(nothing(), [log_of(FIRST, 5), log_of(FIRST, 6)], FIRST) == ()
+    assert find_events(nothing(), [log_of(LOOSE, 7)], LOOSE) == ()
 
 
 def test_a_supply_that_never_moved_still_has_its_steps() -> None:
     """One step of a register of tenths of a volt is no dip."""
     steady = [replace(own, voltage=np.full(960, 9.0)) for own in calm()]
     blip = np.where(np.arange(960) == 500, 8.9, 9.0)
-    assert find_events(steady, [replace(steady[0], voltage=blip)], FIRST) == ()
+    assert find_events(calm_day(steady, FIRST), [replace(steady[0], voltage=blip)], FIRST) == ()
 
 
 def test_without_a_load_cell_or_a_calm_day_nothing_is_told() -> None:
     """What a model leaves by itself is not known then."""
     blind = replace(skipped(), force=None)
-    assert find_events(calm(), [blind], FIRST) == ()
-    assert find_events(calm()[:1], [skipped()], FIRST) == ()
+    assert find_events(nothing(), [blind], FIRST) == ()
+    assert find_events(calm_day(calm()[:1], FIRST), [skipped()], FIRST) == ()
+
+
+def test_runs_too_short_to_hold_a_step_tell_nothing_of_steps() -> None:
+    """Two calm runs of 3 s: no rise is the greatest there, so any would be an event."""
+    short = [beginning(own, 3.0) for own in calm()]
+    assert find_events(calm_day(short, FIRST), [log_of(FIRST, 5), skipped()], FIRST) == ()
