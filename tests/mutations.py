@@ -64,8 +64,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="test-recordings-of-a-day-fitted",
         file="tendon_newton/workflows/diagnosing.py",
-        old="first, day.train, known,",
-        new="first, (*day.train, *day.test), known,",
+        old="first, day.train, unseen",
+        new="first, (*day.train, *day.test), unseen",
         tests=f"{HELD_OUT} against",
     ),
     Mutation(
@@ -85,7 +85,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="first-day-is-certain",
         file="tendon_newton/diagnosis/in_time/changes.py",
-        old="return abs(high - low) / (2.0 * NORMAL)",
+        old="return abs(high - low) / (2.0 * SURE)",
         new="return 1.0e-6 * abs(high - low)",
         tests=f"{CHANGES} answer",
     ),

@@ -67,6 +67,12 @@ def untested(folder: Path) -> None:
     write_dataset(folder / "data", [recording("train.csv")], [])
 
 
+def thumbs(folder: Path) -> None:
+    """Record an earlier day of the thumb."""
+    shutil.copytree(folder / "data", folder / "old")
+    replaced("old/dataset.toml", '"finger"', '"thumb"')(folder)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Mistake:
     """What somebody types, after what somebody did, and what is said."""
@@ -222,6 +228,15 @@ MISTAKES: dict[str, Mistake] = {
     "recordings of another bench": Mistake(
         words="simulate data --model found --out new",
         said=("on its own bench, thumb", "it is to be used on finger"),
+    ),
+    "a day of another bench": Mistake(
+        words="diagnose data --against old --out new",
+        said=("data: a day is held against", "old is of thumb, this day of finger"),
+        change=thumbs,
+    ),
+    "a day since another bench's diagnosis": Mistake(
+        words="diagnose data --against found --out new",
+        said=("found is of thumb, this day of finger", "without --against"),
     ),
     "a solver": Mistake(
         words="simulate data --model data/model.toml --solver mujco --out new",

@@ -1,23 +1,23 @@
 """Diagnose a dataset, or hold days against an earlier one, and write all files of the answer."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tendon_newton.data.dataset import FILE_NAME, Dataset, load_dataset
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.model_file import Model, load_model, write_model
-from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import diagnose
+from tendon_newton.diagnosis.diagnosed_bench import recorded_benches
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.diagnosis.identified import write_identified
-from tendon_newton.diagnosis.in_time.changes import Changes, find_changes
+from tendon_newton.diagnosis.in_time.changes import Changes, EarlierDay, find_changes, study_day
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
-from tendon_newton.diagnosis.in_time.log_events import find_events
+from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_events
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
-from tendon_newton.diagnosis.result import Diagnosis, Errors, Estimate, write_diagnosis
+from tendon_newton.diagnosis.result import Diagnosis, write_diagnosis
 from tendon_newton.diagnosis.unblocked import free
-from tendon_newton.errors import InvalidDataset, InvalidModelFile
+from tendon_newton.errors import InvalidDataset, InvalidModelFile, listed
 
 ANSWER = "diagnosis.json"
 
@@ -78,24 +78,30 @@ def compare_days(
     Raises:
         TendonNewtonError: Something cannot be read or used; the message says why.
     """
-    folders = days_in(new)
-    first, known, usual = earlier_day(against, model)
+    days = {folder.name: day_of(folder) for folder in days_in(new)}
+    known = earlier_model(against, model)
+    calm: CalmDay | None = None
+    if (against / ANSWER).is_file():
+        refuse_other_benches(days, recorded_benches(against), against)
+        first = stated_day(against, known)
+    else:
+        recordings = day_of(against).train
+        refuse_other_benches(days, [recording.bench for recording in recordings], against)
+        progress("looking for what the model lacks on the first day")
+        first = study_day(recordings, known)
+        calm = calm_day(recordings, first.model)
     found: dict[str, Changes] = {}
-    for folder in folders:
-        if len(folders) > 1:
-            progress(f"day {folder.name}")
-        day = day_of(folder)
-        changes = find_changes(
-            first, day.train, known, unseen=day.test, usual=usual, progress=progress
-        )
-        if not isinstance(first, Mapping):
+    for name, day in days.items():
+        if len(days) > 1:
+            progress(f"day {name}")
+        changes = find_changes(first, day.train, unseen=day.test, progress=progress)
+        if calm is not None:
             progress("looking for events")
-            runs = (*day.train, *day.test)
-            events = find_events(first, runs, changes.earlier, now=changes.model)
+            events = find_events(calm, (*day.train, *day.test), changes.model)
             changes = replace(changes, events=events)
-        found[folder.name] = changes
+        found[name] = changes
     write_changes(make_folder(out), found, str(against))
-    write_model(out / "model.toml", found[folders[-1].name].model)
+    write_model(out / "model.toml", list(found.values())[-1].model)
     return found
 
 
@@ -118,21 +124,36 @@ def day_of(folder: Path) -> Dataset:
     return replace(day, train=free(day.train), test=free(day.test))
 
 
-def earlier_day(
-    path: Path, model: Path | None
-) -> tuple[tuple[Recording, ...] | Mapping[str, Mapping[str, Estimate]], Model, Errors | None]:
-    """Return what is known of the earlier day, its model, and how much that is known to err."""
-    if (path / ANSWER).is_file():
-        known = load_model(model or path / "model.toml")
-        said = read_diagnosis(path / ANSWER)
-        numbers = {cause.name: cause.parameters for cause in (*said.effects, *said.suspected)}
-        return {known.actuator.name: said.fitted, **numbers}, known, said.extended
-    if not (path / FILE_NAME).is_file():
+def earlier_model(path: Path, stated: Path | None) -> Model:
+    """Return the model of the earlier day."""
+    if not any((path / name).is_file() for name in (ANSWER, FILE_NAME)):
         raise InvalidDataset(
             f"{path}: an earlier day is a dataset or the folder of a diagnosis; here is neither "
             f"{FILE_NAME} nor {ANSWER}"
         )
-    file = model or path / "model.toml"
+    file = stated or path / "model.toml"
     if not file.is_file():
         raise InvalidModelFile(f"{file}: days are compared by a model; name one with --model")
-    return day_of(path).train, load_model(file), None
+    return load_model(file)
+
+
+def stated_day(path: Path, model: Model) -> EarlierDay:
+    """Return what a diagnosis says of the earlier day."""
+    said = read_diagnosis(path / ANSWER)
+    numbers = {cause.name: cause.parameters for cause in (*said.effects, *said.suspected)}
+    estimates = {model.actuator.name: said.fitted, **numbers}
+    return EarlierDay(model=model, estimates=estimates, usual=said.extended)
+
+
+def refuse_other_benches(
+    days: Mapping[str, Dataset], benches: Collection[str], against: Path
+) -> None:
+    """Refuse days of a bench that the earlier day does not have; an answer may not say its own."""
+    own = {Path(bench).stem for bench in benches}
+    for name, day in days.items():
+        other = {Path(recording.bench).stem for recording in day.train} - own
+        if own and other:
+            raise InvalidDataset(
+                f"{name}: a day is held against an earlier one of its own bench; {against} is of "
+                f"{listed(own)}, this day of {listed(other)}: diagnose it without --against"
+            )

@@ -7,7 +7,7 @@ to the second day, and the one is taken that its recordings are worth.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import expit
@@ -15,10 +15,12 @@ from scipy.special import expit
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.diagnose import extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.in_time.log_events import Event
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
+from tendon_newton.diagnosis.posterior import SURE
 from tendon_newton.diagnosis.result import Errors, Estimate
 from tendon_newton.diagnosis.search.coordinates import is_shape, sizes
 from tendon_newton.diagnosis.search.floors import floors_of
@@ -50,8 +52,6 @@ STEPS = 8
 """Steps of a refit at most."""
 PROMISING = 6
 """Numbers that are tried beside those that moved, of those that promise most."""
-NORMAL = 1.96
-"""Half a 95 % interval in standard deviations [1]."""
 Moved = frozenset[str]
 """Causes whose numbers moved."""
 
@@ -90,8 +90,6 @@ class Changes:
     """The same of the second day's model."""
     usual: Errors | None
     """Error of the first day's model on that day; None where nobody knows."""
-    earlier: Model
-    """Model of the first day, with what it lacked there."""
     model: Model
     """Model of the second day."""
     events: tuple[Event, ...] = ()
@@ -103,27 +101,69 @@ class Changes:
         return tuple(change for change in self.numbers if change.moved)
 
 
-def find_changes(
-    first: Sequence[Recording] | Mapping[str, Mapping[str, Estimate]],
-    second: Sequence[Recording],
+@dataclass(frozen=True, kw_only=True)
+class EarlierDay:
+    """What is known of a bench before the days that are held against it."""
+
+    model: Model
+    """Model of that day, with what it lacked there."""
+    worlds: SearchWorlds | None = None
+    """Recordings of that day; None where a diagnosis is all that is left of them."""
+    estimates: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
+    """Numbers that the diagnosis gives with their intervals, by owner and name."""
+    usual: Errors | None = None
+    """Error of the model on that day; None where nobody knows."""
+
+    def estimate(self, owner: str, name: str) -> Estimate | None:
+        """Return what the diagnosis gives: what it says of all servos, it says of each."""
+        own = self.estimates.get(owner) or self.estimates.get(effect_of(owner), {})
+        return own.get(name)
+
+
+def study_day(
+    recordings: Sequence[Recording],
     model: Model,
     *,
+    walks: Collection[str] = tuple(WALKS),
+    effects: Sequence[str] = tuple(EFFECTS),
+) -> EarlierDay:
+    """Give a model what it lacks, on its own day, of numbers that may move.
+
+    Args:
+        recordings: Recordings of the day.
+        model: Model of the day; otherwise it stays as it is.
+        walks: Effects whose numbers may move, besides the model's own.
+        effects: Effects that the kernels hold.
+
+    Raises:
+        TendonNewtonError: The recordings or the model cannot be used; the message says why.
+    """
+    model = for_each_servo(model, recordings)
+    worlds = worlds_of(recordings, model, effects, None)
+    alone = Days(EarlierDay(model=model, worlds=worlds), worlds, walks)
+    if lacking := alone.search():
+        model = alone.model_of(lacking)
+        worlds = worlds_of(recordings, model, effects, None)
+    whole = Study(recordings, model, effects, like=worlds.study)
+    (own,) = evaluate_models(whole, [{}])
+    return EarlierDay(model=model, worlds=worlds, usual=own.pooled())
+
+
+def find_changes(
+    first: EarlierDay,
+    second: Sequence[Recording],
+    *,
     unseen: Sequence[Recording] = (),
-    usual: Errors | None = None,
     walks: Collection[str] = tuple(WALKS),
     effects: Sequence[str] = tuple(EFFECTS),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Changes:
-    """Say which numbers moved between two days.
+    """Say which numbers moved since a day.
 
     Args:
-        first: Recordings of the first day, by which the model gets what it lacks of numbers that
-            may move, and stays as it is otherwise; or the numbers that a diagnosis of that day
-            gives with their intervals, by owner and name.
+        first: The earlier day.
         second: Recordings of the second day.
-        model: Model of the first day.
         unseen: Recordings of the second day that only report; the same by default.
-        usual: Error of the model on the first day, where that day's recordings are gone.
         walks: Effects whose numbers may have moved, besides the model's own.
         effects: Effects that the kernels hold.
         progress: Told what is being done.
@@ -131,41 +171,30 @@ def find_changes(
     Raises:
         TendonNewtonError: The recordings or the model cannot be used; the message says why.
     """
-    model = for_each_servo(model, second)
-
-    def worlds_of(recordings: Sequence[Recording], scale: BenchScale | None) -> SearchWorlds:
-        parts = deciding(recordings)
-        study = Study(parts, model, effects, time_step=SEARCH_STEP, in_pieces=True, scale=scale)
-        return SearchWorlds(study)
-
-    old, estimates = None, {}
-    if isinstance(first, Mapping):
-        estimates = first
-    else:
-        progress("looking for what the model lacks on the first day")
-        old = worlds_of(first, None)
-        alone = Days(None, old, model, {}, walks)
-        if lacking := alone.search():
-            model = alone.model_of(lacking)
-            old = worlds_of(first, None)
+    first = replace(first, model=for_each_servo(first.model, second))
     progress("reading the second day")
-    scale = None if old is None else old.study.scale
-    days = Days(old, worlds_of(second, scale), model, estimates, walks)
+    scale = None if first.worlds is None else first.worlds.study.scale
+    days = Days(first, worlds_of(second, first.model, effects, scale), walks)
     progress(f"trying what may have moved, {len(days.names)} numbers")
     moved = days.search()
-    report = Study(unseen or second, model, effects, like=days.study)
+    report = Study(unseen or second, first.model, effects, like=days.study)
     before, after = evaluate_models(report, [{}, days.values(moved)])
-    if not isinstance(first, Mapping):
-        (own,) = evaluate_models(Study(first, model, effects, like=days.study), [{}])
-        usual = own.pooled()
     return Changes(
         numbers=days.numbers(moved),
         before=before.pooled(),
         after=after.pooled(),
-        usual=usual,
-        earlier=model,
+        usual=first.usual,
         model=days.model_of(moved),
     )
+
+
+def worlds_of(
+    recordings: Sequence[Recording], model: Model, effects: Sequence[str], scale: BenchScale | None
+) -> SearchWorlds:
+    """Return a day's recordings, ready to be searched."""
+    parts = deciding(recordings)
+    study = Study(parts, model, effects, time_step=SEARCH_STEP, in_pieces=True, scale=scale)
+    return SearchWorlds(study)
 
 
 def for_each_servo(model: Model, recordings: Sequence[Recording]) -> Model:
@@ -187,43 +216,36 @@ class Days:
     """Two days of a bench, and the sets of changes between them that were fitted.
 
     Args:
-        first: Recordings of the first day; None where its model is all that there is.
+        earlier: The first day.
         second: Recordings of the second day.
-        model: Model of the first day.
-        estimates: Its numbers with their intervals, where there are no recordings.
         walks: Effects whose numbers may have moved, besides the model's own.
     """
 
-    def __init__(
-        self,
-        first: SearchWorlds | None,
-        second: SearchWorlds,
-        model: Model,
-        estimates: Mapping[str, Mapping[str, Estimate]],
-        walks: Collection[str],
-    ) -> None:
-        self.first, self.second, self.model = first, second, model
+    def __init__(self, earlier: EarlierDay, second: SearchWorlds, walks: Collection[str]) -> None:
+        self.earlier, self.second = earlier, second
+        self.first, self.model = earlier.worlds, earlier.model
         self.study = second.study
         self.floors = floors_of(second, ())
         self.names = walking(self.study, walks)
         """Causes whose numbers may have moved."""
         known = [
-            *self.study.fit_columns(model),
+            *self.study.fit_columns(self.model),
             *(c for name in self.study.known for c in self.study.table.columns(name)),
         ]
-        self.spread = {c: self._spread(c, estimates) for c in known}
+        self.spread = {c: self._spread(c) for c in known}
         """Numbers of the first day, column -> what is stated of them [coordinate]."""
         self.fits: dict[Moved, Fit] = {}
         self.fit([frozenset()])
 
-    def _spread(self, column: int, estimates: Mapping[str, Mapping[str, Estimate]]) -> float:
+    def _spread(self, column: int) -> float:
         """Return the standard deviation of a number; infinite where recordings say it."""
+        if self.first is not None:
+            return np.inf
         owner, parameter = self.study.table.owners[column]
-        found = estimates.get(owner, {}).get(parameter.name)
-        if self.first is not None or found is None:
-            return np.inf if self.first is not None else 0.0
+        if (found := self.earlier.estimate(owner, parameter.name)) is None:
+            return 0.0
         low, high = (self.second.coordinate(column).place(end) for end in found.ci95)
-        return abs(high - low) / (2.0 * NORMAL)
+        return abs(high - low) / (2.0 * SURE)
 
     def strengths(self, name: str) -> tuple[int, ...]:
         """Return the columns of a cause's strengths."""
@@ -250,8 +272,7 @@ class Days:
         for fit in refit(self.second, [*nearest.values()], self.floors, iterations=STEPS):
             self.fits[frozenset(fit.names)] = fit
         best = min(self.fits.values(), key=lambda fit: fit.score).residual
-        signals = sum(bool(own.any()) for _, own in self.second.where.signals)
-        self.telling = len(best) / signals / self.second.rows_together(best) / WIDENING**2
+        self.telling = self.second.rows_alone(best) / WIDENING**2
         """Rows of the second day that tell as much as one alone would [1]."""
 
     def gain(self, moved: Moved) -> float:
@@ -443,15 +464,10 @@ def walking(study: Study, walks: Collection[str]) -> tuple[str, ...]:
     names = [name for name in study.known if strengths(study, name)]
     for name in testable_effects(study):
         one = len(study.table.columns(name)) == 1
-        new = one and law_of(name).name in walks and not are_double(study, name)
+        new = one and law_of(name).name in walks and name not in study.table.by_servo
         if new and not any(are_related(name, other) or name == other for other in names):
             names.append(name)
     return tuple(names)
-
-
-def are_double(study: Study, name: str) -> bool:
-    """Tell whether a cause is of all servos where each may have its own."""
-    return name in study.table.by_servo
 
 
 def strengths(study: Study, name: str) -> tuple[int, ...]:

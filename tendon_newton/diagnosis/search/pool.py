@@ -164,9 +164,8 @@ class Pool:
 
     def surprise(self, fit: Fit) -> float:
         """Return how unlikely a fit is beside what is stated of its numbers [nat per row]."""
-        signals = sum(bool(own.any()) for _, own in self.worlds.where.signals)
-        telling = len(fit.residual) / signals / self.worlds.rows_together(fit.residual)
-        return surprise(self.worlds, fit.columns, fit.place) / telling
+        alone = self.worlds.rows_alone(fit.residual)
+        return surprise(self.worlds, fit.columns, fit.place) / alone
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
         """Return what a cause is worth in units of what is asked [1]; below one it is dropped."""

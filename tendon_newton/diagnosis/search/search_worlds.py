@@ -143,6 +143,11 @@ class SearchWorlds:
         rows = len(residual) / len(shares) / (BLOCK * self.where.block_count)
         return 1.0 + float(np.mean(shares)) * max(0.0, rows / INDEPENDENT - 1.0)
 
+    def rows_alone(self, residual: Array) -> float:
+        """Return how many rows that err alone would tell as much as a signal's rows do [1]."""
+        signals = sum(bool(own.any()) for _, own in self.where.signals)
+        return len(residual) / signals / self.rows_together(residual)
+
     def with_stated(self, values: Mapping[int, float]) -> dict[int, float]:
         """Return free numbers, column -> value, with those that are stated among them."""
         return {**{c: self.study.base_value(c) for c in self.stated}, **values}

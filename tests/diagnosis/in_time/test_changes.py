@@ -7,7 +7,7 @@ import pytest
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.in_time.changes import Changes, find_changes
+from tendon_newton.diagnosis.in_time.changes import Changes, EarlierDay, find_changes, study_day
 from tendon_newton.diagnosis.in_time.changes_report import doubt, headline, sentence
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.result import Estimate
@@ -43,15 +43,11 @@ def log_of(model: Model, seed: int) -> Recording:
 
 def changes_to(second: Model, *, known: Estimate | None = None) -> Changes:
     """Hold a day against the first one, by its recording or by what a diagnosis said of it."""
-    first = [log_of(FIRST, 1)]
-    numbers = {} if known is None else {"coulomb_friction": {"force": known}}
-    return find_changes(
-        first if known is None else numbers,
-        [log_of(second, 2)],
-        FIRST,
-        walks=WALKING,
-        effects=WALKING,
-    )
+    if known is None:
+        first = study_day([log_of(FIRST, 1)], FIRST, walks=WALKING, effects=WALKING)
+    else:
+        first = EarlierDay(model=FIRST, estimates={"coulomb_friction": {"force": known}})
+    return find_changes(first, [log_of(second, 2)], walks=WALKING, effects=WALKING)
 
 
 def test_errors_that_no_number_accounts_for_are_doubted() -> None:
@@ -108,8 +104,8 @@ def test_two_days_of_an_unchanged_bench_are_silent() -> None:
 def test_what_a_model_lacks_on_both_days_has_not_moved() -> None:
     """A model without slack is given it on the first day, and the second is silent."""
     loose = replace(FIRST, effects=(*FIRST.effects, *ideal_model(tendon_slack=SLACK).effects))
-    days = [log_of(loose, 1)], [log_of(loose, 2)]
-    changes = find_changes(*days, FIRST, walks=WALKING, effects=WALKING)
+    first = study_day([log_of(loose, 1)], FIRST, walks=WALKING, effects=WALKING)
+    changes = find_changes(first, [log_of(loose, 2)], walks=WALKING, effects=WALKING)
     assert changes.moved == ()
     assert {effect.name for effect in changes.model.effects} == {"coulomb_friction", "tendon_slack"}
 
@@ -121,6 +117,17 @@ def test_an_answer_stands_for_the_recordings_of_its_day() -> None:
     (moved,) = changes_to(worn, known=sure).moved
     assert moved.cause == "coulomb_friction"
     assert changes_to(worn, known=replace(sure, ci95=(0.2, 1.0))).moved == ()
+
+
+def test_an_answer_about_all_servos_is_about_each() -> None:
+    """Its interval counts for the number of every servo, unless that has one of its own."""
+    shared = Estimate(value=0.6, ci95=(0.5, 0.7), unit="N")
+    own = replace(shared, value=0.3)
+    numbers = {"coulomb_friction": {"force": shared}, "gain_error of servo 1": {"fraction": own}}
+    first = EarlierDay(model=FIRST, estimates=numbers)
+    assert first.estimate("coulomb_friction of servo 1", "force") == shared
+    assert first.estimate("gain_error of servo 1", "fraction") == own
+    assert first.estimate("gain_error of servo 0", "fraction") is None
 
 
 def test_every_walk_is_an_effect_that_can_be_mended() -> None:

@@ -39,10 +39,7 @@ STRETCHY = replace(
 def day(*numbers: Change) -> Changes:
     """Return what is said of a day."""
     errors = Errors(theta_rmse=0.01, theta_mae=0.01, force_rmse=None)
-    model = ideal_model()
-    return Changes(
-        numbers=numbers, before=errors, after=errors, usual=None, earlier=model, model=model
-    )
+    return Changes(numbers=numbers, before=errors, after=errors, usual=None, model=ideal_model())
 
 
 @pytest.mark.parametrize("lacking", [0, 1])

@@ -129,7 +129,7 @@ def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
     where = SimpleNamespace(is_force=~angle, signals=((False, angle), (True, ~angle)))
     study = SimpleNamespace(known=("coulomb_friction",), scale=BenchScale(turn=1.0 / FORM_THETA))
     rows: Any = SimpleNamespace(
-        where=where, weights=lambda _: np.ones(1000), study=study, rows_together=lambda _: 1.0
+        where=where, weights=lambda _: np.ones(1000), study=study, rows_alone=lambda _: 1000.0
     )
     score = [float(np.mean(4.5 * np.log1p(r**2 / 9.0))) for r in (calm, moved)]
     scales = np.array([1.0, 0.0])
