@@ -44,12 +44,13 @@ from tendon_newton.identification.testable import testable_effects
 from tendon_newton.simulation.model.chain_copies import are_apart
 
 DOUBT = 3.0
-"""Gain by which a change must be ahead of another to be told from it [nat]."""
+"""Gain by which a change must be ahead of another to be told from it [nat]: evidence is strong from
+there, Kass and Raftery, Bayes factors (1995)."""
 MINOR = 0.05
 """Share of what all numbers that moved gain that each must bring [1]: a law that fits a large
 change not quite leaves something for others."""
 STEPS = 8
-"""Steps of a refit at most."""
+"""Steps of a refit at most; a bound on time, as is the next."""
 PROMISING = 6
 """Numbers that are tried beside those that moved, of those that promise most."""
 Moved = frozenset[str]

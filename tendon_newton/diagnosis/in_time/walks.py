@@ -109,7 +109,7 @@ WALKS: dict[str, Walk] = {
 }
 """Effect -> what walks."""
 SELDOM = 10.0
-"""Such odds of a number that neither use nor hands change [nat]."""
+"""Such odds of a number that neither use nor hands change [nat]: 1 in 22,000, a choice."""
 MENDED = "this is no wear: take the new model if somebody mended it"
 """What to do about a number that went the other way than wear lets it go."""
 
