@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.diagnosis.in_time.log_events import turned
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
@@ -88,13 +89,5 @@ def motion_of(recording: Recording, mechanism: Mechanism) -> SensorlessMotion:
         joints=np.empty((recording.sample_count, 0))
         if len(mechanism.joints) == 1 or recording.tip is None
         else joints_at(recording.tip, mechanism),
-        direction=winding_direction(position),
+        direction=turned(position, 0.5 * TURN),
     )
-
-
-def winding_direction(position: Array) -> Array:
-    """Return which way a line last went through its guide, from -1 to 1, shape (T,)."""
-    direction = np.zeros(position.size)
-    for row, turned in enumerate(np.diff(position) / (0.5 * TURN), start=1):
-        direction[row] = min(1.0, max(-1.0, direction[row - 1] + turned))
-    return direction

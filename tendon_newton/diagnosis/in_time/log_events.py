@@ -187,10 +187,13 @@ def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
     return out
 
 
-def turned(force: Array, width: float) -> Array:
-    """Return which way a friction points after every change of a force, -1 to 1, shape (T,)."""
-    out, now = np.zeros_like(force), 0.0
-    for k, change in enumerate(np.diff(force), start=1):
+def turned(signal: Array, width: float) -> Array:
+    """Return which way a friction points that a change by a width turns round, -1 to 1, shape (T,).
+
+    The signal is a force, or a length that slips through a guide.
+    """
+    out, now = np.zeros_like(signal), 0.0
+    for k, change in enumerate(np.diff(signal), start=1):
         now = min(1.0, max(-1.0, now + change / width))
         out[k] = now
     return out

@@ -10,12 +10,13 @@ import pytest
 from tendon_lab.without_cell.sensorless import ImpliedForces, imply_forces
 from tendon_lab.without_cell.sensorless_fit import LineFit
 from tendon_lab.without_cell.sensorless_line import nominal_line
-from tendon_lab.without_cell.sensorless_motion import motions_of, winding_direction
+from tendon_lab.without_cell.sensorless_motion import TURN, motions_of
 from tendon_lab.without_cell.sensorless_rows import sliding_windows
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset, write_dataset
 from tendon_newton.data.recording import BenchOverrides, Recording
+from tendon_newton.diagnosis.in_time.log_events import turned
 from tendon_newton.errors import InvalidDataset
 from tendon_train.actuator.fitting.training import train_network
 from tendon_train.actuator.prediction import predict
@@ -120,11 +121,11 @@ def test_what_blocks_a_finger_does_not_enter() -> None:
 def test_a_turn_within_the_play_of_the_guide_is_no_change_of_direction() -> None:
     """It changes sides over a hundredth of a radian, and stays through an encoder's noise."""
     there_and_back = np.concatenate([np.linspace(0.0, 1.0, 200), np.linspace(1.0, 0.0, 200)])
-    direction = winding_direction(there_and_back)
+    direction = turned(there_and_back, 0.5 * TURN)
     assert direction[10] == direction[199] == 1.0
     assert direction[205] == direction[-1] == -1.0
     still = np.concatenate([[0.0, 1.0], 1.0 + 0.0015 * (-1.0) ** np.arange(50)])
-    assert np.all(winding_direction(still)[1:] > 0.3)
+    assert np.all(turned(still, 0.5 * TURN)[1:] > 0.3)
 
 
 def test_benches_are_compared_where_the_servo_turns_one_way() -> None:
