@@ -113,8 +113,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="other-numbers-stand-still",
         file="tendon_newton/diagnosis/in_time/changes.py",
-        old="moved=name in self.moved,",
-        new="moved=True,",
+        old="moved, probability = name in point.moved,",
+        new="moved, probability = True,",
         tests=f"{CHANGES} nothing_else",
     ),
     Mutation(

@@ -14,31 +14,27 @@ from scipy.special import expit
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Recording
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.diagnose import extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.in_time.log_events import Event
+from tendon_newton.diagnosis.in_time.surroundings import Surroundings, strengths
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.posterior import SURE
 from tendon_newton.diagnosis.result import Errors, Estimate
-from tendon_newton.diagnosis.search.coordinates import is_shape, sizes
+from tendon_newton.diagnosis.search.coordinates import sizes
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import (
-    LAST_SHARE,
     Fit,
-    linearise,
     refit,
-    row_units,
     start_fits,
     values_of,
 )
 from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.effects import EFFECTS, are_related, law_of
-from tendon_newton.identification.intervals import WIDENING, half_widths, rows_together
-from tendon_newton.identification.linearisation import Linearisation, invertible
-from tendon_newton.identification.objective import Layout
+from tendon_newton.identification.intervals import WIDENING
 from tendon_newton.identification.study import Study, benches_of
 from tendon_newton.identification.testable import testable_effects
 from tendon_newton.simulation.model.chain_copies import are_apart
@@ -248,9 +244,10 @@ class Days:
         low, high = (self.second.coordinate(column).place(end) for end in found.ci95)
         return abs(high - low) / (2.0 * SURE)
 
-    def strengths(self, name: str) -> tuple[int, ...]:
-        """Return the columns of a cause's strengths."""
-        return strengths(self.study, name)
+    def around(self, moved: Moved) -> Surroundings:
+        """Return all numbers around a set of changes."""
+        fit = self.fits[moved]
+        return Surroundings(self.first, self.second, self.floors, self.names, fit, self.spread)
 
     def fit(self, sets: Collection[Moved], start: Moved = frozenset()) -> None:
         """Fit sets of changes, from where the numbers of another set stand.
@@ -262,7 +259,7 @@ class Days:
         there = {} if at is None else values_of(self.second, at.columns, at.place)
         starts = []
         for moved in sets:
-            columns = [c for name in sorted(moved) for c in self.strengths(name)]
+            columns = [c for name in sorted(moved) for c in strengths(self.study, name)]
             own = {c: there.get(c, self.study.base_value(c)) for c in columns}
             starts.append((tuple(sorted(moved)), own))
             for column in own.keys() - there.keys():
@@ -299,13 +296,13 @@ class Days:
 
     def promising(self, moved: Moved) -> list[str]:
         """Return the causes that promise most beside some."""
-        point = Surroundings(self, moved)
+        point = self.around(moved)
         others = [name for name in self.names if name not in moved]
         return sorted(others, key=lambda name: -point.gain(name))[:PROMISING]
 
     def sure(self, moved: Moved) -> Moved:
         """Return a set less the causes whose intervals hold that nothing moved."""
-        point = Surroundings(self, moved)
+        point = self.around(moved)
         kept = frozenset(name for name in moved if not point.holds_before(name))
         if kept != moved and kept not in self.fits:
             self.fit([kept], moved)
@@ -313,9 +310,28 @@ class Days:
 
     def numbers(self, moved: Moved) -> tuple[Change, ...]:
         """Return what a set of changes says of every number, those that moved first."""
-        point = Surroundings(self, moved)
-        found = [change for name in self.names for change in point.changes(name)]
+        point = self.around(moved)
+        found = [change for name in self.names for change in self.changes(name, point)]
         return tuple(sorted(found, key=lambda c: (not c.moved, -c.probability)))
+
+    def changes(self, name: str, point: Surroundings) -> list[Change]:
+        """Return the numbers of a cause on both days, beside a set."""
+        moved, probability = name in point.moved, self.chance(name, point)
+        rivals = self.rivals(name, point.moved) if moved else ()
+        return [
+            Change(
+                cause=name,
+                name=self.study.parameter(column).name,
+                unit=self.study.parameter(column).unit,
+                before=self.study.base_value(column),
+                value=value,
+                ci95=(low, high),
+                moved=moved,
+                probability=probability,
+                rivals=rivals,
+            )
+            for column, (value, low, high) in point.estimates(name).items()
+        ]
 
     def values(self, moved: Moved) -> dict[int, float]:
         """Return all numbers of the causes that moved, column -> value."""
@@ -328,133 +344,18 @@ class Days:
         """Return the model of the first day with the numbers that moved in place."""
         return extended_model(self.study, self.model, self.values(moved), sorted(moved))
 
-    def chance(self, name: str, moved: Moved) -> float:
+    def chance(self, name: str, point: Surroundings) -> float:
         """Return the probability that a number moved, beside a set [1]."""
-        with_it, without = moved | {name}, moved - {name}
+        with_it, without = point.moved | {name}, point.moved - {name}
         if with_it in self.fits and without in self.fits:
             return float(expit(self.worth(with_it) - self.worth(without)))
-        return float(expit(Surroundings(self, moved).gain(name) - walk_of(name).odds))
+        return float(expit(point.gain(name) - walk_of(name).odds))
 
     def rivals(self, name: str, moved: Moved) -> tuple[str, ...]:
         """Return the causes whose change in place of one would do about as well."""
         least = self.worth(moved) - DOUBT
         swapped = {other: (moved - {name}) | {other} for other in self.names if other not in moved}
         return tuple(n for n, s in swapped.items() if s in self.fits and self.worth(s) > least)
-
-
-class Surroundings:
-    """All numbers around one set of changes, those of the first day uncertain with them.
-
-    Args:
-        days: Both days.
-        moved: The set.
-    """
-
-    def __init__(self, days: Days, moved: Moved) -> None:
-        self.days, self.moved = days, moved
-        known = [c for c, spread in days.spread.items() if spread > 0.0]
-        self.walking = [c for name in days.names for c in days.strengths(name)]
-        fit = days.fits[moved]
-        there = values_of(days.second, fit.columns, fit.place)
-        residual, slopes, self.place = around(days, days.second, there, (*known, *self.walking))
-        where = days.second.where
-        if days.first is not None:
-            before, old, _ = around(days, days.first, {}, known)
-            old = np.concatenate([old, np.zeros((len(before), len(self.walking)))], axis=1)
-            residual, slopes = np.concatenate([residual, before]), np.concatenate([slopes, old])
-            where = joined(where, days.first.where)
-        self.known, self.where = len(known), where
-        self.point = Linearisation(residual=residual, jacobian=slopes)
-        self.spread = np.array([*(days.spread[c] for c in known), *(np.inf for _ in self.walking)])
-        self.together = rows_together(self.point, where)
-
-    def places(self, names: Collection[str]) -> list[int]:
-        """Return the places of the first day's numbers and of the changes of some causes."""
-        own = {c for name in names for c in self.days.strengths(name)}
-        walking = [self.known + k for k, c in enumerate(self.walking) if c in own]
-        return [*range(self.known), *walking]
-
-    def step(self, names: Collection[str]) -> tuple[Array, float]:
-        """Return where numbers go once some causes may move, and what that gains [nat]."""
-        free = self.places(names)
-        hessian = self.point.normal_matrix()[np.ix_(free, free)]
-        hessian = hessian + np.diag(self.together / self.spread[free] ** 2)
-        slope = -self.point.gradient()[free]
-        step = np.linalg.solve(invertible(hessian), slope).astype(np.float64)
-        return step, float(0.5 * slope @ step) / self.together / WIDENING**2
-
-    def gain(self, name: str) -> float:
-        """Return what another change promises to gain [nat]."""
-        step, gain = self.step(self.moved | {name})
-        (column, *_), place = self.days.strengths(name), self.places(self.moved | {name})
-        k = self.walking.index(column)
-        own = self.days.second.coordinate(column)
-        to = self.place[k] + step[place.index(self.known + k)]
-        return gain - self.step(self.moved)[1] if own.lower <= to <= own.upper else 0.0
-
-    def changes(self, name: str) -> list[Change]:
-        """Return the numbers of a cause on both days."""
-        days, names = self.days, self.moved | {name}
-        free = self.places(names)
-        step, _ = self.step(names)
-        part = Linearisation(residual=self.point.residual, jacobian=self.point.jacobian[:, free])
-        half = half_widths(part, self.where, self.spread[free])
-        out = []
-        for column in days.strengths(name):
-            k = self.walking.index(column)
-            at, own = free.index(self.known + k), days.second.coordinate(column)
-            place = self.place[k] + (0.0 if name in self.moved else step[at])
-            ends = np.clip([place, place - half[at], place + half[at]], own.lower, own.upper)
-            value, low, high = (own.value(float(u)) for u in ends)
-            parameter = days.study.parameter(column)
-            out.append(
-                Change(
-                    cause=name,
-                    name=parameter.name,
-                    unit=parameter.unit,
-                    before=days.study.base_value(column),
-                    value=value,
-                    ci95=(min(low, high), max(low, high)),
-                    moved=name in self.moved,
-                    probability=days.chance(name, self.moved),
-                    rivals=days.rivals(name, self.moved) if name in self.moved else (),
-                )
-            )
-        return out
-
-    def holds_before(self, name: str) -> bool:
-        """Tell whether the intervals of a cause hold that nothing moved."""
-        return all(c.ci95[0] <= c.before <= c.ci95[1] for c in self.changes(name))
-
-
-def around(
-    days: Days, worlds: SearchWorlds, there: Mapping[int, float], columns: Sequence[int]
-) -> tuple[Array, Array, Array]:
-    """Linearise a day's residuals, in units of what the model leaves.
-
-    Returns:
-        Residual, shape (M,); its derivatives by the columns' coordinates, shape (M, F), a column
-        that stands twice having two; and the coordinates of the numbers that may move, shape (N,).
-    """
-    once = tuple(dict.fromkeys(columns))
-    values = {c: there.get(c, worlds.study.base_value(c)) for c in once}
-    (fit,) = start_fits(worlds, [(days.names, values)], days.floors, near=True)
-    unit = row_units(worlds, fit, days.floors, LAST_SHARE, None)
-    (jacobian,) = linearise(worlds, [fit])
-    order = [once.index(c) for c in columns]
-    walking = order[len(columns) - sum(len(days.strengths(n)) for n in days.names) :]
-    return fit.residual / unit, (jacobian / unit[:, None])[:, order], fit.place[walking]
-
-
-def joined(one: Layout, other: Layout) -> Layout:
-    """Return the layout of two days' residuals, one after the other."""
-    return Layout(
-        recording=np.concatenate([one.recording, other.recording + one.recording.max() + 1]),
-        block=np.concatenate([one.block, other.block + one.block_count]),
-        is_force=np.concatenate([one.is_force, other.is_force]),
-        servo=np.concatenate([one.servo, other.servo]),
-        block_count=one.block_count + other.block_count,
-    )
 
 
 def walking(study: Study, walks: Collection[str]) -> tuple[str, ...]:
@@ -469,9 +370,3 @@ def walking(study: Study, walks: Collection[str]) -> tuple[str, ...]:
         if new and not any(are_related(name, other) or name == other for other in names):
             names.append(name)
     return tuple(names)
-
-
-def strengths(study: Study, name: str) -> tuple[int, ...]:
-    """Return the columns of a cause's strengths."""
-    own = study.table.columns(name)
-    return own if len(own) == 1 else tuple(c for c in own if not is_shape(study.parameter(c)))
