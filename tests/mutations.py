@@ -111,6 +111,27 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests=f"{EVENTS} slipped",
     ),
     Mutation(
+        name="short-runs-tell-of-steps",
+        file="tendon_newton/diagnosis/in_time/log_events.py",
+        old="if own.time[-1] - own.time[0] > 2.0 * SIDE",
+        new="if own.time[-1] - own.time[0] > SIDE",
+        tests=f"{EVENTS} short",
+    ),
+    Mutation(
+        name="an-answer-about-all-is-about-none",
+        file="tendon_newton/diagnosis/in_time/changes.py",
+        old=" or self.estimates.get(effect_of(owner), {})",
+        new=" or {}",
+        tests=f"{CHANGES} all_servos",
+    ),
+    Mutation(
+        name="another-bench-is-a-day",
+        file="tendon_newton/workflows/diagnosing.py",
+        old="if own and other:",
+        new="if own and other and len(own) > 1:",
+        tests="tests/test_mistakes.py -k another",
+    ),
+    Mutation(
         name="other-numbers-stand-still",
         file="tendon_newton/diagnosis/in_time/changes.py",
         old="moved, probability = name in point.moved,",
