@@ -69,14 +69,14 @@ def know_arm(
     """
     placement = find_placement(mechanism, motions)
     arm = placement.arm
-    told = [replaced(s, placement.compliance if f else None)
-            for s, f in zip(starts, placement.flipped, strict=True)]  # fmt: skip
+    told = [with_compliance(s, placement.compliance) if pulled else s
+            for s, pulled in zip(starts, placement.loaded, strict=True)]  # fmt: skip
     recordings = each_servo(motions, [arm.weight(motion.angles) for motion in motions])
     plain = tuple(plain_servo(s, own) for s, own in zip(told, recordings, strict=True))
     arm = find_floor(arm, dict(enumerate(plain)), motions)
     known = KnownArm(placement=placement, arm=arm, starts=tuple(told), plain=plain)
-    recordings = known.with_loads(motions)
     if arm.floor is not None:
+        recordings = known.with_loads(motions)
         plain = tuple(plain_servo(s, own) for s, own in zip(told, recordings, strict=True))
     starts = tuple(timed(s, servo) for s, servo in zip(told, plain, strict=True))
     return replace(known, starts=starts, plain=plain)
@@ -97,14 +97,16 @@ def each_servo(
     return tuple(tuple(loaded(m.recordings[j], load[:, j]) for m, load in pairs) for j in servos)
 
 
-def replaced(model: Model, compliance: float | None) -> Model:
-    """Return a model whose servo gives way to its load by an unknown compliance [rad/(N m)]."""
-    if compliance is None:
+def with_compliance(model: Model, compliance: float) -> Model:
+    """Return a model whose servo gives way to its load, by about so much [rad/(N m)].
+
+    What a model file states of its compliance stays.
+    """
+    if "compliance" in model.actuator.values:
         return model
     values = {**model.actuator.values, "compliance": compliance}
-    return replace(
-        model, actuator=replace(model.actuator, values=values), fit=(*model.fit, "compliance")
-    )
+    fit = tuple(dict.fromkeys((*model.fit, "compliance")))
+    return replace(model, actuator=replace(model.actuator, values=values), fit=fit)
 
 
 def plain_servo(start: Model, recordings: Sequence[Recording]) -> Model:

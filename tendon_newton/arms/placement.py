@@ -12,14 +12,16 @@ shaft goes the way its load pulls, so that s is positive: else every sign could 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
+from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.arms.arm import Arm, ArmMotion
-from tendon_newton.data.recording import Array, Indices
+from tendon_newton.data.recording import Array, Indices, Mask
 from tendon_newton.errors import InvalidRecording
 from tendon_newton.mechanisms.geometry.joints import freeze_arrays
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -28,7 +30,7 @@ LOADED = 0.02
 """Least weight on a joint [N m] that tells how its servo counts: it hangs by an encoder's count."""
 MOVED = 0.1
 """Least way of such a servo [rad]: one that stands hangs by its friction, to either side."""
-SURE = 1.1
+CLEARLY_BETTER = 1.1
 """Share of what the best signs leave that may be left with fewer servos turned round."""
 MOST_LOADED = 10
 """Joints whose signs are tried together: 1024 arms."""
@@ -44,6 +46,8 @@ INDEPENDENT = 10.0
 """Rows of a motion that count for a servo: its strokes share what the equation lacks."""
 ZERO_SPREAD, TILT_SPREAD = 0.05, 0.03
 """Of zeros and tilts before anything is seen [rad]: homing by hand, a table."""
+USUAL = IdealPosition.parameters[0].nominal
+"""Compliance from which a fit starts [rad/(N m)]."""
 UNLIKE = 0.2
 """Share by which the compliance of one servo may be expected to differ from the others'."""
 
@@ -55,13 +59,14 @@ class Placement:
     arm: Arm
     compliance: float
     """What the servos' are about [rad/(N m)]."""
-    flipped: Array
-    """How much more is left unexplained if one servo counted the other way [1], shape (J,); 0 where
-    weight does not tell."""
+    loaded: Mask
+    """Whether a servo carries weight enough to be looked at, shape (J,)."""
+    sign_told: Mask
+    """Whether weight tells which way a servo counts, shape (J,); else it is as the file counts."""
     zero_sd: Array
     """Standard deviation of each zero [rad], shape (J,)."""
     tilt: Array
-    """Of the base about its x and y axes [rad], shape (2,)."""
+    """Of the base about its x and y axes against the asset's gravity [rad], shape (2,)."""
     tilt_sd: Array
     """Its standard deviation [rad], shape (2,)."""
 
@@ -111,32 +116,21 @@ def find_placement(mechanism: Mechanism, motions: Sequence[ArmMotion]) -> Placem
     for signs in product((1.0, -1.0), repeat=len(loaded)):
         sign = np.ones(servos)
         sign[loaded] = signs
-        compliance, costs[tuple(sign)] = plain_cost(placed(plain, sign), hanging, loaded)
-        if compliance <= 0.0:
-            del costs[tuple(sign)]
+        compliance, cost = plain_cost(replace(plain, sign=sign), hanging, loaded)
+        if compliance > 0.0:
+            costs[tuple(sign)] = cost
     if not costs:
         raise InvalidRecording(
             f"{motions[0].recordings[0].name}: the servos of an arm hang where its weight pulls "
             f"them; those of {mechanism.name!r} hang the other way whatever their signs"
         )
-    best = min(costs, key=costs.__getitem__)
-    best = min((s for s in costs if costs[s] < SURE * costs[best]), key=lambda s: s.count(-1.0))
-    flipped = np.zeros(servos)
+    most = CLEARLY_BETTER * min(costs.values())
+    best = min((s for s in costs if costs[s] <= most), key=lambda s: s.count(-1.0))
+    told = np.zeros(servos, dtype=np.bool_)
     for j in loaded:
         other = tuple(-s if k == j else s for k, s in enumerate(best))
-        flipped[j] = costs.get(other, np.inf) / costs[best] - 1.0
-    return refined(placed(plain, np.array(best)), hanging, loaded, flipped)
-
-
-def placed(arm: Arm, sign: Array, zero: Array | None = None, tilt: Array | None = None) -> Arm:
-    """Return an arm with other signs, zeros and tilt."""
-    x, y = np.zeros(2) if tilt is None else tilt
-    size = float(np.linalg.norm(arm.mechanism.gravity))
-    down = np.array([-np.sin(y), np.sin(x), -np.sqrt(1.0 - np.sin(x) ** 2 - np.sin(y) ** 2)])
-    return Arm(
-        mechanism=arm.mechanism, sign=sign, zero=arm.zero if zero is None else zero,
-        gravity=arm.gravity if tilt is None else size * down,
-    )  # fmt: skip
+        told[j] = costs.get(other, np.inf) > most
+    return refined(replace(plain, sign=np.array(best)), hanging, loaded, told)
 
 
 def hanging_rows(motions: Sequence[ArmMotion]) -> Hanging:
@@ -170,7 +164,7 @@ def last_direction(command: Array) -> Array:
 
 def plain_cost(arm: Arm, hanging: Hanging, loaded: Indices) -> tuple[float, float]:
     """Return the compliance [rad/(N m)] that fits best, and what is left unexplained [1]."""
-    start = np.concatenate([[0.08], np.zeros(3 * len(loaded))])
+    start = np.concatenate([[USUAL], np.zeros(3 * len(loaded))])
     weights = arm.weight(hanging.angles)
     found = least_squares(lambda x: left(weights, hanging, loaded, x), start)
     return float(found.x[0]), float(found.cost)
@@ -197,7 +191,7 @@ def left(weights: Array, hanging: Hanging, loaded: Indices, numbers: Array) -> A
     return np.concatenate(out)
 
 
-def refined(arm: Arm, hanging: Hanging, loaded: Indices, flipped: Array) -> Placement:
+def refined(arm: Arm, hanging: Hanging, loaded: Indices, told: Mask) -> Placement:
     """Fit zeros and tilt as well, held by how far they may be expected to be off."""
     servos, own = len(arm.sign), 1 + 3 * len(loaded)
     spreads = np.concatenate([np.full(len(loaded), ZERO_SPREAD), np.full(2, TILT_SPREAD)])
@@ -205,18 +199,19 @@ def refined(arm: Arm, hanging: Hanging, loaded: Indices, flipped: Array) -> Plac
     def stands(x: Array) -> Arm:
         zero = np.zeros(servos)
         zero[loaded] = x[own:-2]
-        return placed(arm, arm.sign, zero, x[-2:])
+        tipped = Rotation.from_euler("xy", x[-2:]).as_matrix()
+        return replace(arm, zero=zero, gravity=tipped.T @ arm.mechanism.gravity)
 
     def misses(x: Array) -> Array:
         weights = stands(x).weight(hanging.angles)
         return np.append(left(weights, hanging, loaded, x), x[own:] / spreads)
 
-    start = np.concatenate([[0.08], np.zeros(own - 1 + len(spreads))])
+    start = np.concatenate([[USUAL], np.zeros(own - 1 + len(spreads))])
     found = least_squares(misses, start)
     spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(found.jac.T @ found.jac)), 0.0))
     zero_sd = np.full(servos, ZERO_SPREAD)
     zero_sd[loaded] = spread[own:-2]
     return Placement(
-        arm=stands(found.x), compliance=float(found.x[0]), flipped=flipped, zero_sd=zero_sd,
-        tilt=found.x[-2:], tilt_sd=spread[-2:],
+        arm=stands(found.x), compliance=float(found.x[0]), sign_told=told, zero_sd=zero_sd,
+        loaded=np.isin(np.arange(servos), loaded), tilt=found.x[-2:], tilt_sd=spread[-2:],
     )  # fmt: skip

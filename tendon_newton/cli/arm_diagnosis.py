@@ -25,7 +25,7 @@ def arm_lines(known: KnownArm, joints: tuple[str, ...]) -> list[str]:
     """Say how an arm stands."""
     place = known.placement
     turned = [joint for joint, sign in zip(joints, place.arm.sign, strict=True) if sign < 0.0]
-    silent = [joint for joint, told in zip(joints, place.flipped, strict=True) if told <= 0.0]
+    silent = [joint for joint, told in zip(joints, place.sign_told, strict=True) if not told]
     lines = [f"servos that count the other way: {', '.join(turned) or 'none'}"]
     if silent:
         lines.append(f"  weight does not tell of {', '.join(silent)}: taken as the file counts")

@@ -130,20 +130,20 @@ def in_order(datasets: Mapping[str, Dataset], mechanism: Mechanism) -> dict[str,
 def arm_table(answer: ArmAnswer, known: KnownArm) -> dict[str, object]:
     """Make the table of ``arm.json``; angles in rad, the floor's height in m."""
     place = known.placement
-    joints = zip(answer.servos, place.arm.sign, place.flipped, place.arm.zero, place.zero_sd,
+    joints = zip(answer.servos, place.arm.sign, place.sign_told, place.arm.zero, place.zero_sd,
                  strict=True)  # fmt: skip
     return {
         "schema": 1,
         "joints": {
             joint: {
                 "sign": int(sign),
-                "sign_told": bool(flipped > 0.0),
+                "sign_told": bool(told),
                 "zero": float(zero),
                 "zero_sd": float(sd),
                 "plain_rmse": answer.plain[joint],
                 "together_rmse": answer.together[joint],
             }
-            for joint, sign, flipped, zero, sd in joints
+            for joint, sign, told, zero, sd in joints
         },
         "tilt": place.tilt.tolist(),
         "tilt_sd": place.tilt_sd.tolist(),

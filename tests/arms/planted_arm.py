@@ -17,7 +17,7 @@ COMPLIANCE = 0.08  # rad/(N m)
 BANDS = (0.02, 0.03)  # rad
 SIGNS = np.array([1.0, -1.0])
 ROW = 0.02  # s
-LINK = """<link name="{name}"><inertial><origin xyz="0.1 0 0"/><mass value="0.3"/>
+LINK = f"""<link name="{{name}}"><inertial><origin xyz="{LENGTH / 2} 0 0"/><mass value="{MASS}"/>
   <inertia ixx="1e-6" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
 JOINT = """<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>
   <origin xyz="{place} 0 0"/><axis xyz="0 1 0"/>
@@ -44,9 +44,12 @@ def planted_mechanism(folder: Path) -> Mechanism:
     return load_mechanism(write_foreign(folder, plan))
 
 
-def weight(q: Array) -> Array:
-    """Torque of gravity about both axes, which point to +y: down is positive, shape (2,)."""
-    first, second = np.cos(q[0]), np.cos(q[0] + q[1])
+def weight(q: Array, tilt: float = 0.0) -> Array:
+    """Torque of gravity about both axes, which point to +y: down is positive, shape (2,).
+
+    A base that is tipped about +y by some angle [rad] turns both rods with it.
+    """
+    first, second = np.cos(q[0] + tilt), np.cos(q[0] + q[1] + tilt)
     fore = MASS * GRAVITY * 0.5 * LENGTH * second
     return np.array([MASS * GRAVITY * (1.5 * LENGTH * first + 0.5 * LENGTH * second), fore])
 
@@ -56,28 +59,30 @@ def tip(q: Array) -> float:
     return float(-LENGTH * (np.sin(q[0]) + np.sin(q[0] + q[1])))
 
 
-def hang(command: Array, floor: float) -> Array:
+def hang(command: Array, floor: float, tilt: float) -> Array:
     """Joints that give way to their weight and rest in a band, with a floor, shape (T, 2)."""
-    out, q = [], command[0] + COMPLIANCE * weight(command[0])
+    out, q = [], command[0] + COMPLIANCE * weight(command[0], tilt)
     for goal in command:
         push = 0.0
         before = q
         for _ in range(200):
             slopes = -LENGTH * np.array([np.cos(q[0]) + np.cos(q[0] + q[1]), np.cos(q[0] + q[1])])
-            rest = goal + COMPLIANCE * (weight(q) + push * slopes)
+            rest = goal + COMPLIANCE * (weight(q, tilt) + push * slopes)
             q = np.clip(before, rest - BANDS, rest + BANDS)
             push = max(push + 0.5 * (floor - tip(q)) / (COMPLIANCE * slopes @ slopes), 0.0)
         out.append(q)
     return np.array(out)
 
 
-def planted_motion(name: str, rng: np.random.Generator, low: float, floor: float) -> ArmMotion:
+def planted_motion(
+    name: str, rng: np.random.Generator, low: float, floor: float, tilt: float = 0.0
+) -> ArmMotion:
     """A slow motion about a posture with the shoulder so low [rad]; the elbow counts backwards."""
     time = ROW * np.arange(500, dtype=np.float64)
     phase = rng.uniform(0.0, 6.0, (2, 2))
     swing = [0.25 * np.sin(0.9 * time + a) + 0.15 * np.sin(2.3 * time + b) for a, b in phase]
     command = np.column_stack(swing) + np.array([low, 0.1])
-    angles = SIGNS * (hang(command, floor) + 1e-4 * rng.standard_normal(command.shape))
+    angles = SIGNS * (hang(command, floor, tilt) + 1e-4 * rng.standard_normal(command.shape))
     return ArmMotion(
         recordings=tuple(
             Recording(

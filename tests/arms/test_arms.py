@@ -88,8 +88,43 @@ def test_plain_mujoco_feels_the_same_weight(mechanism: Mechanism, tmp_path: Path
 def test_a_servo_that_counts_the_other_way_is_found(known: KnownArm) -> None:
     """By where the arm hangs; zeros of 0 lie in the interval (two standard deviations)."""
     np.testing.assert_array_equal(known.arm.sign, planted_arm.SIGNS)
-    assert (known.placement.flipped > 0.1).all()
+    assert known.placement.sign_told.all()
     assert (np.abs(known.arm.zero) < 2.0 * known.placement.zero_sd).all()
+
+
+def test_a_base_that_is_tipped_is_found_to_be(mechanism: Mechanism) -> None:
+    """By 0.05 rad about +y, of which it keeps what a zero of its shoulder might be instead."""
+    rng = np.random.default_rng(3)
+    motions = [planted_arm.planted_motion("", rng, low, FREE, tilt=0.05) for low in (-0.9, -0.4)]
+    found = find_placement(mechanism, motions)
+    assert 0.005 < found.tilt[1] < 0.05
+    assert abs(found.tilt[0]) < 0.005
+
+
+def test_an_arm_whose_servos_stand_still_tells_nothing(
+    mechanism: Mechanism, motions: list[ArmMotion]
+) -> None:
+    """Each servo keeps its model and the file's count; no library's error."""
+    still = [at_rest(motions[0])] * 2
+    known = know_arm(mechanism, still, [TOLD, TOLD])
+    assert known.plain == (TOLD, TOLD)
+    assert not known.placement.sign_told.any()
+    np.testing.assert_array_equal(known.arm.sign, 1.0)
+
+
+def at_rest(motion: ArmMotion) -> ArmMotion:
+    """A motion that stays where it began."""
+    return ArmMotion(
+        recordings=tuple(
+            replace(
+                r,
+                command=np.repeat(r.command[:1], len(r.time), axis=0),
+                motor_position=np.repeat(r.motor_position[:1], len(r.time), axis=0),
+                motor_velocity=np.zeros_like(r.motor_velocity),
+            )
+            for r in motion.recordings
+        )
+    )
 
 
 def test_the_floor_and_the_servos_numbers_are_found(known: KnownArm) -> None:
@@ -125,7 +160,20 @@ def test_recordings_that_are_no_arms_are_refused(
     first, second = motions[0].recordings
     with pytest.raises(InvalidRecording, match=r"2 joints \(shoulder, elbow\).* of 1 servos"):
         find_placement(mechanism, [ArmMotion(recordings=(first,))])
+    hanging = replace(mechanism, gravity=np.array([planted_arm.GRAVITY, 0.0, 0.0]))
+    with pytest.raises(InvalidRecording, match="hang the other way whatever their signs"):
+        find_placement(hanging, [hung_upwards()])
     with pytest.raises(InvalidRecording, match="have the same recordings; there are a 2, b 1"):
         motions_of({"a": [first, first], "b": [second]})
     with pytest.raises(InvalidRecording, match="its time stamps are not those of shoulder_high"):
         motions_of({"a": [first], "b": [replace(second, time=second.time + 0.001)]})
+
+
+def hung_upwards() -> ArmMotion:
+    """A motion about straight down; servos are as far above their commands as they should hang."""
+    motion = planted_arm.planted_motion("up", np.random.default_rng(3), 0.0, FREE, tilt=np.pi / 2.0)
+    return ArmMotion(
+        recordings=tuple(
+            replace(r, motor_position=2.0 * r.command - r.motor_position) for r in motion.recordings
+        )
+    )
