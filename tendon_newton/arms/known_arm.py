@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.arms.arm_simulation import loaded, simulate_arm
 from tendon_newton.arms.floor import find_floor
@@ -19,6 +20,7 @@ from tendon_newton.diagnosis.search.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidModelFile, shown
 from tendon_newton.identification.study import Study
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
@@ -66,7 +68,15 @@ def know_arm(
 
     Raises:
         InvalidRecording: The motions are not this arm's.
+        InvalidModelFile: A servo is no ideal position servo, the only one that a load moves.
     """
+    for joint, start in zip(mechanism.joint_names, starts, strict=False):
+        if start.actuator.name != IdealPosition.name:
+            raise InvalidModelFile(
+                f"{joint}: servos of an arm start from actuator {IdealPosition.name!r}, which gives "
+                f"way to its load; it is {shown(start.actuator.name)}: mend its model.toml, or "
+                "leave the arm out"
+            )
     placement = find_placement(mechanism, motions)
     arm = placement.arm
     told = [with_compliance(s, placement.compliance) if pulled else s
@@ -83,8 +93,12 @@ def know_arm(
 
 
 def timed(start: Model, plain: Model) -> Model:
-    """Return what is stated of a servo with the lag and delay of its plain model."""
-    timing = tuple(effect for effect in plain.effects if effect.name in TIMING)
+    """Return what is stated of a servo with the lag and delay of its plain model.
+
+    What is stated of them stays.
+    """
+    stated = [effect.cause for effect in start.effects]
+    timing = tuple(e for e in plain.effects if e.name in TIMING and e.cause not in stated)
     return replace(start, effects=(*start.effects, *timing))
 
 
@@ -112,12 +126,13 @@ def with_compliance(model: Model, compliance: float) -> Model:
 def plain_servo(start: Model, recordings: Sequence[Recording]) -> Model:
     """Fit a plain model to a servo's recordings; one that gives way to its load has no offset.
 
-    A servo that is told nothing shows nothing: it stays as stated.
+    What is stated of a servo stays. One that is told nothing shows nothing: it stays as stated.
     """
     if all(np.ptp(r.command) == 0.0 for r in recordings if r.command is not None):
         return start
     study = Study(recordings, start, tuple(EFFECTS))
-    effects = [e for e in PLAIN if e != "position_offset" or "compliance" not in start.fit]
+    known = (*study.known, *["position_offset"] * ("compliance" in start.fit))
+    effects = [effect for effect in PLAIN if effect not in known]
     worlds = SearchWorlds(study)
     found = fit_set_anew(worlds, start, effects)
     return extended_model(study, start, values_of(worlds, found.columns, found.place), effects)

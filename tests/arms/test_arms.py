@@ -12,7 +12,7 @@ from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, know_arm
 from tendon_newton.arms.placement import find_placement
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.errors import InvalidRecording, UnknownName
+from tendon_newton.errors import InvalidModelFile, InvalidRecording, UnknownName
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
@@ -110,6 +110,21 @@ def test_an_arm_whose_servos_stand_still_tells_nothing(
     assert known.plain == (TOLD, TOLD)
     assert not known.placement.sign_told.any()
     np.testing.assert_array_equal(known.arm.sign, 1.0)
+
+
+def test_what_a_model_file_states_of_a_servo_is_added_once(
+    mechanism: Mechanism, motions: list[ArmMotion]
+) -> None:
+    """A compliance to be fitted and a lag stay one each; another actuator is refused."""
+    lag = NamedValues(name="actuator_lag", values={"time_constant": 0.02})
+    stated = replace(TOLD, effects=(lag,), fit=("compliance",))
+    known = know_arm(mechanism, motions[:1], [stated, stated])
+    for model in known.starts:
+        assert model.fit == ("compliance",)
+        assert [e for e in model.effects if e.name == "actuator_lag"] == [lag]
+    pulling = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
+    with pytest.raises(InvalidModelFile, match=r"elbow.*'ideal_position'.* it is 'ideal'"):
+        know_arm(mechanism, motions[:1], [TOLD, pulling])
 
 
 def at_rest(motion: ArmMotion) -> ArmMotion:
