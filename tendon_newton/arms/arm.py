@@ -76,6 +76,11 @@ class ArmMotion:
                     f"{recording.name}: servos of one arm are logged together; its time stamps "
                     f"are not those of {first.name}"
                 )
+            if recording.tendon_count != 1:
+                raise InvalidRecording(
+                    f"{recording.name}: a motion of an arm has each servo's own log; it has "
+                    f"{recording.tendon_count} servos"
+                )
             if recording.command is None:
                 raise InvalidRecording(
                     f"{recording.name}: an arm's servos have commands; no theta_d"

@@ -15,6 +15,7 @@ import numpy as np
 from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.mechanisms.geometry.joints import freeze_arrays
 from tendon_newton.simulation.hosts.replay import replay
 
 FREE_ROUNDS = 3
@@ -23,8 +24,13 @@ FLOOR_ROUNDS = 25
 """Rounds at most where its tip meets the floor."""
 SETTLED = 3.0e-4
 """Depth below the floor [m] that is left: an SO-101's tip moves by more with an encoder's count."""
+DEEP_ROWS = 0.99
+"""Share of the rows that are no deeper than that [1]; where a tip lands, a row may be."""
 SHARE = 0.7
 """Share of the depth that the force of a round is to take away: servos answer it late."""
+LEAST_LIFT = 1.0e-4
+"""Way of the tip by a force [m/N] from which on a floor is felt: a servo six times stiffer than an
+STS3215 at its gain 32 on a lever of 0.2 m. Nothing that stiff is lifted by the force of a table."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +43,11 @@ class SimulatedMotion:
     """Torque of gravity and of the floor at each servo [N m], shape (T, J)."""
     force: Array
     """Of the floor on the tip [N], shape (T,)."""
+    depth: float = 0.0
+    """How deep below the floor the tip still is, or how high where it is pushed [m]."""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
 
 def simulate_arm(
@@ -53,12 +64,15 @@ def simulate_arm(
     moving, rounds = list(range(len(motions))), 0
     while moving and rounds < FLOOR_ROUNDS:
         rounds += 1
+        angles = [states[k].angles.copy() for k in moving]
         for j, model in models.items():
             own = [loaded(motions[k].recordings[j], states[k].loads[:, j]) for k in moving]
-            for k, trajectory in zip(moving, replay(own, model), strict=True):
-                states[k].angles[:, j] = trajectory.motor_position[:, 0]
-        deep = [k for k in moving if renew_loads(arm, models, states[k]) > SETTLED]
-        moving = moving if rounds < FREE_ROUNDS else deep
+            for out, trajectory in zip(angles, replay(own, model), strict=True):
+                out[:, j] = trajectory.motor_position[:, 0]
+        for k, own in zip(moving, angles, strict=True):
+            states[k] = next_round(arm, models, own, states[k].force)
+        if rounds >= FREE_ROUNDS:
+            moving = [k for k in moving if states[k].depth > SETTLED]
     return states
 
 
@@ -75,18 +89,24 @@ def start_of(arm: Arm, models: Mapping[int, Model], motion: ArmMotion) -> Simula
     return SimulatedMotion(angles=angles, loads=arm.weight(angles), force=force)
 
 
-def renew_loads(arm: Arm, models: Mapping[int, Model], state: SimulatedMotion) -> float:
-    """Put the loads of its posture into a state; return how deep the tip still is [m]."""
-    state.loads[:] = arm.weight(state.angles)
+def next_round(
+    arm: Arm, models: Mapping[int, Model], angles: Array, force: Array
+) -> SimulatedMotion:
+    """Return the loads of a posture (T, J) [rad], where the floor pushed by some force (T,) [N]."""
+    loads = arm.weight(angles)
     if arm.floor is None:
-        return 0.0
-    height, slopes = arm.tip_height(state.angles)
+        return SimulatedMotion(angles=angles, loads=loads, force=force)
+    height, slopes = arm.tip_height(angles)
     gives = np.zeros(slopes.shape[1])
     for j, model in models.items():
         gives[j] = float(model.actuator.values.get("compliance", 0.0))
-    lifted = np.maximum(slopes**2 @ gives, 1.0e-6)  # [m/N]
-    below = arm.floor - height
-    unbalanced = np.where(state.force > 0.0, np.abs(below), np.maximum(below, 0.0))
-    state.force[:] = np.maximum(state.force + SHARE * below / lifted, 0.0)
-    state.loads[:] += state.force[:, None] * slopes
-    return float(np.quantile(unbalanced, 0.99))
+    lifted = slopes**2 @ gives  # [m/N]
+    felt = lifted > LEAST_LIFT
+    below = np.where(felt, arm.floor - height, 0.0)
+    unbalanced = np.where(force > 0.0, np.abs(below), np.maximum(below, 0.0))
+    more = SHARE * below / np.maximum(lifted, LEAST_LIFT)
+    force = np.where(felt, np.maximum(force + more, 0.0), 0.0)
+    return SimulatedMotion(
+        angles=angles, loads=loads + force[:, None] * slopes, force=force,
+        depth=float(np.quantile(unbalanced, DEEP_ROWS)),
+    )  # fmt: skip

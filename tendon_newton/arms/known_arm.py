@@ -73,9 +73,9 @@ def know_arm(
     for joint, start in zip(mechanism.joint_names, starts, strict=False):
         if start.actuator.name != IdealPosition.name:
             raise InvalidModelFile(
-                f"{joint}: servos of an arm start from actuator {IdealPosition.name!r}, which gives "
-                f"way to its load; it is {shown(start.actuator.name)}: mend its model.toml, or "
-                "leave the arm out"
+                f"{joint}: servos of an arm start from actuator {IdealPosition.name!r}, which "
+                f"gives way to its load; it is {shown(start.actuator.name)}: mend its model.toml, "
+                "or leave the arm out"
             )
     placement = find_placement(mechanism, motions)
     arm = placement.arm

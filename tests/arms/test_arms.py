@@ -12,6 +12,7 @@ from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, know_arm
 from tendon_newton.arms.placement import find_placement
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidModelFile, InvalidRecording, UnknownName
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
@@ -105,7 +106,9 @@ def test_an_arm_whose_servos_stand_still_tells_nothing(
     mechanism: Mechanism, motions: list[ArmMotion]
 ) -> None:
     """Each servo keeps its model and the file's count; no library's error."""
-    still = [at_rest(motions[0])] * 2
+    commands, angles = motions[0].commands[[0]], motions[0].angles[[0]]
+    rows = np.zeros(len(motions[0].time), dtype=int)
+    still = [otherwise(motions[0], commands[rows], angles[rows])] * 2
     known = know_arm(mechanism, still, [TOLD, TOLD])
     assert known.plain == (TOLD, TOLD)
     assert not known.placement.sign_told.any()
@@ -125,21 +128,6 @@ def test_what_a_model_file_states_of_a_servo_is_added_once(
     pulling = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
     with pytest.raises(InvalidModelFile, match=r"elbow.*'ideal_position'.* it is 'ideal'"):
         know_arm(mechanism, motions[:1], [TOLD, pulling])
-
-
-def at_rest(motion: ArmMotion) -> ArmMotion:
-    """A motion that stays where it began."""
-    return ArmMotion(
-        recordings=tuple(
-            replace(
-                r,
-                command=np.repeat(r.command[:1], len(r.time), axis=0),
-                motor_position=np.repeat(r.motor_position[:1], len(r.time), axis=0),
-                motor_velocity=np.zeros_like(r.motor_velocity),
-            )
-            for r in motion.recordings
-        )
-    )
 
 
 def test_the_floor_and_the_servos_numbers_are_found(known: KnownArm) -> None:
@@ -166,6 +154,18 @@ def test_servos_move_together_under_commands_alone(
     assert known.arm.floor is not None
     assert known.arm.tip_height(with_floor.angles)[0].min() > known.arm.floor - 0.005  # m
     assert with_floor.force.max() > 0.5  # N
+    assert with_floor.depth < 0.001  # m
+
+
+def test_a_floor_does_not_push_what_no_servo_gives_way_by(
+    known: KnownArm, motions: list[ArmMotion]
+) -> None:
+    """Servos a thousand times stiffer than planted feel no force, where they would feel 700 N."""
+    values = {"compliance": 1e-3 * planted_arm.COMPLIANCE}
+    stiff = Model(actuator=NamedValues(name="ideal_position", values=values))
+    (state,) = simulate_arm(known.arm, {0: stiff, 1: stiff}, motions[3:])
+    np.testing.assert_array_equal(state.force, 0.0)
+    assert state.depth == 0.0
 
 
 def test_recordings_that_are_no_arms_are_refused(
@@ -176,19 +176,25 @@ def test_recordings_that_are_no_arms_are_refused(
     with pytest.raises(InvalidRecording, match=r"2 joints \(shoulder, elbow\).* of 1 servos"):
         find_placement(mechanism, [ArmMotion(recordings=(first,))])
     hanging = replace(mechanism, gravity=np.array([planted_arm.GRAVITY, 0.0, 0.0]))
+    down = planted_arm.planted_motion("down", np.random.default_rng(3), 0.0, FREE, tilt=np.pi / 2)
+    upwards = otherwise(down, down.commands, 2.0 * down.commands - down.angles)
     with pytest.raises(InvalidRecording, match="hang the other way whatever their signs"):
-        find_placement(hanging, [hung_upwards()])
+        find_placement(hanging, [upwards])
+    columns = ("command", "motor_position", "motor_velocity")
+    pair = {name: np.repeat(getattr(first, name), 2, axis=1) for name in columns}
+    with pytest.raises(InvalidRecording, match="each servo's own log; it has 2 servos"):
+        ArmMotion(recordings=(replace(first, **pair), second))
     with pytest.raises(InvalidRecording, match="have the same recordings; there are a 2, b 1"):
         motions_of({"a": [first, first], "b": [second]})
     with pytest.raises(InvalidRecording, match="its time stamps are not those of shoulder_high"):
         motions_of({"a": [first], "b": [replace(second, time=second.time + 0.001)]})
 
 
-def hung_upwards() -> ArmMotion:
-    """A motion about straight down; servos are as far above their commands as they should hang."""
-    motion = planted_arm.planted_motion("up", np.random.default_rng(3), 0.0, FREE, tilt=np.pi / 2.0)
+def otherwise(motion: ArmMotion, commands: Array, angles: Array) -> ArmMotion:
+    """A motion with other commands and angles [rad], both of shape (T, J)."""
     return ArmMotion(
         recordings=tuple(
-            replace(r, motor_position=2.0 * r.command - r.motor_position) for r in motion.recordings
+            replace(recording, command=commands[:, [j]], motor_position=angles[:, [j]])
+            for j, recording in enumerate(motion.recordings)
         )
     )

@@ -82,6 +82,6 @@ def freeze_arrays(instance: object) -> None:
     """Make the arrays of a frozen dataclass read-only copies."""
     for name, value in vars(instance).items():
         if isinstance(value, np.ndarray):
-            own = np.array(value, dtype=np.float64)
+            own = np.array(value, dtype=bool if value.dtype == bool else np.float64)
             own.setflags(write=False)
             object.__setattr__(instance, name, own)
