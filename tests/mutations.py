@@ -42,6 +42,7 @@ class Mutation:
     """Selection of pytest, as narrow as it can be."""
 
 
+ARMS = "tests/arms/test_arms.py -k"
 HELD_OUT = "tests/test_held_out.py -k"
 PWM = "tests/physics/servos/test_pwm_servo.py"
 FIRMWARE = "tests/physics/servos/test_firmware_effects.py -k"
@@ -53,6 +54,42 @@ NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
 TURNING = "tests/train/policy/test_turning_parts.py -k"
 
 MUTATIONS: tuple[Mutation, ...] = (
+    # arms
+    Mutation(
+        name="base-tipped-the-other-way",
+        file="tendon_newton/arms/placement.py",
+        old="tipped.T @ arm",
+        new="tipped @ arm",
+        tests=f"{ARMS} tipped",
+    ),
+    Mutation(
+        name="arm-without-a-load-has-a-best-sign",
+        file="tendon_newton/arms/placement.py",
+        old="if costs[s] <= most)",
+        new="if costs[s] < most)",
+        tests=f"{ARMS} stand_still",
+    ),
+    Mutation(
+        name="stated-lag-twice",
+        file="tendon_newton/arms/known_arm.py",
+        old=" and e.cause not in stated",
+        new="",
+        tests=f"{ARMS} added_once",
+    ),
+    Mutation(
+        name="floor-without-force",
+        file="tendon_newton/arms/arm_simulation.py",
+        old="SHARE * below",
+        new="0.0 * below",
+        tests=f"{ARMS} together",
+    ),
+    Mutation(
+        name="floor-pushes-what-does-not-give-way",
+        file="tendon_newton/arms/arm_simulation.py",
+        old="felt = lifted > LEAST_LIFT",
+        new="felt = lifted >= 0.0",
+        tests=f"{ARMS} gives_way",
+    ),
     # held out
     Mutation(
         name="test-recordings-fitted",

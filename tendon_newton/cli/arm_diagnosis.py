@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -10,15 +9,6 @@ if TYPE_CHECKING:
 
     from tendon_newton.arms.known_arm import KnownArm
     from tendon_newton.workflows.diagnosing_arm import ArmAnswer
-
-
-def joint_folders(folder: Path) -> tuple[Path, ...]:
-    """Return the datasets inside a folder that is none itself."""
-    from tendon_newton.data.dataset import FILE_NAME
-
-    if (folder / FILE_NAME).exists():
-        return ()
-    return tuple(sorted(path.parent for path in folder.glob(f"*/{FILE_NAME}")))
 
 
 def arm_lines(known: KnownArm, joints: tuple[str, ...]) -> list[str]:

@@ -30,6 +30,7 @@ Example: tendon-newton diagnose recordings --out results --budget 5min
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 import sys
@@ -69,13 +70,14 @@ class DiagnoseConfig:
     jobs: int | None = None
     """Cores to simulate on; all of them by default."""
     json: bool = False
-    """Print diagnosis.json and nothing else; progress goes to the error stream."""
+    """Print diagnosis.json and nothing else, for a folder of joints one object with that of each
+    under joints, and arm.json under arm; progress goes to the error stream."""
 
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
-    from tendon_newton.cli.arm_diagnosis import joint_folders
     from tendon_newton.cli.duration import read_duration
+    from tendon_newton.data.dataset import dataset_folders
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
@@ -88,7 +90,7 @@ def main(config: DiagnoseConfig) -> None:
     if config.against is not None:
         say_changes(config, config.against, start)
         return
-    if folders := joint_folders(config.dataset):
+    if folders := dataset_folders(config.dataset):
         diagnose_joints(config, folders, budget, start)
         return
     if config.arm is not None:
@@ -127,8 +129,10 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     """Hold the recordings against an earlier day, and tell what changed."""
     from tendon_newton.errors import InvalidParameter
 
-    if config.hold_out is not None or config.budget is not None:
-        raise InvalidParameter("--against searches nothing: it takes no --hold-out and no --budget")
+    if any(option is not None for option in (config.hold_out, config.budget, config.arm)):
+        raise InvalidParameter(
+            "--against searches nothing: it takes no --hold-out, no --budget and no --arm"
+        )
 
     from tendon_newton.diagnosis.in_time.changes_report import event_sentence, headline, steps_of
     from tendon_newton.workflows.diagnosing import compare_days
@@ -155,25 +159,29 @@ def diagnose_joints(
     from tendon_newton.cli.arm_diagnosis import arm_lines, error_lines
     from tendon_newton.data.model_file import load_model
     from tendon_newton.mechanisms.loading import load_mechanism
-    from tendon_newton.workflows.diagnosing_arm import ARM_FILE, diagnose_arm_into
+    from tendon_newton.workflows.diagnosing_arm import arm_table, diagnose_arm_into
 
     each = {folder.name: replace(config, dataset=folder) for folder in folders}
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
-    if budget is not None:
-        budget = max(0.0, budget - (time.monotonic() - start))
+    datasets = {joint: read_dataset(own) for joint, own in each.items()}
+    for joint, dataset in datasets.items():
+        progress.show_findings(dataset, f"{joint}: ")
     answer = diagnose_arm_into(
         config.out,
-        {joint: read_dataset(own) for joint, own in each.items()},
+        datasets,
         {joint: load_model(model_file(own)) for joint, own in each.items()},
         None if config.arm is None else load_mechanism(config.arm),
         shlex.join(["tendon-newton", *sys.argv[1:]]),
         progress=progress,
-        budget=budget,
+        until=None if budget is None else start + budget,
     )
     if config.json:
-        for path in (*(config.out / joint / "diagnosis.json" for joint in answer.servos),
-                     *config.out.glob(ARM_FILE)):  # fmt: skip
-            print(path)
+        files = {joint: config.out / joint / "diagnosis.json" for joint in answer.servos}
+        table = {
+            "joints": {joint: json.loads(file.read_bytes()) for joint, file in files.items()},
+            "arm": None if answer.known is None else arm_table(answer, answer.known),
+        }
+        print(json.dumps(table, indent=1))
         return
     for joint, one in answer.servos.items():
         print(
@@ -202,15 +210,13 @@ class DiagnosisProgress:
         left = time_left(text, elapsed) or ("" if text.endswith(".") else " ...")
         print(f"  {elapsed:4.0f} s  {text}{left}", file=self.stream, flush=True)
 
-    def show_findings(self, dataset: Dataset) -> None:
-        """Tell what is wrong with the data, before anything is made of them."""
+    def show_findings(self, dataset: Dataset, whose: str = "") -> None:
+        """Tell what is wrong with the data, and whose, before anything is made of them."""
         from tendon_newton.diagnosis.reporting.report_tables import finding_rows
 
         for row in finding_rows(dataset.train, dataset.test)["findings"]:
-            print(
-                f"  {row['severity']} in {row['channel']}: {row['evidence']}; {row['consequence']}",
-                file=self.stream,
-            )
+            what = f"{whose}{row['severity']} in {row['channel']}"
+            print(f"  {what}: {row['evidence']}; {row['consequence']}", file=self.stream)
 
 
 def limit_cores(jobs: int | None) -> None:

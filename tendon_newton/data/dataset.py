@@ -203,13 +203,21 @@ def read_entries(path: Path) -> list[Entry]:
     return entries
 
 
+def dataset_folders(path: Path) -> tuple[Path, ...]:
+    """Return the datasets inside a folder that is none itself, by name."""
+    if (path / FILE_NAME).is_file():
+        return ()
+    return tuple(sorted(file.parent for file in path.glob(f"*/{FILE_NAME}")))
+
+
 def refuse_other_folder(path: Path) -> None:
     """Refuse a folder of datasets, of logs, or of LeRobot with the commands that take it."""
-    if parts := sorted(file.parent for file in path.glob(f"*/{FILE_NAME}")):
-        commands = [["tendon-newton", "diagnose", f"{p}", "--out", f"{p}_diagnosis"] for p in parts]
+    if parts := dataset_folders(path):
+        command = ["tendon-newton", "diagnose", f"{path}", "--out", f"{path}_diagnosis"]
         raise InvalidDataset(
             f"{path}: a dataset is a folder with {FILE_NAME}; this one holds {len(parts)} such "
-            f"folders. One by one: {'; '.join(map(shlex.join, commands))}"
+            f"folders: {listed(part.name for part in parts)}. Name one of them; all at once are "
+            f"taken by {shlex.join(command)}"
         )
     if (path / "meta" / "info.json").is_file():
         command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.arms.arm import ArmMotion, motions_of
-from tendon_newton.arms.arm_simulation import simulate_arm
+from tendon_newton.arms.arm_simulation import SETTLED, simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, each_servo, know_arm
 from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.reporting.report import Origin
@@ -45,7 +46,7 @@ def diagnose_arm_into(
     command: str,
     *,
     progress: Callable[[str], None],
-    budget: float | None = None,
+    until: float | None = None,
 ) -> ArmAnswer:
     """Diagnose each servo into a folder of its own; with an arm write ``arm.json`` last.
 
@@ -56,14 +57,14 @@ def diagnose_arm_into(
         mechanism: The arm; without it each servo is diagnosed alone.
         command: What was typed, for the reports.
         progress: Told what is being done.
-        budget: Time that the searches may take, about [s].
+        until: Instant of the monotonic clock at which the searches are to be over, about [s].
 
     Raises:
         InvalidRecording: The datasets are not those of the arm's joints.
     """
     make_folder(out)
     if mechanism is None:
-        return ArmAnswer(servos=diagnose_each(out, datasets, models, command, progress, budget))
+        return ArmAnswer(servos=diagnose_each(out, datasets, models, command, progress, until))
     datasets = in_order(datasets, mechanism)
     progress("looking how the arm stands, and what its tip rests on")
     seen = motions_of({joint: data.train for joint, data in datasets.items()})
@@ -73,21 +74,26 @@ def diagnose_arm_into(
     loaded = zip(datasets, known.with_loads(seen), each_servo(unseen, weights), strict=True)
     datasets = {j: replace(datasets[j], train=train, test=test) for j, train, test in loaded}
     models = dict(zip(datasets, known.starts, strict=True))
-    servos = diagnose_each(out, datasets, models, command, progress, budget)
+    servos = diagnose_each(out, datasets, models, command, progress, until)
     progress("simulating all servos together on the test recordings")
     found = [one.diagnosis.model for one in servos.values()]
-    errors = [errors_together(known, each, unseen) for each in (known.plain, found)]
+    errors = [errors_together(known, each, unseen, progress) for each in (known.plain, found)]
     plain, together = (dict(zip(servos, rms, strict=True)) for rms in errors)
     answer = ArmAnswer(servos=servos, known=known, plain=plain, together=together)
-    (out / ARM_FILE).write_text(json.dumps(arm_table(answer, known), indent=2) + "\n")
+    write_json(out / ARM_FILE, arm_table(answer, known))
     return answer
 
 
 def errors_together(
-    known: KnownArm, models: Sequence[Model], motions: Sequence[ArmMotion]
+    known: KnownArm,
+    models: Sequence[Model],
+    motions: Sequence[ArmMotion],
+    progress: Callable[[str], None],
 ) -> list[float]:
     """Return each servo's RMS error [rad] where all are simulated together, by commands alone."""
     states = simulate_arm(known.arm, dict(enumerate(models)), motions)
+    if (deep := max(state.depth for state in states)) > SETTLED:
+        progress(f"the tip does not settle on what it rests on: {1e3 * deep:.1f} mm are left.")
     missed = np.concatenate([s.angles - m.angles for s, m in zip(states, motions, strict=True)])
     return np.sqrt(np.mean(missed**2, axis=0)).tolist()
 
@@ -98,13 +104,14 @@ def diagnose_each(
     models: Mapping[str, Model],
     command: str,
     progress: Callable[[str], None],
-    budget: float | None,
+    until: float | None,
 ) -> dict[str, DiagnosisAnswer]:
-    """Diagnose one servo after the other; each has an equal part of the budget."""
-    part = None if budget is None else budget / len(datasets)
+    """Diagnose one servo after the other; each has an equal part of the time that is left."""
     answers: dict[str, DiagnosisAnswer] = {}
     for joint, dataset in datasets.items():
         progress(f"{joint}.")
+        waiting = len(datasets) - len(answers)
+        part = None if until is None else max(0.0, until - time.monotonic()) / waiting
         origin = Origin(dataset=dataset.path, command=command)
         answers[joint] = diagnose_into(
             out / joint, dataset, models[joint], origin, progress=progress, budget=part
