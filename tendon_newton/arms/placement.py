@@ -43,13 +43,15 @@ TURNED = 0.004
 SPREAD = 0.015
 """Hanging [rad] from which on what is left of a row counts less: contacts, slips."""
 INDEPENDENT = 10.0
-"""Rows of a motion that count for a servo: its strokes share what the equation lacks."""
+"""Rows of a motion that count for a servo: its strokes share what the equation lacks. Chosen:
+a motion of some seconds has about so many strokes."""
 ZERO_SPREAD, TILT_SPREAD = 0.05, 0.03
 """Of zeros and tilts before anything is seen [rad]: homing by hand, a table."""
 USUAL = IdealPosition.parameters[0].nominal
 """Compliance from which a fit starts [rad/(N m)]."""
 UNLIKE = 0.2
-"""Share by which the compliance of one servo may be expected to differ from the others'."""
+"""Share by which the compliance of one servo may be expected to differ from the others': an
+SO-101's differ by up to 0.15 from their mean (docs/lab/so101.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)
