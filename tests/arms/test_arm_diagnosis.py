@@ -10,8 +10,9 @@ import pytest
 from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset, write_dataset
-from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.errors import InvalidDataset
+from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into
 from tests.arms import planted_arm
 
 FLOOR = -0.02  # m
@@ -75,6 +76,21 @@ def test_a_folder_of_joints_is_one_object_for_programs(
         )
     assert "  elbow: " in printed.err
     assert "  shoulder: " not in printed.err
+
+
+def test_a_budget_ends_at_one_instant_for_all_servos(arm: Path, tmp_path: Path) -> None:
+    """What was spent before the searches is theirs no more: a budget that is over leaves none."""
+    folders = {joint: arm / "logs" / joint for joint in ("elbow", "shoulder")}
+    answer = diagnose_arm_into(
+        tmp_path / "out",
+        {joint: load_dataset(folder) for joint, folder in folders.items()},
+        {joint: load_model(folder / "model.toml") for joint, folder in folders.items()},
+        None,
+        "",
+        progress=lambda _: None,
+        until=0.0,
+    )
+    assert not any(one.diagnosis.finished for one in answer.servos.values())
 
 
 def test_an_arm_of_other_joints_is_refused(
