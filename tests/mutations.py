@@ -338,6 +338,20 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests="tests/diagnosis/in_time/test_changes.py -k doubted",
     ),
     Mutation(
+        name="slow-cells-may-not-jump",
+        file="hardware/tendon_hardware/load_cells/cell_doubt.py",
+        old="FAST = 60.0",
+        new="FAST = 1.0",
+        tests="tests/hardware/load_cells/test_cell_doubt.py -k jump",
+    ),
+    Mutation(
+        name="letting-out-a-little-excuses-a-dead-cell",
+        file="hardware/tendon_hardware/load_cells/cell_doubt.py",
+        old="LET_OUT = 2.0",
+        new="LET_OUT = 2000.0",
+        tests="tests/hardware/load_cells/test_cell_doubt.py -k lets_out",
+    ),
+    Mutation(
         name="what-ended-at-an-edge-is-written",
         file="tendon_newton/diagnosis/search/decide/decision.py",
         old=" and not beyond & set(f.names)",
