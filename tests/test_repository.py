@@ -189,7 +189,7 @@ def test_the_demo_installs_nothing_but_what_it_needs(tmp_path: Path) -> None:
     ]
 
 
-TABLES = {"tendon_newton/effects", "tendon_newton/cli", "examples/studies"}
+TABLES = {"tendon_newton/effects", "examples/studies"}
 """Folders with one file for each entry of a table."""
 MOST_FILES = 15
 """Modules that a reader can hold in the head."""

@@ -25,8 +25,8 @@ class DemoConfig:
 
 def main(config: DemoConfig) -> None:
     """Diagnose them as the verb diagnose would."""
-    from tendon_newton.cli.diagnose import DiagnoseConfig
-    from tendon_newton.cli.diagnose import main as diagnose
+    from tendon_newton.cli.diagnosis.diagnose import DiagnoseConfig
+    from tendon_newton.cli.diagnosis.diagnose import main as diagnose
 
     diagnose(DiagnoseConfig(dataset=demo_folder(), out=config.out))
 

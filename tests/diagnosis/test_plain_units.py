@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_newton.cli.diagnose import summary
+from tendon_newton.cli.diagnosis.diagnose import summary
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_newton.cli import diagnose as verb
 from tendon_newton.cli import main
-from tendon_newton.cli.diagnose import limit_cores, summary
+from tendon_newton.cli.diagnosis import diagnose as verb
+from tendon_newton.cli.diagnosis.diagnose import limit_cores, summary
 from tendon_newton.cli.duration import read_duration
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import load_model

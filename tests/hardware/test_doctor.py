@@ -34,7 +34,7 @@ from tendon_hardware.servos.base import ServoHealth
 from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
 from tendon_newton.cli import main
-from tendon_newton.cli.doctor import coloured
+from tendon_newton.cli.bench.doctor import coloured
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
 from tests.hardware.servos.virtual_servo import VirtualServo
 

@@ -37,7 +37,7 @@ def run(code: str) -> str:
         "tendon_hardware.doctor",
         "tendon_hardware.servos",
         "tendon_hardware.load_cells",
-        "tendon_newton.cli.collect",
+        "tendon_newton.cli.bench.collect",
         "tendon_newton.workflows.collection",
         "tendon_newton.data.dataset",
         "tendon_newton.data.formats.mcap_file",

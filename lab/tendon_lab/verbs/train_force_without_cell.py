@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tendon_newton.cli.train_force import TrainForceConfig, train
+from tendon_newton.cli.training.train_force import TrainForceConfig, train
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.cli.diagnose import summary
+from tendon_newton.cli.diagnosis.diagnose import summary
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.data.recording import Recording

@@ -19,7 +19,7 @@ MEMORY_MAX = 150.0
         "tendon_hardware.deployment.deploy_replay",
         "tendon_hardware.deployment.svg_panels",
         "tendon_hardware.safety_rules.force_estimate",
-        "tendon_newton.cli.deploy",
+        "tendon_newton.cli.bench.deploy",
         "tendon_newton.cli.plot",
         "tendon_newton.workflows.deployment",
         "tendon_newton.data.cards.policy_card",

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from tendon_newton.cli import main
-from tendon_newton.cli.train_policy import show_forecast
+from tendon_newton.cli.training.train_policy import show_forecast
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model

@@ -1,0 +1,1 @@
+"""Verbs that drive a finger, or a virtual one."""

@@ -1,0 +1,1 @@
+"""Verbs that look for causes, and choose what to record next."""

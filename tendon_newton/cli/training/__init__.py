@@ -1,0 +1,1 @@
+"""Verbs that train networks, tendons and policies, and judge them."""
