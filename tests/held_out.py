@@ -219,7 +219,7 @@ def servo_dataset(folder: Path, noisy: bool) -> Path:
 
 def evaluate_force(folder: Path, noisy: bool) -> Made:
     """Nothing is fitted but the gain of the ideal source that a network has to beat."""
-    from tendon_train.actuator.models import compare
+    from tendon_lab.force_scoring.compared_models import compare
 
     data = load_dataset(servo_dataset(folder, noisy))
     models = {model.name: model for model in compare([], data, data.test)}

@@ -17,6 +17,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from tendon_lab.force_scoring.sample_protocol import experiment_of
+from tendon_lab.force_scoring.scores import score
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.data.recording import Recording
@@ -25,8 +27,6 @@ from tendon_train.actuator.fitting.force_export import make_card
 from tendon_train.actuator.fitting.training import train_network
 from tendon_train.actuator.prediction import ForcePrediction, predict
 from tendon_train.actuator.samples.folds import Fold, ForceData, prepare
-from tendon_train.actuator.samples.sample_protocol import experiment_of
-from tendon_train.actuator.scoring.scores import score
 from tendon_train.actuator.training_config import TrainingConfig
 
 HISTORIES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0)  # [s]

@@ -20,6 +20,7 @@ import numpy as np
 import torch
 import tyro
 
+from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN
 from tendon_lab.reproduction.closed_loop import Replayed, replayed
 from tendon_lab.reproduction.physical import SPOOL_RADIUS
 from tendon_lab.reproduction.steps.network_stage import learned_model
@@ -34,7 +35,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.hosts.rollout import Rollout
-from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT
+from tendon_train.actuator.training_config import SERVO_LIMIT
 
 TIME_STEP = 5.0e-4  # s
 FASTEST = 5.0

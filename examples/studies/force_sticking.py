@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.force_scoring.compared_models import load_networks
+from tendon_lab.force_scoring.sample_protocol import experiment_of
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.recording import Array, Mask
-from tendon_train.actuator.models import load_networks
 from tendon_train.actuator.prediction import ForcePrediction, predict
 from tendon_train.actuator.samples.folds import usable
-from tendon_train.actuator.samples.sample_protocol import experiment_of
 
 MOVED = 0.01
 """A motor whose angle spans less within a window has stuck [rad]: six counts of its encoder."""

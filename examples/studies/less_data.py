@@ -43,10 +43,10 @@ from tendon_lab.reproduction.virtual_benches import VirtualBenches
 from tendon_lab.verbs.reproduce import say
 from tendon_newton.cli.terminal import Terminal
 from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.scheduler import JobOptions, open_executor
-from tendon_train.actuator.scoring.figures import new_figure, save, tidy
 
 WITHOUT_STRONG, FREE, MINUTES = "without_strong", "free", "_minutes"
 SEEN = ("finger", "spring_weak")

@@ -26,11 +26,11 @@ from examples.studies.policy_transfer import climb, file_of, write_tables
 from tendon_lab.reproduction.physical import refit
 from tendon_newton.cli import main as run_verb
 from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.files.picture import COLOURS, new_figure, save, tidy
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.effects import find_effect
 from tendon_newton.exports.source import read_source
-from tendon_train.actuator.scoring.figures import COLOURS, new_figure, save, tidy
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.curve import read_curve

@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN, ideal_force, refitted_gain
+from tendon_lab.force_scoring.sample_protocol import step_hold
 from tendon_lab.without_cell.sensorless import IMPLIED_WORDS, imply_forces, write_lines
 from tendon_lab.without_cell.sensorless_line import Line, nominal_line
 from tendon_lab.without_cell.sensorless_motion import SensorlessMotion, motions_of
@@ -25,12 +27,10 @@ from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.statics import gravity_torque
 from tendon_train.actuator.fitting.run import train_to_file
-from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
 from tendon_train.actuator.prediction import predict
 from tendon_train.actuator.samples.folds import usable
-from tendon_train.actuator.samples.sample_protocol import step_hold
 from tendon_train.actuator.samples.servo_law import SLIDING
-from tendon_train.actuator.training_config import TrainingConfig
+from tendon_train.actuator.training_config import SERVO_LIMIT, TrainingConfig
 
 BENCHES = ("finger", "spring_strong", "spring_weak")
 PHASES = ("winds in", "driven back", "rests")

@@ -31,7 +31,6 @@ VERBS: dict[str, str] = {
     "export": "tendon_newton.cli.export",
     "compare": "tendon_newton.cli.compare",
     "train-force": "tendon_newton.cli.training.train_force",
-    "evaluate-force": "tendon_newton.cli.training.evaluate_force",
     "fit-tendon": "tendon_newton.cli.training.fit_tendon",
     "train-policy": "tendon_newton.cli.training.train_policy",
     "evaluate-policy": "tendon_newton.cli.training.evaluate_policy",

@@ -14,6 +14,7 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any, Protocol
 
+from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN, refitted_gain
 from tendon_lab.reproduction.physical import with_ideal
 from tendon_lab.reproduction.settings import ReproductionSettings
 from tendon_lab.reproduction.unit import Unit
@@ -22,8 +23,8 @@ from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.errors import InvalidDataset, InvalidOutput
-from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT, refitted_gain
 from tendon_train.actuator.samples.folds import usable
+from tendon_train.actuator.training_config import SERVO_LIMIT
 
 
 class ReproductionBench(Protocol):

@@ -9,8 +9,8 @@ import numpy as np
 from tendon_newton.data.cards.force_network_card import HoldLaw
 from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array, Recording
-from tendon_train.actuator.ideal_baseline import SERVO_LIMIT
 from tendon_train.actuator.samples.servo_law import ServoLaw
+from tendon_train.actuator.training_config import SERVO_LIMIT
 
 MOST_LOAD_FRICTION = 0.8
 """Greatest load friction of a servo's law [1]: with more it would not be driven backwards."""

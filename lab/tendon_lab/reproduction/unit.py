@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
+from tendon_lab.force_scoring.sample_protocol import experiment_of, step_hold
 from tendon_newton.data.dataset import FILE_NAME, Dataset, load_dataset
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.cutting import beginning
-from tendon_train.actuator.samples.sample_protocol import experiment_of, step_hold
 
 RECORDINGS, EXPERIMENTS = "recordings", "experiments"
 """Folders of a bench: the plan of the paper, and what must be recorded besides."""

@@ -55,7 +55,7 @@ def train(dataset: Dataset, training: TrainingConfig, out: Path, split: str) -> 
     """Train on a dataset, write the network with the words on its split, and print its errors."""
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_train.actuator.fitting.run import train_to_file
-    from tendon_train.actuator.ideal_baseline import SERVO_LIMIT
+    from tendon_train.actuator.training_config import SERVO_LIMIT
 
     quiet_warp()
     exported = train_to_file(dataset, training, out, report=show, split=split)

@@ -5,6 +5,9 @@ from typing import Any
 
 from tendon_newton.errors import InvalidOutput
 
+INK, GREY = "#1c2430", "#8a93a0"
+COLOURS = ("#1764ab", "#d1495b", "#2f8f5b", "#e08e1a", "#7a4fbf", "#0f8b9d")
+
 
 def new_figure(width: float, height: float) -> Any:
     """Return a figure of a size [in] that needs no display."""

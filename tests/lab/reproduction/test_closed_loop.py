@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN
 from tendon_lab.reproduction.closed_loop import replayed
 from tendon_lab.reproduction.physical import with_ideal
 from tendon_lab.reproduction.steps.network_stage import learned_model
@@ -11,7 +12,6 @@ from tendon_lab.reproduction.steps.tip_stage import SINES
 from tendon_lab.reproduction.unit import Unit
 from tendon_newton.data.model_file import Model
 from tendon_newton.mechanisms.asset_library import asset_folder
-from tendon_train.actuator.ideal_baseline import PAPER_GAIN
 
 NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
 TIME_STEP = 5.0e-4  # s

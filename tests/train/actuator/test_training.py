@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import torch
 
+from tendon_lab.force_scoring.ideal_baseline import ideal_force, refitted_gain
 from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
 from tendon_train.actuator.fitting import descent
 from tendon_train.actuator.fitting.checkpoint import RECIPE, TOLERANCE
 from tendon_train.actuator.fitting.training import FittingProgress, train_network
-from tendon_train.actuator.ideal_baseline import ideal_force, refitted_gain
 from tendon_train.actuator.prediction import predict
 from tendon_train.actuator.samples import changed_windows, sample_departure, servo_law
 from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows

@@ -10,11 +10,11 @@ import pytest
 import torch
 from safetensors.torch import load, save
 
+from tendon_lab.force_scoring.compared_models import load_networks
 from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.weights_file import write_weights
-from tendon_train.actuator.models import load_networks
 from tests.train.actuator.network_files import card_of
 
 

@@ -11,6 +11,8 @@ from tendon_newton.force_networks import FORCE_NETWORKS, SetName, find_force_net
 Kind = Annotated[str, tyro.conf.arg(metavar=f"{{{','.join(FORCE_NETWORKS)}}}")]
 """A key of `FORCE_NETWORKS`."""
 Purpose = Literal["prediction", "simulation"]
+SERVO_LIMIT = 21.0
+"""Tension that the paper's servo can produce [N]; errors are given as shares of it."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,14 +3,14 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from tendon_lab.force_scoring.evaluation_file import error_cell, experiment_rows, to_table
+from tendon_lab.force_scoring.force_evaluation import Evaluation, evaluate
+from tendon_lab.force_scoring.force_figures import draw
+from tendon_lab.force_scoring.sample_protocol import Experiment
 from tendon_lab.reproduction.outcome import Figure, Outcome, Row, row
 from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_newton.actuators.networks.artifact import load_network
-from tendon_train.actuator.ideal_baseline import SERVO_LIMIT
-from tendon_train.actuator.samples.sample_protocol import Experiment
-from tendon_train.actuator.scoring.evaluation_file import error_cell, experiment_rows, to_table
-from tendon_train.actuator.scoring.figures import draw
-from tendon_train.actuator.scoring.force_evaluation import Evaluation, evaluate
+from tendon_train.actuator.training_config import SERVO_LIMIT
 
 PAPER_STEPS = 0.61
 """The paper's Transformer on the steps, mean of three setups [N]."""

@@ -5,14 +5,15 @@ from typing import Any
 
 import numpy as np
 
+from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN, ideal_force
 from tendon_lab.reproduction.outcome import Figure, Outcome, row
 from tendon_lab.reproduction.physical import DATA_SHEET, SPOOL_RADIUS
 from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_lab.reproduction.unit import Unit
+from tendon_newton.data.files.picture import GREY, INK, new_figure, save, tidy
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
-from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT, ideal_force
-from tendon_train.actuator.scoring.figures import GREY, INK, new_figure, save, tidy
+from tendon_train.actuator.training_config import SERVO_LIMIT
 
 BENCH, KIND = "spring_strong", "contact_ramp"
 LOAD = 0.05

@@ -13,8 +13,8 @@ import numpy as np
 from tendon_lab.reproduction.closed_loop import SETTLED, replayed
 from tendon_lab.reproduction.outcome import Figure, Outcome, Row, mean_text, reductions, row
 from tendon_lab.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
+from tendon_newton.data.files.picture import GREY, INK, new_figure, save, tidy
 from tendon_newton.data.recording import Recording
-from tendon_train.actuator.scoring.figures import GREY, INK, new_figure, save, tidy
 
 SINES = {"open_sine": "about 0.2 rad", "closing_sine": "about pi/2"}
 """Kind of the recording and its centre in words; the first is the one that is compared."""

@@ -12,11 +12,10 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
-from tendon_train.actuator.ideal_baseline import SERVO_LIMIT
 from tendon_train.actuator.prediction import predict
 from tendon_train.actuator.samples.folds import SPLIT_WORDS, ForceData, recorded_fold
 from tendon_train.actuator.samples.servo_law import fit_servo_law
-from tendon_train.actuator.training_config import TrainingConfig
+from tendon_train.actuator.training_config import SERVO_LIMIT, TrainingConfig
 
 HEADROOM = 1.05
 """Above the largest force in training [1]."""

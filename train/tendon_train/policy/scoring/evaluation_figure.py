@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_train.actuator.scoring.figures import COLOURS, INK, new_figure, save, tidy
+from tendon_newton.data.files.picture import COLOURS, INK, new_figure, save, tidy
 from tendon_train.policy.scoring.evaluation_scores import ClimbScore
 from tendon_train.policy.scoring.policy_evaluation import Climb
 

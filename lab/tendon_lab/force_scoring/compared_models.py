@@ -6,14 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN, ideal_force, refitted_gain
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks.weights_file import SUFFIX
-from tendon_train.actuator.ideal_baseline import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
 from tendon_train.actuator.prediction import ForcePrediction, predict
+from tendon_train.actuator.training_config import SERVO_LIMIT
 
 IDEAL, REFITTED = "ideal", "ideal refitted"
 

@@ -40,9 +40,9 @@ def main(config: EvaluateForceConfig) -> None:
 
     quiet_warp()
 
-    from tendon_train.actuator.models import load_networks
-    from tendon_train.actuator.scoring.evaluation_file import to_markdown, to_table
-    from tendon_train.actuator.scoring.force_evaluation import evaluate
+    from tendon_lab.force_scoring.compared_models import load_networks
+    from tendon_lab.force_scoring.evaluation_file import to_markdown, to_table
+    from tendon_lab.force_scoring.force_evaluation import evaluate
 
     dataset = load_dataset(config.dataset, require_train=False)
     networks = load_networks(config.networks, trust=config.trust)
@@ -53,7 +53,7 @@ def main(config: EvaluateForceConfig) -> None:
     write_text(out / "evaluation.md", text)
     print(text)
     if config.plots:
-        from tendon_train.actuator.scoring.figures import draw
+        from tendon_lab.force_scoring.force_figures import draw
 
         for file in draw(evaluation, out):
             print(f"drew {file}")

@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.data.files.picture import new_figure, save, tidy
+from tendon_lab.force_scoring.compared_models import Compared
+from tendon_lab.force_scoring.force_evaluation import Evaluation
+from tendon_lab.force_scoring.sample_protocol import HOLDS, Experiment, experiment_of
+from tendon_newton.data.files.picture import COLOURS, GREY, INK, new_figure, save, tidy
 from tendon_newton.data.root_mean_square import rms
-from tendon_train.actuator.models import Compared
 from tendon_train.actuator.prediction import ForcePrediction
-from tendon_train.actuator.samples.sample_protocol import HOLDS, Experiment, experiment_of
-from tendon_train.actuator.scoring.force_evaluation import Evaluation
 
-INK, GREY = "#1c2430", "#8a93a0"
-COLOURS = ("#1764ab", "#d1495b", "#2f8f5b", "#e08e1a", "#7a4fbf", "#0f8b9d")
 SHOWN_HOLD = 2.0
 """Hold of the steps whose forces are drawn [s], as in the paper."""
 HEADROOM = 1.3

@@ -9,8 +9,6 @@ from tendon_train.actuator.samples.windows import series
 
 PAPER_GAIN = 4.2
 """[N/rad], which the paper's authors found for their servo."""
-SERVO_LIMIT = 21.0
-"""Tension that the paper's servo can produce [N]; errors are given as shares of it."""
 
 
 def ideal_force(recording: Recording, tendon: int, gain: float, limit: float) -> Array:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tendon_lab.force_scoring.scores import lag
 from tendon_train.actuator.prediction import ForcePrediction
-from tendon_train.actuator.scoring.scores import lag
 from tests.train.actuator.servo_logs import servo_log
 
 TIME = np.arange(24 * 80) / 80.0

@@ -3,10 +3,10 @@
 from dataclasses import asdict
 from typing import Any
 
-from tendon_train.actuator.ideal_baseline import SERVO_LIMIT
-from tendon_train.actuator.models import Compared
-from tendon_train.actuator.scoring.force_evaluation import Evaluation, FamilyResult
-from tendon_train.actuator.scoring.scores import Lag
+from tendon_lab.force_scoring.compared_models import Compared
+from tendon_lab.force_scoring.force_evaluation import Evaluation, FamilyResult
+from tendon_lab.force_scoring.scores import Lag
+from tendon_train.actuator.training_config import SERVO_LIMIT
 
 SCHEMA = 2
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_train.actuator.ideal_baseline import ideal_force, refitted_gain
+from tendon_lab.force_scoring.ideal_baseline import ideal_force, refitted_gain
+from tendon_lab.force_scoring.sample_protocol import Experiment, experiment_of
+from tendon_lab.force_scoring.scores import score
 from tendon_train.actuator.prediction import ForcePrediction
-from tendon_train.actuator.samples.sample_protocol import Experiment, experiment_of
-from tendon_train.actuator.scoring.scores import score
 from tests.train.actuator.servo_logs import GAIN, servo_log
 
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_lab.force_scoring.compared_models import IDEAL, REFITTED, Compared, compare
+from tendon_lab.force_scoring.sample_protocol import Experiment, experiment_of
+from tendon_lab.force_scoring.scores import Lag, Score, lag, score
 from tendon_newton.actuators.networks.artifact import NetworkFile
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.noise_floor import estimate_noise_floor
-from tendon_train.actuator.models import IDEAL, REFITTED, Compared, compare
 from tendon_train.actuator.samples.folds import usable
-from tendon_train.actuator.samples.sample_protocol import Experiment, experiment_of
-from tendon_train.actuator.scoring.scores import Lag, Score, lag, score
 
 
 @dataclass(frozen=True, kw_only=True)
