@@ -58,8 +58,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="base-tipped-the-other-way",
         file="tendon_newton/arms/placement.py",
-        old="tipped.T @ arm",
-        new="tipped @ arm",
+        old=".as_matrix().T @ gravity",
+        new=".as_matrix() @ gravity",
         tests=f"{ARMS} tipped",
     ),
     Mutation(

@@ -193,6 +193,11 @@ def left(weights: Array, hanging: Hanging, loaded: Indices, numbers: Array) -> A
     return np.concatenate(out)
 
 
+def tipped(gravity: Array, tilt: Array) -> Array:
+    """Return gravity [m/s2] in the axes of a base that is tilted about x, then y [rad]."""
+    return Rotation.from_euler("xy", tilt).as_matrix().T @ gravity
+
+
 def refined(arm: Arm, hanging: Hanging, loaded: Indices, told: Mask) -> Placement:
     """Fit zeros and tilt as well, held by how far they may be expected to be off."""
     servos, own = len(arm.sign), 1 + 3 * len(loaded)
@@ -201,8 +206,7 @@ def refined(arm: Arm, hanging: Hanging, loaded: Indices, told: Mask) -> Placemen
     def stands(x: Array) -> Arm:
         zero = np.zeros(servos)
         zero[loaded] = x[own:-2]
-        tipped = Rotation.from_euler("xy", x[-2:]).as_matrix()
-        return replace(arm, zero=zero, gravity=tipped.T @ arm.mechanism.gravity)
+        return replace(arm, zero=zero, gravity=tipped(arm.mechanism.gravity, x[-2:]))
 
     def misses(x: Array) -> Array:
         weights = stands(x).weight(hanging.angles)

@@ -16,17 +16,19 @@ class ExportConfig:
     """
 
     model: Annotated[Path, tyro.conf.Positional]
-    """Model file, or a diagnosis: its folder or its diagnosis.json."""
+    """Model file, or a diagnosis: its folder or its diagnosis.json; of an arm, that of
+    `diagnose --arm` or its arm.json."""
     to: str
     """Target: mujoco, newton, isaaclab, mjlab, networks, bam, usd or urdf; docs/export.md says what
     each can hold."""
     out: Path
     """Folder for the files; made if it is not there."""
     bench: str | None = None
-    """Bench to export; by default that of the recordings or of the diagnosis, else the
-    finger."""
+    """Bench to export, or the arm's asset; by default that of the recordings or of the diagnosis,
+    else the finger."""
     dataset: Path | None = None
-    """Dataset whose recordings are replayed; by default some steps and a sine."""
+    """Dataset whose recordings are replayed, or the folder of joints of an arm; by default some
+    steps and a sine."""
     seconds: float = 20.0
     """Time of the dataset's commands that is replayed [s]; inf takes all."""
     trust: bool = False
@@ -35,6 +37,7 @@ class ExportConfig:
 
 def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
+    from tendon_newton.arms.arm_file import arm_file
     from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
@@ -45,6 +48,9 @@ def main(config: ExportConfig) -> None:
 
     quiet_warp()
     target = find_export(config.to)
+    if (file := arm_file(config.model)) is not None:
+        export_whole_arm(config, file)
+        return
     source = read_source(config.model, config.bench, config.dataset, config.seconds)
     out = make_folder(config.out)
     exported = target.write(out, source.mechanism, source.model)
@@ -63,3 +69,26 @@ def main(config: ExportConfig) -> None:
     for way, costs in fidelity.costs.items():
         print(f"  {way} leaves out: {', '.join(costs)}")
     print(f"\nwrote {', '.join(path.name for path in exported.files)}, README.md to {out}")
+
+
+def export_whole_arm(config: ExportConfig, file: Path) -> None:
+    """Write an arm's files and say how far they stray."""
+    from tendon_newton.arms.arm_file import read_arm
+    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.errors import InvalidParameter
+    from tendon_newton.exports.arm_export import arm_motions, export_arm
+
+    if config.to != "mujoco":
+        raise InvalidParameter(
+            f"--to of a whole arm must be mujoco; it is {config.to!r}: a servo alone goes there "
+            f"from the folder of its joint in {file.parent}"
+        )
+    arm = read_arm(file, config.bench)
+    motions = arm_motions(arm.arm, config.dataset, config.seconds)
+    out = make_folder(config.out)
+    fidelity = export_arm(out, arm, motions, progress=lambda text: print(f"  {text} ..."))
+    for way, departure in fidelity.replays.items():
+        print(f"  {way:24s} {departure.text}")
+    for way, costs in fidelity.costs.items():
+        print(f"  {way} leaves out: {', '.join(costs)}")
+    print(f"\nwrote arm.xml, arm_step.py, README.md to {out}")

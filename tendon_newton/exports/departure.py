@@ -30,8 +30,8 @@ class Departure:
 
     angle: float
     """Angle of the motor [rad]."""
-    force: float
-    """Force at the load cell [N]; of a shaft, a torque [N m]."""
+    force: float | None
+    """Force at the load cell [N]; of a shaft, a torque [N m]; None where no cell is."""
     tip: float | None
     """Place of the tip [m]; None where the bench has none."""
 
@@ -39,7 +39,8 @@ class Departure:
     def text(self) -> str:
         """Say it in the units of a bench."""
         tip = "-" if self.tip is None else f"{1e3 * self.tip:.3f} mm"
-        return f"{1e3 * self.angle:.2f} mrad | {self.force:.4f} N | {tip}"
+        force = "-" if self.force is None else f"{self.force:.4f} N"
+        return f"{1e3 * self.angle:.2f} mrad | {force} | {tip}"
 
 
 def departure(

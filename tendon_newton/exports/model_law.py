@@ -13,7 +13,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.device_code import placeholders, slots
 from tendon_newton.effects import Effect, Stage, find_effect
 from tendon_newton.law.servo import duty_of_force, force_of_duty
-from tendon_newton.simulation.model.assembly import MEMORIES, STAGES
+from tendon_newton.simulation.model.assembly import ANGLE_SIDES, MEMORIES, STAGES
 from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tendon_newton.simulation.model.structure import in_catalogue_order
 
@@ -87,7 +87,8 @@ class ModelLaw:
 
     def holds_effects(self, slot: Any) -> bool:
         """Tell whether something is a slot for effects."""
-        return any(slot is own for own, _ in (*STAGES.values(), *MEMORIES.values()))
+        slots_of_stages = [own for own, _ in (*STAGES.values(), *MEMORIES.values())]
+        return any(slot is own for own in (*slots_of_stages, *ANGLE_SIDES.values()))
 
     def text(self, slot: Callable[..., Any], carry: Callable[[str, Any], str]) -> str:
         """Return the function in which the effects of a slot act one after the other.
@@ -114,6 +115,9 @@ class ModelLaw:
         """Return the effects of a slot: name, what is written, and the device function."""
         for name in self.names:
             effect = find_effect(name)
+            hook = effect.hook(Stage.ANGLE)
+            if hook is not None and ANGLE_SIDES.get(effect.side) is slot:
+                yield name, "out", hook
             for stage, (own, _) in STAGES.items():
                 hook = effect.hook(stage)
                 if own is slot and hook is not None and not self._is_replaced(effect, stage):

@@ -87,16 +87,21 @@ def asset_path(name_or_file: str | Path) -> Path:
     """
     path = Path(name_or_file)
     if path.suffix in USD_SUFFIXES:
-        if not path.is_file():
+        if not is_file(path):
             raise InvalidAsset(f"An asset must be a USD file; {path} does not exist.")
         return path.resolve()
     files = asset_files()
     if str(name_or_file) in files:
         return files[str(name_or_file)]
     inside = path / f"{path.resolve().name}.usda"
-    if inside.is_file():
+    if is_file(inside):
         return inside.resolve()
     raise unknown_asset("asset", str(name_or_file))
+
+
+def is_file(path: str | Path) -> bool:
+    """Tell whether a file is there; a name that no file can have is none."""
+    return os.path.isfile(path)  # noqa: PTH113 - pathlib raises for such a name
 
 
 def unknown_asset(kind: str, name: str) -> UnknownName:
@@ -106,7 +111,7 @@ def unknown_asset(kind: str, name: str) -> UnknownName:
         kind: What the asset is there, in words ("bench").
         name: What came for a name.
     """
-    here = os.path.isfile(f"{name}/{name}.usda")  # noqa: PTH113 - no error for names of no file
+    here = is_file(f"{name}/{name}.usda")
     mend = f"{FOLDERS_VARIABLE}={Path.cwd()}" if here else f"folders in {FOLDERS_VARIABLE}"
     own = f"./{name} is found with" if here else "your own are looked for in the"
     return UnknownName(f"{unknown_name(kind, name, asset_names())}; {own} {mend}")

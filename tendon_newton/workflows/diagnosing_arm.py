@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.arms.arm import ArmMotion, motions_of
+from tendon_newton.arms.arm_file import ARM_FILE
 from tendon_newton.arms.arm_simulation import SETTLED, simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, each_servo, know_arm
 from tendon_newton.data.dataset import Dataset
@@ -20,8 +21,6 @@ from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.errors import InvalidRecording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
-
-ARM_FILE = "arm.json"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,6 +140,7 @@ def arm_table(answer: ArmAnswer, known: KnownArm) -> dict[str, object]:
                  strict=True)  # fmt: skip
     return {
         "schema": 1,
+        "asset": str(place.arm.mechanism.asset),
         "joints": {
             joint: {
                 "sign": int(sign),

@@ -13,6 +13,7 @@ import tomli_w
 from tendon_hardware.control.goals import read_goals
 from tendon_hardware.load_cells.calibration_file import load_calibration, write_calibration
 from tendon_lab.exam.truth_file import read_truth
+from tendon_newton.arms.arm_file import read_arm
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.model_file import load_model, write_model
@@ -34,6 +35,29 @@ MODEL: dict[str, Any] = {
         {"name": "stribeck_friction", "coulomb_force": 1.0, "static_force": 2.0},
     ],
 }
+ARM: dict[str, Any] = {
+    "schema": 1,
+    "asset": "servo",
+    "joints": {"shaft": {"sign": -1, "zero": 0.05}},
+    "tilt": [0.01, -0.02],
+    "floor": -0.03,
+}
+
+
+def arm_folder(folder: Path) -> Path:
+    """Write an identified arm of one servo."""
+    servo = {"actuator": {"kind": "ideal_position", "compliance": 0.08}}
+    (folder / "shaft").mkdir()
+    (folder / "shaft" / "model.toml").write_text(tomli_w.dumps(servo))
+    (folder / "arm.json").write_text(json.dumps(ARM))
+    return folder / "arm.json"
+
+
+def read_sound_arm(path: Path) -> None:
+    """Every number that comes through is finite, and a servo counts one way or the other."""
+    arm = read_arm(path).arm
+    assert np.all(np.isfinite([*arm.zero, *arm.gravity, arm.floor or 0.0]))
+    assert np.abs(arm.sign).tolist() == [1.0]
 
 
 def model_file(folder: Path) -> Path:

@@ -89,6 +89,12 @@ def settings() -> dict[str, Target]:
             change=table_changer(tables.ANSWER, json.dumps),
             read=tables.read_finite_diagnosis,
         ),
+        "arm": Target(
+            prepare=tables.arm_folder,
+            change=table_changer(tables.ARM, json.dumps),
+            read=tables.read_sound_arm,
+            share=0.3,
+        ),
         "truth": Target(
             prepare=put("c001.json", json.dumps(tables.TRUTH)),
             change=table_changer(tables.TRUTH, json.dumps),

@@ -10,6 +10,7 @@ from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import number
 from tendon_newton.exports.network_export import NetworkFacts
 from tendon_newton.exports.runtime import (
+    commands,
     engine,
     facts,
     jets,
@@ -23,7 +24,7 @@ from tendon_newton.law.servo import HELD
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
-RUNTIME = (jets, servos, resting, networks, stepping, rows)
+RUNTIME = (jets, servos, resting, networks, commands, stepping, rows)
 """Modules of the program, in the order in which they are joined."""
 HOLDING = 4.0
 """What a motor at its greatest speed holds against, in shares of its greatest force [1]: MuJoCo's

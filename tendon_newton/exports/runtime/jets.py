@@ -5,8 +5,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from tendon_newton.exports.runtime.facts import MEMORY_SIZE
+
 real = float
-ParameterVector = MemoryVector = list
+ParameterVector = list
+
+
+def MemoryVector(value: float) -> list[float]:  # noqa: N802 - the name of Warp's type
+    """Return a memory in which every number is the same."""
+    return [value] * MEMORY_SIZE
 
 
 class Jet(tuple):

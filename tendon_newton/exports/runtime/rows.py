@@ -64,12 +64,12 @@ def read_commands(path: Path, count: int) -> dict[str, Any]:
     return {"t": columns["t"], "theta_d": np.array([columns[name] for name in names]).T}
 
 
-def steps_and_ramps(count: int, low: float, high: float) -> dict[str, Any]:
-    """Return ten seconds of commands at 80 Hz between two angles [rad]."""
+def steps_and_ramps(count: int, low: Any, high: Any) -> dict[str, Any]:
+    """Return ten seconds of commands at 80 Hz between two angles [rad], of all or of each servo."""
     time = np.arange(800) / 80.0
     share = np.where(time < 4.0, np.floor(time) % 2.0, 0.5 - 0.5 * np.cos(math.pi * (time - 4.0)))
-    command = low + (high - low) * share
-    return {"t": time, "theta_d": np.repeat(command[:, None], count, axis=1)}
+    lowest, highest = np.broadcast_to(low, count), np.broadcast_to(high, count)
+    return {"t": time, "theta_d": lowest + np.outer(share, highest - lowest)}
 
 
 def write_rows(path: Path, rows: dict[str, Any]) -> None:

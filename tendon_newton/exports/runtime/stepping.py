@@ -20,6 +20,7 @@ from tendon_newton.device_code.slots import (
     spring_memory,
 )
 from tendon_newton.device_code.structs import Flow, Joint
+from tendon_newton.exports.runtime.commands import INSTANT, REMEMBERED, CommandHistory
 from tendon_newton.exports.runtime.engine import mujoco
 from tendon_newton.exports.runtime.facts import (
     FOLDER,
@@ -33,8 +34,6 @@ from tendon_newton.exports.runtime.resting import Rest, balance
 from tendon_newton.exports.runtime.servos import ExportedServo, Now
 from tendon_newton.law.joint import damping_torque, spring_torque
 
-INSTANT = 1.0e-6
-"""Instants [s] closer than this are one."""
 AT_ONCE = 1.0e-8
 """Time [s] in which a motion that a reading takes for rest comes to rest: far less than a command's
 jump needs to turn the slowest motion round."""
@@ -44,8 +43,6 @@ SAME_INERTIA = 1.0e-3
 """Share of an inertia [1] by which another is the same."""
 STICKING = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
 """MuJoCo's `solimp` of dry friction with which it creeps least."""
-REMEMBERED = 1.0
-"""For how long commands and readings are kept [s]; nothing is later."""
 
 
 class Hold(NamedTuple):
@@ -154,7 +151,7 @@ class Hook:
         self.command[:] = command
         self.time = 0.0
         self.data.time = 0.0
-        self.edges = [(-math.inf, self.command.copy())]
+        self.commands = CommandHistory(self.command)
         self.lead = np.zeros(len(self.servos))
         self.lead_rate = np.zeros(len(self.servos))
         self.slack = [servo.elastic for servo in self.servos]
@@ -202,41 +199,19 @@ class Hook:
             out[row, columns] = servo.numbers["sign"] * data.ten_J[first : first + count]
         return out
 
-    # ---- commands
-
-    def note_command(self) -> None:
-        """Keep a command that has changed."""
-        if not np.array_equal(self.edges[-1][1], self.command):
-            self.edges.append((self.time, self.command.copy()))
-            while len(self.edges) > 2 and self.edges[1][0] < self.time - REMEMBERED:
-                del self.edges[0]
-
-    def command_at(self, instant: float) -> Any:
-        """Return the command [rad] in force at an instant [s]."""
-        return next(c for t, c in reversed(self.edges) if t <= instant + INSTANT)
-
-    def command_mean(self, d: int, start: float, end: float) -> float:
-        """Return the mean command [rad] of a tendon between two instants [s]."""
-        total, upper = 0.0, end
-        for edge, command in reversed(self.edges):
-            if edge < upper - 1.0e-12:
-                total += (upper - max(edge, start)) * command[d]
-                upper = max(edge, start)
-            if upper <= start + 1.0e-12:
-                break
-        return float(total / (end - start))
+    # ---- forces
 
     def now_of(self, h: float, velocity: Any = None) -> list[Now]:
         """Return the present of each tendon, under its mean command over the next h [s]."""
-        self.note_command()
+        self.commands.note(self.time, self.command)
         length, rate = self.excursions()
         out = []
         for d, servo in enumerate(self.servos):
             start = servo.clock(self.time)
             asked = (
-                self.command_mean(d, start, servo.clock(self.time + h))
+                self.commands.mean(d, start, servo.clock(self.time + h))
                 if h > 0.0
-                else self.command_at(start)[d]
+                else self.commands.at(start)[d]
             )
             out.append(
                 Now(
@@ -252,8 +227,6 @@ class Hook:
                 )
             )
         return out
-
-    # ---- forces
 
     def joint_torques(self, h: float) -> Any:
         """Return springs, dampers and stops [N m], and note what makes them implicit."""

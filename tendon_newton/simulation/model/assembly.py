@@ -73,6 +73,12 @@ MEMORIES: dict[Stage, tuple[Any, Any]] = {
     Stage.SPRING: (slots.spring_memory, stages.joint_memory),
 }
 """Stages after which effects may renew what they remember."""
+ANGLE_SIDES: dict[str, Any] = {
+    "sensor": slots.offset_effects,
+    "transmission": slots.play_effects,
+}
+"""Where effects on an angle act where only positions are known, by their side: play lies before the
+shaft, the encoder's offset after."""
 ROUTE_PARTS = (
     routes.sign_of,
     routes.turn_sign,
@@ -333,9 +339,9 @@ def kinematic_effects(driven_by: DrivenBy) -> tuple[str, ...]:
 
 
 def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None:
-    """Bind what acts on an angle apart: play lies before the shaft, the encoder's offset after."""
+    """Bind what acts on an angle apart, by its side."""
     hooks = [(e.name, e.side, e.hook(Stage.ANGLE)) for e in able_effects(structure)]
-    for slot, side in ((slots.offset_effects, "sensor"), (slots.play_effects, "transmission")):
+    for side, slot in ANGLE_SIDES.items():
         acting = [(effect, hook) for effect, of, hook in hooks if of == side and hook]
         function = stage_function(specialiser, stages.tendon_stage, acting, structure)
         specialiser.bind(slot, function)

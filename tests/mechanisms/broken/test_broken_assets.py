@@ -101,6 +101,8 @@ def test_unknown_asset_lists_the_known_ones() -> None:
     """A name outside assets/ is answered with the names inside."""
     with pytest.raises(UnknownName, match="hand, hand_ball, pendulum"):
         asset_path("fingre")
+    with pytest.raises(UnknownName, match="No asset named"):
+        asset_path(5000 * "x")  # longer than a file's name can be
 
 
 def test_missing_layer_is_a_composition_error(tmp_path: Path) -> None:

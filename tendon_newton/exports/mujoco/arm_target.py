@@ -1,0 +1,198 @@
+"""An identified arm in plain MuJoCo: a file that runs alone, and a program that has its servos."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.actuators.ideal_position import IdealPosition
+from tendon_newton.arms.arm import Arm, ArmMotion
+from tendon_newton.arms.arm_file import IdentifiedArm
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array
+from tendon_newton.exports.linking import Linker, Text
+from tendon_newton.exports.model_law import ModelLaw
+from tendon_newton.exports.model_numbers import coverage_of, number, refuse_damaged
+from tendon_newton.exports.mujoco.mjcf_servo import add_delay, fill_history, set_affine
+from tendon_newton.exports.runtime import arm_stepping, commands, engine, facts, jets, rows
+from tendon_newton.exports.written_program import load_program
+from tendon_newton.mechanisms.authoring.mujoco_file import (
+    last,
+    named_prims,
+    newton_s_mujoco,
+    scene_spec,
+    write_spec,
+)
+from tendon_newton.simulation.hosts.timeline import make_timeline
+from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
+
+FILE, PROGRAM = "arm.xml", "arm_step.py"
+RUNTIME = (jets, commands, arm_stepping, rows)
+"""Modules of the program, in the order in which they are joined."""
+IN_THE_FILE = coverage_of((), ("command_delay", "actuator_lag", "position_offset"))
+"""What MJCF alone says of each effect."""
+COVERAGE = coverage_of(tuple({*POSITION_EFFECTS} - {"sample_period_error"}), ())
+"""What the program says of each effect; the clock of a log is no part of an arm."""
+USUAL = IdealPosition.parameters[0].nominal
+"""Compliance of a servo [rad/(N m)] whose own is not known, in the file alone."""
+SWING = 0.3
+"""How far the program's own commands go to either side of the middle of a joint's range [rad]."""
+TIP_RADIUS = 1.0e-3
+"""Of the ball at the tip that meets the floor [m]."""
+
+
+def write_arm(folder: Path, arm: IdentifiedArm) -> tuple[Path, Path]:
+    """Write `arm.xml` and `arm_step.py`, and return their paths.
+
+    Raises:
+        InvalidModelFile: A number of a servo is missing or out of range.
+        InvalidOutput: A file cannot be written.
+    """
+    for model in arm.models:
+        refuse_damaged(model)
+    file, program = folder / FILE, folder / PROGRAM
+    write_spec(file, arm_spec(arm))
+    write_text(program, arm_program(arm))
+    return file, program
+
+
+def arm_spec(arm: IdentifiedArm) -> Any:
+    """Return an arm as MuJoCo's editable model, with a position actuator on each joint.
+
+    Its control is what the servo is told [rad], as the servo counts.
+    """
+    mechanism = arm.arm.mechanism
+    template = mechanism.template
+    prims = (*named_prims(mechanism), *template.body_label, *template.shape_label)
+    spec = scene_spec(mechanism, {prim: last(prim) for prim in prims})
+    for tendon in list(spec.tendons):  # a servo sits on its joint
+        spec.delete(tendon)
+    spec.option.gravity = arm.arm.gravity
+    add_floor(spec, arm.arm)
+    for joint, model, sign, zero in zip(
+        mechanism.joints, arm.models, arm.arm.sign, arm.arm.zero, strict=True
+    ):
+        actuator = spec.add_actuator(
+            name=joint.name, trntype=newton_s_mujoco().mjtTrn.mjTRN_JOINT, target=joint.name
+        )
+        actuator.gear[0] = sign
+        lag = number(model, "actuator_lag", "time_constant")
+        gain = 1.0 / (float(model.actuator.values.get("compliance", 0.0)) or USUAL)
+        offset = number(model, "position_offset", "angle")
+        set_affine(actuator, gain, -float(offset + sign * zero), gain * lag)
+        if lag == 0.0:
+            actuator.biasprm[2] = 1.0  # critically damped
+        add_delay(actuator, number(model, "command_delay", "delay"), spec.option.timestep)
+    return spec
+
+
+def add_floor(spec: Any, arm: Arm) -> None:
+    """Add what the tip may rest on; nothing else of the arm meets it."""
+    tip = arm.mechanism.tip
+    if arm.floor is None or tip is None:
+        return
+    mujoco = newton_s_mujoco()
+    spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    up = -arm.gravity / np.linalg.norm(arm.gravity)
+    spec.worldbody.add_geom(
+        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1],
+        pos=(arm.floor - TIP_RADIUS) * up, zaxis=up, contype=0, conaffinity=0,
+    )  # fmt: skip
+    link = last(arm.mechanism.template.body_label[tip.body])
+    spec.body(link).add_geom(
+        name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS, 0.0, 0.0],
+        pos=tip.point, mass=0.0, contype=0, conaffinity=0,
+    )  # fmt: skip
+    spec.add_pair(geomname1="floor", geomname2="tip", condim=1)
+
+
+def arm_program(arm: IdentifiedArm) -> str:
+    """Return the Python file that steps an exported arm."""
+    effects = dict.fromkeys(effect.name for model in arm.models for effect in model.effects)
+    actuator = NamedValues(name=IdealPosition.name, values={})
+    of_all = Model(
+        actuator=actuator, effects=tuple(NamedValues(name=name, values={}) for name in effects)
+    )
+    law = ModelLaw(of_all, free_spool=False)
+    servos = [
+        {"name": name, "sign": float(sign), "zero": float(zero),
+         "numbers": [float(x) for x in law.table.vector(model)]}
+        for name, sign, zero, model in zip(
+            arm.arm.mechanism.joint_names, arm.arm.sign, arm.arm.zero, arm.models, strict=True
+        )
+    ]  # fmt: skip
+    middle = middle_of(arm.arm)
+    known = {
+        "FOLDER": Text("Path(__file__).resolve().parent"),
+        "SERVO_ROWS": servos,
+        "MEMORY_SIZE": law.memory_size,
+        "SPAN": ((middle - SWING).tolist(), (middle + SWING).tolist()),
+        "PERIOD": 1.0,
+        "TIME_STEP": POSITION_STEP,
+    }
+    given = {facts.__name__: "", engine.__name__: "import mujoco"}
+    title = f"The arm {arm.arm.mechanism.name} with its identified servos, stepped in MuJoCo."
+    linker = Linker(law, device=False)
+    return linker.program(f"{title}\n\n{PREFACE}", known, RUNTIME, given=given, last="run(make)")
+
+
+PREFACE = """Made by tendon-newton export. It needs mujoco and numpy. In a program of your own:
+
+    import mujoco, arm_step
+
+    model = mujoco.MjModel.from_xml_path("arm.xml")
+    hook = arm_step.make_hook(model, mujoco.MjData(model))
+    hook.reset(angles)          # [rad] as the servos count, one per joint
+    hook.command[:] = command   # the same
+    hook.step()                 # in place of mujoco.mj_step
+    print(hook.read())          # what the encoders report [rad]
+
+or: python arm_step.py commands.csv --out replay.csv
+"""
+
+
+def middle_of(arm: Arm) -> Array:
+    """Return the middle of each joint's range [rad], as its servo counts; 0 where it has no end."""
+    ends = np.array(arm.mechanism.joint_limits)
+    middle = np.where(np.isfinite(ends).all(axis=1), ends.mean(axis=1), 0.0)
+    return arm.sign * (middle - arm.zero)
+
+
+def motion_rows(motion: ArmMotion) -> dict[str, Any]:
+    """Return what a program needs of a motion, and which of its rows were measured."""
+    lines = [make_timeline(recording) for recording in motion.recordings]
+    out: dict[str, Any] = {
+        "t": lines[0].time,
+        "theta_d": np.column_stack([line.command[:, 0] for line in lines]),
+        "measured": lines[0].measured,
+    }
+    if motion.recordings[0].start == "first_row":
+        out["start"] = motion.angles[0]
+    return out
+
+
+def replay_arm_program(folder: Path, motion: ArmMotion) -> Array:
+    """Replay a motion with the written program, as its user would; angles [rad], shape (T, J)."""
+    program, told = load_program(folder / PROGRAM), motion_rows(motion)
+    return program.replay(program.make(), told)["angle"][told["measured"]]
+
+
+def replay_arm_file(folder: Path, arm: Arm, motion: ArmMotion) -> Array:
+    """Replay a motion by the MJCF file alone; angles [rad], shape (T, J)."""
+    mujoco, told = newton_s_mujoco(), motion_rows(motion)
+    model = mujoco.MjModel.from_xml_path(str(folder / FILE))
+    data = mujoco.MjData(model)
+    command = told["theta_d"]
+    data.qpos[:] = arm.sign * told.get("start", command[0]) + arm.zero
+    fill_history(model, data, command[0])
+    ends = np.append(told["t"][1:], told["t"][-1]) - told["t"][0]
+    out = []
+    for asked, end in zip(command, ends, strict=True):
+        data.ctrl[:] = asked
+        out.append(arm.sign * (data.qpos - arm.zero))
+        while data.time < end - 0.5 * model.opt.timestep:
+            mujoco.mj_step(model, data)
+    return np.array(out)[told["measured"]]

@@ -1,0 +1,161 @@
+"""An identified arm in plain MuJoCo: its servos, its weight and its floor go along."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.arms.arm import Arm, ArmMotion
+from tendon_newton.arms.arm_file import IdentifiedArm
+from tendon_newton.arms.arm_simulation import simulate_arm
+from tendon_newton.cli import main
+from tendon_newton.data.dataset import write_dataset
+from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.data.recording import Array
+from tendon_newton.exports.arm_export import swings
+from tendon_newton.exports.mujoco.arm_target import (
+    arm_spec,
+    replay_arm_file,
+    replay_arm_program,
+    write_arm,
+)
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tests.arms import planted_arm
+
+COUNT = 1.5e-3  # rad: one of an encoder of 4096 counts
+EFFECTS = (
+    ("command_delay", {"delay": 0.013}),
+    ("acceleration_limit", {"limit": 39.0, "speed": 5.0}),
+    ("deadband", {"width": 0.01}),
+    ("actuator_lag", {"time_constant": 0.04}),
+    ("speed_limit", {"limit": 3.0}),
+    ("backlash", {"width": 0.02}),
+    ("position_offset", {"angle": 0.03}),
+)
+
+
+@pytest.fixture(scope="module")
+def mechanism(tmp_path_factory: pytest.TempPathFactory) -> Mechanism:
+    """The planted arm, imported."""
+    return planted_arm.planted_mechanism(tmp_path_factory.mktemp("arm"))
+
+
+def servo(*effects: str, compliance: float = 0.08) -> Model:
+    """Return a servo that gives way to its load, with some of the effects."""
+    chosen = [NamedValues(name=n, values=v) for n, v in EFFECTS if n in effects]
+    actuator = NamedValues(name="ideal_position", values={"compliance": compliance})
+    return Model(actuator=actuator, effects=tuple(chosen))
+
+
+def stands(mechanism: Mechanism, *models: Model, floor: float | None = None) -> IdentifiedArm:
+    """Return the arm with its elbow turned round, zeros and a tilt."""
+    return IdentifiedArm(
+        arm=Arm(
+            mechanism=mechanism, sign=planted_arm.SIGNS, zero=np.array([0.05, -0.04]),
+            gravity=np.array([0.4, -0.3, -9.8]), floor=floor,
+        ),
+        models=models,
+    )  # fmt: skip
+
+
+def steps(arm: IdentifiedArm) -> ArmMotion:
+    """Return swings upon which the command jumps, of an arm that starts where it was measured."""
+    motion = swings(arm.arm)
+    jumps = 0.2 * (np.floor(2.0 * motion.time) % 2.0)
+    return ArmMotion(
+        recordings=tuple(
+            replace(r, command=r.command + jumps[:, None], motor_position=r.motor_position + 0.02,
+                    start="first_row")
+            for r in motion.recordings if r.command is not None
+        )
+    )  # fmt: skip
+
+
+def ours(arm: IdentifiedArm, motion: ArmMotion) -> Array:
+    """Simulate a motion here."""
+    return simulate_arm(arm.arm, dict(enumerate(arm.models)), [motion])[0].angles
+
+
+@pytest.mark.parametrize("effects", [(), ("actuator_lag",), tuple(name for name, _ in EFFECTS)])
+def test_the_program_moves_an_arm_as_we_do(
+    mechanism: Mechanism, effects: tuple[str, ...], tmp_path: Path
+) -> None:
+    """Every effect of a servo under gravity; the other servo has none of them."""
+    arm = stands(mechanism, servo(*effects), servo(compliance=0.05))
+    write_arm(tmp_path, arm)
+    motion = steps(arm)
+    missed = replay_arm_program(tmp_path, motion) - ours(arm, motion)
+    assert np.sqrt(np.mean(missed**2)) < COUNT
+
+
+def test_the_program_rests_its_tip_on_the_floor(mechanism: Mechanism, tmp_path: Path) -> None:
+    """A tip that is told to go through the floor lies on it, and both servos give way."""
+    arm = stands(mechanism, servo("actuator_lag"), servo("actuator_lag"), floor=-0.1)
+    write_arm(tmp_path, arm)
+    motion = swings(arm.arm)
+    there, here = replay_arm_program(tmp_path, motion), ours(arm, motion)
+    free = ours(stands(mechanism, *arm.models), motion)
+    lowest = [arm.arm.tip_height(angles)[0].min() for angles in (free, here, there)]
+    assert lowest[0] < -0.15
+    assert min(lowest[1:]) > -0.105  # m: MuJoCo's contact gives way, and our rounds end
+    assert np.sqrt(np.mean((there - here) ** 2)) < 0.3 * np.sqrt(np.mean((free - here) ** 2))
+
+
+def test_the_file_alone_hangs_where_the_servos_do(mechanism: Mechanism, tmp_path: Path) -> None:
+    """At rest signs, zeros, tilt, offset and compliance are all that counts."""
+    arm = stands(mechanism, servo("position_offset", "actuator_lag"), servo())
+    write_arm(tmp_path, arm)
+    held = swings(arm.arm)
+    held = ArmMotion(
+        recordings=tuple(
+            replace(r, command=np.full_like(r.motor_position, 0.2)) for r in held.recordings
+        )
+    )
+    missed = replay_arm_file(tmp_path, arm.arm, held) - ours(arm, held)
+    assert np.abs(missed[-1]).max() < 0.1 * COUNT
+
+
+def test_an_arm_of_a_diagnosis_goes_to_mujoco(
+    mechanism: Mechanism, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Files, page and numbers come from arm.json and the models beside it; others are refused."""
+    arm = stands(mechanism, servo("deadband", "actuator_lag"), servo("actuator_lag"))
+    folder, out = tmp_path / "found", tmp_path / "out"
+    place = {
+        name: {"sign": int(sign), "zero": zero}
+        for name, sign, zero in zip(
+            mechanism.joint_names, arm.arm.sign, arm.arm.zero.tolist(), strict=True
+        )
+    }
+    table = {"asset": str(mechanism.asset), "joints": place, "tilt": [0.03, 0.04], "floor": None}
+    for joint, model, recording in zip(
+        mechanism.joint_names, arm.models, steps(arm).recordings, strict=True
+    ):
+        write_dataset(tmp_path / "logs" / joint, [], [replace(recording, name="motion.csv")])
+        (folder / joint).mkdir(parents=True)
+        write_model(folder / joint / "model.toml", model)
+    (folder / "arm.json").write_text(json.dumps(table))
+    words = ["export", str(folder), "--out", str(out), "--dataset", str(tmp_path / "logs")]
+    assert main([*words, "--to", "mujoco", "--seconds", "2"]) == 0
+    assert "arm.xml alone leaves out: actuator_lag, deadband" in capsys.readouterr().out
+    page = (out / "README.md").read_text()
+    assert "| elbow | -1 | -40 mrad | compliance 0.08 rad/(N m); actuator_lag 0.04 s |" in page
+    assert json.loads((out / "replay.json").read_text())["replay"]["arm_step.py"]["angle"] < COUNT
+    run = [sys.executable, "arm_step.py", "--step", "0.01"]
+    subprocess.run(run, cwd=out, check=True, capture_output=True)
+    assert main([*words, "--to", "newton"]) == 2
+    assert "--to of a whole arm must be mujoco" in capsys.readouterr().err
+    (folder / "arm.json").write_text(json.dumps({**table, "joints": {"elbow": place["elbow"]}}))
+    assert main([*words, "--to", "mujoco"]) == 2
+    assert "joints must be those of" in capsys.readouterr().err
+
+
+def test_gravity_in_the_file_is_that_of_the_tilted_base(mechanism: Mechanism) -> None:
+    """And a joint's actuator counts as its servo does."""
+    model = arm_spec(stands(mechanism, servo(), servo())).compile()
+    np.testing.assert_allclose(model.opt.gravity, [0.4, -0.3, -9.8])
+    np.testing.assert_array_equal(model.actuator_gear[:, 0], [1.0, -1.0])
