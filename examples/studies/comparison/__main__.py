@@ -14,7 +14,6 @@ import json
 import os
 import time
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -115,9 +114,11 @@ def diagnosed(split: Split) -> Row:
     }
 
 
-def of_bam(split: Split, model: str, python: Path, trials: int) -> Row:
-    """Fit one of Rhoban/bam's models by their own program."""
-    return {**asdict(bam.fit(split, model, python, trials)), "says": f"{trials} trials"}
+def of_bam(split: Split, model: str, python: Path, seconds: float, kept: Path) -> Row:
+    """Fit one of Rhoban/bam's models, from those that it contains if they are kept."""
+    rows = results_in(kept).get(split.key, {})
+    contained = [rows[f"bam {m}"] for m in bam.CONTAINS[model] if f"bam {m}" in rows]
+    return bam.fit(split, model, python, seconds, contained)
 
 
 def study_of(logs: tuple[ImportedLog, ...], model: Model, like: Study | None = None) -> Study:
@@ -169,15 +170,19 @@ def keep(path: Path, split: Split, name: str, row: Row) -> None:
     os.close(folder)
 
 
-def makers_of(split: Split, python: Path | None, trials: int) -> dict[str, Callable[[Split], Row]]:
+def makers_of(
+    split: Split, python: Path | None, seconds: float, kept: Path
+) -> dict[str, Callable[[Split], Row]]:
     """Return what makes each row of a split, without a diagnosis; Rhoban/bam knows no arm."""
     makers: dict[str, Callable[[Split], Row]] = {"data sheet": data_sheet, "four numbers": four}
     makers |= {name: partial(plain, effects=own) for name, own in PLAIN_MODELS.items()}
     if split.servo == ARM:
         makers["told"] = told
     elif python is not None:
-        for model in bam.MODELS:
-            makers[f"bam {model}"] = partial(of_bam, model=model, python=python, trials=trials)
+        for model in bam.CONTAINS:
+            makers[f"bam {model}"] = partial(
+                of_bam, model=model, python=python, seconds=seconds, kept=kept
+            )
     return makers
 
 
@@ -188,7 +193,7 @@ def main() -> None:
     parser.add_argument("--sts3215", type=Path)
     parser.add_argument("--so101", type=Path)
     parser.add_argument("--bam", type=Path, help="Python of an environment that has their program")
-    parser.add_argument("--trials", type=int, default=1500, help="of each of their fits")
+    parser.add_argument("--seconds", type=float, default=3600.0, help="of each of their fits")
     parser.add_argument("--diagnose", action="store_true", help="let a diagnosis choose as well")
     parser.add_argument("--results", type=Path, default=RESULTS, help="where they are kept")
     parser.add_argument("--row", action="append", help="rows that are made: all by default")
@@ -200,7 +205,7 @@ def main() -> None:
             continue
         if split.floor is not None:
             keep(kept, split, "repeats", {"held_out": split.floor})
-        makers = makers_of(split, arguments.bam, arguments.trials)
+        makers = makers_of(split, arguments.bam, arguments.seconds, kept)
         if arguments.diagnose:
             makers[OURS] = diagnosed
         for name, make in makers.items():

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import sqrt
 from statistics import median
 from typing import Any
 
@@ -11,15 +12,20 @@ from tendon_lab.exam.exam_score import Mark
 STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 """Edges of the bins of strength [noise floors]; what is below or above counts in the end bins."""
 
+NORMAL = 1.645
+"""Quantile of a one-sided bound at 95 %."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Rate:
-    """A share or a mean over the cases of an exam."""
+    """A share or a median over the cases of an exam."""
 
     name: str
     value: float
     cases: int
     """Number of cases behind the figure."""
+    at_least: float | None = None
+    """Lower bound of a share at 95 %, one-sided (Wilson) [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,16 +48,22 @@ class StrengthBin:
 def rates(marks: Sequence[Mark]) -> tuple[Rate, ...]:
     """Return every figure that there are cases for."""
     single = [m for m in marks if m.truth.family == "single" and not m.truth.weak]
+    weak = [m for m in marks if m.truth.family == "single" and m.truth.weak]
     pairs = [m for m in marks if m.truth.family == "pair"]
+    many = [m for m in marks if m.truth.family == "many"]
     clean = [m for m in marks if m.truth.family == "clean"]
     outside = [m for m in marks if m.truth.family == "outside"]
-    known = [*single, *pairs]
+    known = [*single, *weak, *pairs, *many]
     figures: list[Rate] = []
 
     def add(name: str, cases: Sequence[Any], test: Callable[[Any], bool]) -> None:
         if cases:
-            share = sum(map(test, cases)) / len(cases)
-            figures.append(Rate(name=name, value=share, cases=len(cases)))
+            count(name, sum(map(test, cases)), len(cases))
+
+    def count(name: str, hits: int, cases: int) -> None:
+        if cases:
+            bound = at_least(hits, cases)
+            figures.append(Rate(name=name, value=hits / cases, cases=cases, at_least=bound))
 
     def middle(name: str, values: Sequence[float]) -> None:
         if values:
@@ -61,11 +73,18 @@ def rates(marks: Sequence[Mark]) -> tuple[Rate, ...]:
     add("single: true cause first or in its class", single, lambda m: m.in_class)
     add("single: confidently wrong", single, confidently_wrong)
     add("single: something else named too", single, lambda m: len(m.said) > m.found)
+    add("weak: true cause named first", weak, lambda m: m.exact)
+    add("weak: true cause first or in its class", weak, lambda m: m.in_class)
+    add("weak: silent", weak, lambda m: not m.said)
     add("clean: a cause named", clean, lambda m: bool(m.said))
     add("clean: verdict no_gap", clean, lambda m: m.verdict == "no_gap")
     add("outside: no wrong name", outside, lambda m: m.right)
     add("pair: both found", pairs, lambda m: m.found == 2)
     add("pair: nothing else named", pairs, lambda m: len(m.said) == m.found)
+    found = sum(m.found for m in many)
+    count("many: recall", found, sum(len(m.truth.effects) for m in many))
+    count("many: precision", found, sum(len(m.said) for m in many))
+    add("many: all found and nothing else", many, lambda m: not m.amiss)
     middle("parameters: relative error, median", [e for m in known for e in m.parameter_errors])
     add("parameters: 95 % interval holds the truth", [c for m in known for c in m.covered], bool)
     gains = [m.gain for m in known if m.gain is not None]
@@ -77,6 +96,13 @@ def rates(marks: Sequence[Mark]) -> tuple[Rate, ...]:
     if memory:
         figures.append(Rate(name="peak memory [MiB]", value=max(memory), cases=len(memory)))
     return tuple(figures)
+
+
+def at_least(hits: int, cases: int) -> float:
+    """Return the lower bound of a share at 95 %, one-sided (Wilson)."""
+    share, spread = hits / cases, NORMAL**2 / cases
+    half = sqrt(share * (1.0 - share) * spread + spread**2 / 4.0)
+    return (share + spread / 2.0 - half) / (1.0 + spread)
 
 
 def confidently_wrong(mark: Mark) -> bool:

@@ -93,9 +93,15 @@ class Mark:
         if self.truth.family == "outside":
             near = set(self.said) <= set(self.truth.near)
             return near and self.verdict == ("partly_explained" if self.said else "unexplained")
-        if self.truth.family == "pair":
+        if self.truth.family in ("pair", "many"):
             return self.found == len(self.truth.effects)
         return self.in_class
+
+    @property
+    def amiss(self) -> bool:
+        """Whether something is missed, or named that is neither there nor near."""
+        near = self.truth.family == "outside"
+        return not self.right or (not near and len(self.said) > self.found)
 
 
 def judge(truth: Truth, answer: Mapping[str, Any] | None) -> Mark:

@@ -28,6 +28,27 @@ def test_the_figures_are_what_a_hand_counts() -> None:
     assert found["peak memory [MiB]"] == (600.0, 10)
 
 
+def test_many_causes_are_counted_one_by_one_and_weak_ones_apart() -> None:
+    """Of three and two causes three are found, beside one that is not there."""
+    told = [
+        judge(
+            truth("l", "many", "gain_error", "tendon_slack", "deadband"),
+            answer("explained", ("gain_error",), ("tendon_slack",), ("obstruction",)),
+        ),
+        judge(
+            truth("m", "many", "gain_error", "deadband"),
+            answer("explained", ("gain_error",)),
+        ),
+        judge(truth("n", "single", "deadband", weak=True), answer("no_gap")),
+    ]
+    found = {rate.name: (rate.value, rate.cases) for rate in rates(told)}
+    assert found["many: recall"] == (0.6, 5)
+    assert found["many: precision"] == (0.75, 4)
+    assert found["many: all found and nothing else"] == (0.0, 2)
+    assert found["weak: silent"] == (1.0, 1)
+    assert "single: true cause named first" not in found
+
+
 def test_a_class_of_more_than_three_is_no_answer() -> None:
     """The true cause among three names counts; among four only the first name does."""
     true = truth("k", "single", "command_delay")

@@ -1,0 +1,154 @@
+"""Fit one of Rhoban/bam's models until its search has converged; runs in their environment.
+
+``PYTHON bam_search.py --logdir LOGS --actuator NAME --model m4 --out m4.json [--known m2.json]``
+
+The simulation, the parameters and their ranges are theirs, and so is the kind of search (CMA-ES
+that begins anew). Candidates of several searches go through their simulator at once, as if each
+were a log of its own. Models that this one contains are started from (``--known``): none of them
+fits better. A search has converged when two that began apart end within 1 % of the best.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bam.actuators import actuators  # pyright: ignore[reportMissingImports]
+from bam.logs import Logs  # pyright: ignore[reportMissingImports]
+from bam.model import models  # pyright: ignore[reportMissingImports]
+from bam.simulate import Simulator  # pyright: ignore[reportMissingImports]
+from cmaes import CMA  # pyright: ignore[reportMissingImports]
+
+SIDE_BY_SIDE, POPULATION = 4, 16
+LEVEL = 1.01
+"""Ratio of errors up to which two searches ended alike [1]."""
+STARTS = 6
+"""Searches that end before a model may have converged."""
+PATIENCE, WORTH = 40, 1.001
+"""Generations in which a search must get better by that ratio, or it ends [1]."""
+FINER = 0.05
+"""Spread of a search that begins at a contained model, over the ranges; others have 0.3 [1]."""
+CONTAINED = {
+    "load_friction_motor": "load_friction_base",
+    "load_friction_external": "load_friction_base",
+    "load_friction_motor_stribeck": "load_friction_stribeck",
+    "load_friction_external_stribeck": "load_friction_stribeck",
+}
+"""Numbers of a larger model, by that of a smaller one that both are equal to."""
+ABSENT = (
+    "friction_stribeck",
+    "load_friction_base",
+    "load_friction_stribeck",
+    "load_friction_motor_quad",
+    "load_friction_external_quad",
+)
+"""Numbers that vanish in a smaller model without them."""
+
+
+class Objective:
+    """Mean absolute error of one of their models on some logs, for many candidates at once."""
+
+    def __init__(self, logdir: Path, actuator: str, model: str) -> None:
+        logs = Logs(str(logdir))
+        self.count = len(logs.logs)
+        logs.logs = logs.logs * (SIDE_BY_SIDE * POPULATION)
+        self.batch = logs.make_batch()
+        self.positions = np.array([entry["position"] for entry in self.batch["entries"]])
+        self.model = models[model]()
+        self.model.set_actuator(actuators[actuator]())
+        found = self.model.get_parameters()
+        self.numbers = {name: p for name, p in found.items() if p.optimize}
+        self.low = np.array([p.min for p in self.numbers.values()])
+        self.span = np.array([p.max for p in self.numbers.values()]) - self.low
+
+    def __call__(self, places: np.ndarray) -> np.ndarray:
+        """Return the error [rad] of each candidate, (64, N) shares of the ranges."""
+        values = np.repeat(self.low + self.span * places, self.count, axis=0)
+        for number, own in zip(self.numbers.values(), values.T, strict=True):
+            number.value = own
+        with np.errstate(all="ignore"):
+            rolled = Simulator(self.model).rollout_log(self.batch, simulate_control=True)
+            missed = np.abs(np.array(rolled[0]) - self.positions).mean(axis=0)
+        left = missed.reshape(-1, self.count).mean(axis=1)
+        return np.where(np.isfinite(left), left, 1e3)
+
+    def place(self, known: dict[str, float]) -> np.ndarray:
+        """Return where the ranges hold the numbers of a contained model; others stay in between."""
+        start = {name: number.min + 0.5 * (number.max - number.min)
+                 for name, number in self.numbers.items()}  # fmt: skip
+        start |= {name: 0.0 for name in ABSENT if name in start}
+        start |= {own: known.get(name, 0.0) for own, name in CONTAINED.items() if own in start}
+        start |= {name: value for name, value in known.items() if name in start}
+        return np.clip((np.array([*start.values()]) - self.low) / self.span, 0.0, 1.0)
+
+    def named(self, place: np.ndarray) -> dict[str, float]:
+        """Return the numbers at a place by their names."""
+        values = self.low + self.span * place
+        return dict(zip(self.numbers, map(float, values), strict=True))
+
+
+def search(objective: Objective, known: list[dict[str, float]], seconds: float) -> dict[str, Any]:
+    """Search until converged or out of time; return the best place, its error, and how it went."""
+    rng = np.random.default_rng(0)
+    size, begun = len(objective.numbers), time.monotonic()
+    waiting = [(objective.place(one), FINER) for one in known]
+    best, least, trials = np.full(size, 0.5), np.inf, 0
+    ended: list[float] = []
+
+    def begin() -> CMA:
+        mean, spread = waiting.pop(0) if waiting else (rng.random(size), 0.3)
+        bounds = np.tile([0.0, 1.0], (size, 1))
+        return CMA(mean=mean, sigma=spread, bounds=bounds, population_size=POPULATION,
+                   seed=int(rng.integers(2**31)))  # fmt: skip
+
+    for place in [one for one, _ in waiting]:
+        left = float(objective(np.tile(place, (SIDE_BY_SIDE * POPULATION, 1)))[0])
+        if left < least:
+            best, least = place, left
+    running = [begin() for _ in range(SIDE_BY_SIDE)]
+    own, marks = [np.inf] * SIDE_BY_SIDE, [(0, np.inf)] * SIDE_BY_SIDE
+    while time.monotonic() - begun < seconds:
+        places = np.array([one.ask() for one in running for _ in range(POPULATION)])
+        left = objective(places)
+        trials += left.size
+        if left.min() < least:
+            best, least = places[int(left.argmin())], float(left.min())
+        for k, one in enumerate(running):
+            part = slice(k * POPULATION, (k + 1) * POPULATION)
+            one.tell(list(zip(places[part], map(float, left[part]), strict=True)))
+            own[k] = min(own[k], float(left[part].min()))
+            if WORTH * own[k] < marks[k][1]:
+                marks[k] = one.generation, own[k]
+            if one.should_stop() or one.generation - marks[k][0] >= PATIENCE:
+                ended.append(own[k])
+                running[k], own[k], marks[k] = begin(), np.inf, (0, np.inf)
+        if converged(ended, least):
+            break
+    return {"found": objective.named(best), "error": least, "trials": trials,
+            "searches": len(ended), "converged": converged(ended, least)}  # fmt: skip
+
+
+def converged(ended: list[float], least: float) -> bool:
+    """Tell whether enough searches have ended, and two of them at the best."""
+    return len(ended) >= STARTS and sum(one <= LEVEL * least for one in ended) >= 2
+
+
+def main() -> None:
+    """Fit one model and write its numbers as their programs read them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--logdir", type=Path, required=True)
+    parser.add_argument("--actuator", required=True)
+    parser.add_argument("--model", required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--known", type=Path, nargs="*", default=[])
+    parser.add_argument("--seconds", type=float, required=True, help="after which it ends anyhow")
+    words = parser.parse_args()
+    known = [json.loads(path.read_text()) for path in words.known]
+    found = search(Objective(words.logdir, words.actuator, words.model), known, words.seconds)
+    words.out.write_text(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main()
