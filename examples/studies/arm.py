@@ -21,11 +21,11 @@ import numpy as np
 
 from examples.studies.so101 import joints, split
 from examples.studies.so101_pairs import TOLD, causes, drawn, fixed_fit, moving, squares
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, each_servo, know_arm
 from tendon_newton.data.importers.imported import Imported
-from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.diagnosis.diagnose import diagnose

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from examples.studies.named_causes import cause_lines
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.importers.imported import Imported, ImportedLog
-from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.identification.study import replacements

@@ -13,7 +13,7 @@ import numpy as np
 
 from examples.studies.so101 import SWEEP, joints
 from examples.studies.so101_pairs import FIXED, TOLD
-from tendon_newton.data.importers.so101 import read_so101
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew

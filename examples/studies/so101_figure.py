@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.files.picture import new_figure, save, tidy
-from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.identification.study import Study

@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 
 from examples.studies.so101 import joints, split, training_motions
-from tendon_newton.data.importers.so101 import read_so101
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.recording import Array, Recording
 from tendon_train.actuator.samples.windows import nearest_rows
 

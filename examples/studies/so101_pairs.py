@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from examples.studies.so101 import MOVED, split
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.importers.imported import ImportedLog
-from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.diagnose import Evidence, diagnose

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.importers.bam import read_bam
+from tendon_lab.foreign_logs.bam import read_bam
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from examples.studies.named_causes import cause_lines
+from tendon_lab.foreign_logs.bam import read_xl330
 from tendon_newton.cli import main as tendon_newton
 from tendon_newton.data.dataset import Dataset, load_dataset
-from tendon_newton.data.importers.bam import read_xl330
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import diagnose

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from examples.studies.so101_figure import AFTER, BEFORE, GREY, INK, dress
+from tendon_lab.foreign_logs.bam import read_xl330
 from tendon_newton.data.files.picture import new_figure, save
-from tendon_newton.data.importers.bam import read_xl330
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.identification.study import Study

@@ -45,8 +45,14 @@ VERBS: dict[str, str] = {
 }
 LAB = "tendon_lab"
 """Package of a clone that a wheel lacks; its own table has further verbs."""
-if find_spec(LAB):
-    VERBS.update(importlib.import_module(LAB).VERBS)
+
+
+def rows_of_lab(module: str, table: str) -> dict[str, Any]:
+    """Return the rows that the lab adds to a table; a wheel has none."""
+    return getattr(importlib.import_module(module), table) if find_spec(LAB) else {}
+
+
+VERBS.update(rows_of_lab(LAB, "VERBS"))
 
 VERBOSE_OPTION, VERBOSE_SHORT = "--verbose", "-v"
 VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of themselves"

@@ -1,16 +1,16 @@
 """Turn foreign logs into a dataset, with a report of what is wrong with them.
 
-Pendulum logs of Rhoban/bam, and a parameter file of theirs as a model to start from:
-  tendon-newton import bam LOGS --out dataset --test kp=16
-  tendon-newton import bam m6.json --out bam_m6
-  tendon-newton diagnose dataset --model bam_m6/model.toml --out diagnosis
-
 A LeRobotDataset (v3), of which each joint becomes a dataset of its own unless one is chosen:
   tendon-newton import lerobot DATASET --out arm --test episode=3
   tendon-newton import lerobot DATASET --out arm --joint elbow_flex --test episode=3
 
 Anybody's CSV, JSON and ROS 2 bags, with a file that says what is what:
   tendon-newton import mapped LOGS --mapping mapping.toml --out dataset --test part1=3
+
+A clone also reads pendulum logs of Rhoban/bam, and a parameter file of theirs as a model:
+  tendon-newton import bam LOGS --out dataset --test kp=16
+  tendon-newton import bam m6.json --out bam_m6
+  tendon-newton diagnose dataset --model bam_m6/model.toml --out diagnosis
 """
 
 from __future__ import annotations
@@ -21,12 +21,16 @@ from typing import TYPE_CHECKING
 
 import tyro
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from tendon_newton.cli import rows_of_lab
 
-    from tendon_newton.data.importers.imported import Imported
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from tendon_newton.data.importers.imported import Imported, ImportedModel
     from tendon_newton.data.importers.writing import ImportReport
 
+LOGS_OF_LAB = "tendon_lab.foreign_logs"
+"""Readers of logs that a clone has and a wheel has not."""
 SHOWN_EVIDENCE = 4
 """Recordings of a kind of finding whose evidence is printed; import.txt has all."""
 
@@ -36,8 +40,8 @@ class ImportConfig:
     """Folders of the logs and of the dataset, and the held-out logs."""
 
     format: tyro.conf.Positional[str]
-    """Format of the logs: bam, lerobot, xl330, so101, or mapped for any CSV, JSON or ROS 2 bag with
-    --mapping."""
+    """Format of the logs: lerobot, or mapped for any CSV, JSON or ROS 2 bag with --mapping; in a
+    clone also bam, xl330 and so101."""
     source: tyro.conf.Positional[Path]
     """Folder of the logs; for bam also a parameter file, which becomes a model.toml."""
     out: Path
@@ -60,21 +64,23 @@ class ImportConfig:
 
 def main(config: ImportConfig) -> None:
     """Import, write and report."""
-    from tendon_newton.data.importers import IMPORTERS, MAPPED, MODEL_IMPORTERS
+    from tendon_newton.data.importers import IMPORTERS, MAPPED
     from tendon_newton.data.importers.writing import write_imported_model
     from tendon_newton.errors import unknown_name
 
-    if config.format not in (*IMPORTERS, MAPPED):
-        raise unknown_name("log format", config.format, (*IMPORTERS, MAPPED))
+    readers = {**IMPORTERS, **rows_of_lab(LOGS_OF_LAB, "IMPORTERS")}
+    if config.format not in (*readers, MAPPED):
+        raise unknown_name("log format", config.format, (*readers, MAPPED))
     refuse_foreign_options(config)
-    if config.format in MODEL_IMPORTERS and config.source.is_file():
-        model = MODEL_IMPORTERS[config.format](config.source)
+    models = rows_of_lab(LOGS_OF_LAB, "MODEL_IMPORTERS")
+    if config.format in models and config.source.is_file():
+        model: ImportedModel = models[config.format](config.source)
         write_imported_model(model, config.source, config.out)
         print(f"{config.out / 'model.toml'}: {model.text}")
         return
     from tendon_newton.workflows.importing import admit
 
-    imported = admit(read(config))
+    imported = admit(read(config, readers))
     parts = imported.parts() if config.joint is None else {}
     outs = {config.out / name: part for name, part in parts.items()} or {config.out: imported}
     show({out: write(config, part, out) for out, part in outs.items()})
@@ -97,9 +103,8 @@ def refuse_foreign_options(config: ImportConfig) -> None:
             )
 
 
-def read(config: ImportConfig) -> Imported:
+def read(config: ImportConfig, readers: Mapping[str, Callable[[Path], Imported]]) -> Imported:
     """Read the logs."""
-    from tendon_newton.data.importers import IMPORTERS
     from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
     from tendon_newton.data.importers.mapped import read_mapped
 
@@ -112,7 +117,7 @@ def read(config: ImportConfig) -> Imported:
     if config.format == "lerobot":
         units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
         return read_lerobot(config.source, config.joint, units)
-    return IMPORTERS[config.format](config.source)
+    return readers[config.format](config.source)
 
 
 def write(config: ImportConfig, imported: Imported, out: Path) -> ImportReport:

@@ -8,13 +8,13 @@ import subprocess
 import sys
 import tempfile
 from importlib.resources import files
+from math import pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tendon_newton.data.files.text_file import write_text
-from tendon_newton.data.importers.bam.motors import XL330
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidModelFile, InvalidOutput
@@ -41,6 +41,9 @@ from tendon_newton.simulation.hosts.rollout import Trajectory
 PARAMETER_FILE, MODEL_FILE, PROGRAM_FILE = "servo.json", "model.xml", "bam_servo.py"
 PYTHON_VARIABLE = "TENDON_NEWTON_BAM_PYTHON"
 """Environment variable with a Python that has better-actuator-models, if this one has not."""
+DUTY_PER_RAD = 400.0 * (4096.0 / (2.0 * pi)) / (256.0 * 885.0)
+"""Duty [1/rad] of an XL330 at its gain of 400, at which their files mean it: 4096 counts a turn,
+885 counts of full duty (ROBOTIS e-manual), and 256 by its own load register."""
 SERVO, SPOOL = "servo", "spool"
 DRAWN_MASS = 1.0e-6
 """Mass [kg] of a spool that is drawn: its inertia is nothing beside its rotor's."""
@@ -128,7 +131,7 @@ def parameter_table(model: Model, tendon: Tendon) -> dict[str, Any]:
         "R": values["resistance"],
         "armature": values["armature"],
         "q_offset": -number(model, "position_offset", "angle"),
-        "error_gain_ratio": duty / (XL330.gain * XL330.duty_per_gain),
+        "error_gain_ratio": duty / DUTY_PER_RAD,
         **frictions(model, radius),
     }
     out["loop"] = {

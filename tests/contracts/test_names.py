@@ -7,14 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from tendon_lab.foreign_logs import IMPORTERS as LAB_IMPORTERS
 from tendon_newton.cli import main
 from tendon_newton.data.importers import IMPORTERS, MAPPED
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.exports import EXPORTS
 from tendon_newton.simulation.hosts.replay import bench_of
-from tests.importers.bam_files import bam_log
 from tests.importers.logs import xl330_log
-from tests.importers.test_import_so101 import write_motion
+from tests.lab.foreign_logs.bam_files import bam_log
+from tests.lab.foreign_logs.test_import_so101 import write_motion
 from tests.physics.runs import ideal_model
 
 NAMES = ("{outside}/a", "../a", "a/b", "a\\b", "..", "", "a\nb", "a\x1b[2J", "x" * 300, "a\udcff")
@@ -74,7 +75,7 @@ WRITERS: dict[str, Callable[[Path, str], None]] = {
 
 def test_every_importer_is_walked() -> None:
     """A new format needs a writer of hostile names here."""
-    assert set(WRITERS) == {*IMPORTERS, MAPPED}
+    assert set(WRITERS) == {*IMPORTERS, *LAB_IMPORTERS, MAPPED}
 
 
 @pytest.mark.parametrize("name", NAMES)

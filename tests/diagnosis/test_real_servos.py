@@ -7,8 +7,8 @@ import pytest
 
 from examples.studies.so101 import split
 from examples.studies.so101_pairs import TOLD
-from tendon_newton.data.importers.bam import read_xl330
-from tendon_newton.data.importers.so101 import read_so101
+from tendon_lab.foreign_logs.bam import read_xl330
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.model_file import NamedValues
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.evaluation import evaluate_models

@@ -7,7 +7,7 @@ import mujoco
 import pytest
 
 from examples.studies.exports import PWM, model_of
-from tendon_newton.data.importers.bam.bam_parameters import read_parameters
+from tendon_lab.foreign_logs.bam.bam_parameters import read_parameters
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.bam_target import (
     COVERAGE,

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from tendon_newton.data.importers.bam import read_bam, read_xl330
+from tendon_lab.foreign_logs.bam import read_bam, read_xl330
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
 from tendon_newton.data.importers.mapped import read_mapped
-from tendon_newton.data.importers.so101 import read_so101
 from tests.fuzz.mutations import change_lines, change_table, flip
-from tests.importers.bam_files import bam_log, bam_parameters
 from tests.importers.lerobot_files import lerobot_dataset
 from tests.importers.logs import xl330_log
-from tests.importers.test_import_so101 import write_motion
+from tests.lab.foreign_logs.bam_files import bam_log, bam_parameters
+from tests.lab.foreign_logs.test_import_so101 import write_motion
 
 MAPPING: dict[str, Any] = {
     "bench": "spring_weak",

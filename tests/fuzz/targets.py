@@ -130,7 +130,7 @@ def settings() -> dict[str, Target]:
 
 def foreign_logs() -> dict[str, Target]:
     """Logs of other programs, and the mappings that explain them."""
-    from tendon_newton.data.importers.bam import read_parameters
+    from tendon_lab.foreign_logs.bam import read_parameters
     from tests.fuzz import imports
 
     return {

@@ -11,9 +11,9 @@ from examples.studies.comparison.table import ARM
 from examples.studies.so101 import joints
 from examples.studies.so101_pairs import drawn, moving
 from examples.studies.sts3215 import SPLITS, repeat_floor
-from tendon_newton.data.importers.bam import read_bam
+from tendon_lab.foreign_logs.bam import read_bam
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.importers.imported import ImportedLog
-from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import Model
 
 GAINS, KEPT_BACK = (100, 200, 800), 400

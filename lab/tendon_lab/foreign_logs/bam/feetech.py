@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from tendon_lab.foreign_logs.bam.motors import COUNTS_PER_RAD, BamMotor
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.importers.bam.motors import COUNTS_PER_RAD, BamMotor
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array, Recording

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_lab.foreign_logs.bam.motors import XL330
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.importers.bam.motors import XL330
 from tendon_newton.data.model_file import load_model
 from tests.importers.logs import xl330_log
 

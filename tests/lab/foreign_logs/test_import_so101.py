@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import load_model
 
 COUNT = 2.0 * np.pi / 4096.0

@@ -17,10 +17,10 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from tendon_lab.foreign_logs.bam.motors import MOTORS, BamMotor, motor_named
 from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number
 from tendon_newton.data.gear_friction import quasi_static_gear
-from tendon_newton.data.importers.bam.motors import MOTORS, BamMotor, motor_named
 from tendon_newton.data.importers.imported import ImportedModel
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidModelFile, listed, shown

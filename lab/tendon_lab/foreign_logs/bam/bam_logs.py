@@ -14,22 +14,22 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.checks.finding import Finding
-from tendon_newton.data.checks.register_checks import unwrap_register, wrap_period
-from tendon_newton.data.files.origin import content_hash
-from tendon_newton.data.files.text_file import finite_number, read_bytes
-from tendon_newton.data.files.values import is_list, is_table
-from tendon_newton.data.importers.bam.bam_findings import dataset_findings, log_findings
-from tendon_newton.data.importers.bam.failed_reads import without_failed_reads
-from tendon_newton.data.importers.bam.feetech import (
+from tendon_lab.foreign_logs.bam.bam_findings import dataset_findings, log_findings
+from tendon_lab.foreign_logs.bam.failed_reads import without_failed_reads
+from tendon_lab.foreign_logs.bam.feetech import (
     feetech_findings,
     firmware_of,
     goal_findings,
     signed_duty,
     unmeasured_load,
 )
-from tendon_newton.data.importers.bam.motors import BamMotor, motor_named
+from tendon_lab.foreign_logs.bam.motors import BamMotor, motor_named
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.register_checks import unwrap_register, wrap_period
+from tendon_newton.data.files.origin import content_hash
+from tendon_newton.data.files.text_file import finite_number, read_bytes
+from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_lab.foreign_logs.bam.bam_parameters import read_parameters
+from tendon_lab.foreign_logs.bam.motors import STS3215
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.gear_friction import quasi_static_gear
-from tendon_newton.data.importers.bam.bam_parameters import read_parameters
-from tendon_newton.data.importers.bam.motors import STS3215
 from tendon_newton.data.model_file import load_model
-from tests.importers.bam_files import bam_log, bam_parameters
+from tests.lab.foreign_logs.bam_files import bam_log, bam_parameters
 
 
 def run_import(source: Path, out: Path, *options: str) -> list[dict]:
@@ -133,7 +133,7 @@ def test_a_parameter_file_becomes_a_model(
     model: str, absent: tuple[str, ...], effects: set[str], tmp_path: Path
 ) -> None:
     """Motor, delay, offset, gain and the frictions that a model of theirs has."""
-    from tests.importers.bam_files import M6
+    from tests.lab.foreign_logs.bam_files import M6
 
     changes = dict.fromkeys((key for key in M6 if key.startswith(absent)), None) if absent else {}
     source = bam_parameters(tmp_path / f"{model}.json", model=model, **changes)

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from tendon_newton.data.importers.bam.bam_logs import LogKind, read_logs
-from tendon_newton.data.importers.bam.bam_parameters import read_parameters
-from tendon_newton.data.importers.bam.motors import MOTORS, XL330
+from tendon_lab.foreign_logs.bam.bam_logs import LogKind, read_logs
+from tendon_lab.foreign_logs.bam.bam_parameters import read_parameters
+from tendon_lab.foreign_logs.bam.motors import MOTORS, XL330
 from tendon_newton.data.importers.imported import Imported
 
 ANY_MOTOR = LogKind(title="BAM", motors=MOTORS)

@@ -16,6 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_lab.foreign_logs.so101_findings import (
+    COUNT,
+    folder_findings,
+    joint_findings,
+    shaft_turns,
+)
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import (
     LOG_SIZE_LIMIT,
@@ -26,12 +32,6 @@ from tendon_newton.data.files.text_file import (
 )
 from tendon_newton.data.files.values import is_list
 from tendon_newton.data.importers.imported import Imported, ImportedLog
-from tendon_newton.data.importers.so101_findings import (
-    COUNT,
-    folder_findings,
-    joint_findings,
-    shaft_turns,
-)
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, shown
