@@ -44,7 +44,7 @@ def main(words: list[str]) -> None:
     folder = Path(words[0])
     recordings = beginnings(load_dataset(folder).train)
     model = load_model(folder / "model.toml")
-    study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
+    study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True)
     columns = {f"{owner}.{number.name}": c for c, (owner, number) in enumerate(study.table.owners)}
     for word in ["", *words[1:]]:
         pairs = [pair.split("=") for pair in word.split(",") if pair]

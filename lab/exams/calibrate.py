@@ -41,7 +41,7 @@ def worths_of(sets: Path, price: float, name: str) -> list[dict[str, Any]]:
     right = {e["name"] for e in truth["effects"]}
     right |= {name for cause in truth["outside"] for name in cause["near"]}
     recordings, model = load_dataset(sets / name).train, load_model(sets / name / "model.toml")
-    study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
+    study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True)
     names = testable_effects(study)
     found = find_causes(recordings, study, model, names, price=price)
     out = []

@@ -42,7 +42,7 @@ class SimulatedMotion:
     loads: Array
     """Torque of gravity and of the floor at each servo [N m], shape (T, J)."""
     force: Array
-    """Of the floor on the tip [N], shape (T,)."""
+    """Force of the floor on the tip [N], shape (T,)."""
     depth: float = 0.0
     """How deep below the floor the tip still is, or how high where it is pushed [m]."""
 

@@ -46,7 +46,7 @@ INDEPENDENT = 10.0
 """Rows of a motion that count for a servo: its strokes share what the equation lacks. Chosen:
 a motion of some seconds has about so many strokes."""
 ZERO_SPREAD, TILT_SPREAD = 0.05, 0.03
-"""Of zeros and tilts before anything is seen [rad]: homing by hand, a table."""
+"""Standard deviation of zeros and tilts before anything is seen [rad]: homing by hand, a table."""
 USUAL = IdealPosition.parameters[0].nominal
 """Compliance from which a fit starts [rad/(N m)]."""
 UNLIKE = 0.2
@@ -68,9 +68,9 @@ class Placement:
     zero_sd: Array
     """Standard deviation of each zero [rad], shape (J,)."""
     tilt: Array
-    """Of the base about its x and y axes against the asset's gravity [rad], shape (2,)."""
+    """Tilt of the base about its x and y axes against the asset's gravity [rad], shape (2,)."""
     tilt_sd: Array
-    """Its standard deviation [rad], shape (2,)."""
+    """Standard deviation of the tilt [rad], shape (2,)."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -85,11 +85,11 @@ class Hanging:
     beside: Array
     """Angle less command [rad], shape (N, J)."""
     direction: Array
-    """Of the command's last motion, shape (N, J)."""
+    """Direction of the command's last motion, shape (N, J)."""
     rate: Array
     """[rad/s], shape (N, J)."""
     weight: Array
-    """Of each row [1], shape (N, J)."""
+    """Weight of each row [1], shape (N, J)."""
 
 
 def find_placement(mechanism: Mechanism, motions: Sequence[ArmMotion]) -> Placement:

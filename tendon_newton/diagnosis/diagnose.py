@@ -120,7 +120,7 @@ def diagnose(
         model,
         tuple(EFFECTS),
         time_step=SEARCH_STEP,
-        in_pieces=True,
+        in_segments=True,
         tolerant=True,
     )
     names, little = testable_effects(train), too_little(dataset.train, train.noise)

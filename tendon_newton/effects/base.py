@@ -110,14 +110,14 @@ class Effect:
         return tuple(getattr(cls, name) for name in names if hasattr(cls, name))
 
     @classmethod
-    def is_of_servo(cls, *, apart: bool = False) -> bool:
+    def is_of_servo(cls, *, independent: bool = False) -> bool:
         """Tell whether each of several servos may have its own.
 
         Args:
-            apart: Whether each servo moves a finger of its own, whose joints are its own too. All
-                of them still have one log's clock and one base, which may be tipped.
+            independent: Whether each servo moves a finger of its own, whose joints are its own
+                too. All of them still have one log's clock and one base, which may be tipped.
         """
-        if apart and cls.side == "mechanism":
+        if independent and cls.side == "mechanism":
             return cls.hook(Stage.TILT) is None
         return cls.side != "mechanism" and cls.hook(Stage.PERIOD) is None
 

@@ -24,7 +24,7 @@ from tendon_newton.identification.load_cell import (
     reading_stride,
 )
 from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
-from tendon_newton.identification.pieces import all_pieces
+from tendon_newton.identification.segments import all_segments
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
@@ -37,7 +37,7 @@ from tendon_newton.simulation.model.bench_numbers import (
     with_estimates,
     without_estimates,
 )
-from tendon_newton.simulation.model.chain_copies import are_apart
+from tendon_newton.simulation.model.chain_copies import are_independent
 from tendon_newton.simulation.model.parameter_table import ParameterTable, check_servo
 
 SEED = 0
@@ -69,7 +69,7 @@ class Study:
         model: The model to start from.
         effects: Effects that candidates may use, of all servos or of one.
         time_step: Step of the simulation [s].
-        in_pieces: Whether recordings of mechanisms that forget nothing are cut; see `pieces`.
+        in_segments: Whether recordings of mechanisms that forget nothing are cut; see `segments`.
         scale: Of the benches, in place of what the recordings show: planned runs show nothing.
         tolerant: Whether numbers of benches may differ a little from what is stated.
         like: A study of the same model, whose columns this one shall have.
@@ -85,7 +85,7 @@ class Study:
         effects: Sequence[str],
         *,
         time_step: float = TIME_STEP,
-        in_pieces: bool = False,
+        in_segments: bool = False,
         scale: BenchScale | None = None,
         tolerant: bool = False,
         like: Study | None = None,
@@ -93,15 +93,15 @@ class Study:
         benches = benches_of(recordings, model)
         self.servos = servo_count(recordings, benches)
         """Servos D of every recording."""
-        self.apart = all(are_apart(mechanism) for mechanism in benches.values())
+        self.independent = all(are_independent(mechanism) for mechanism in benches.values())
         """Whether each servo moves a finger of its own."""
         self.tolerant = like.tolerant if like is not None else tolerant
         """Whether what is stated may differ by its tolerance."""
-        self._model = model = for_servos(model, self.servos, apart=self.apart)
+        self._model = model = for_servos(model, self.servos, independent=self.independent)
         self.scale = self._scale_of(recordings, benches) if scale is None else scale
         """How large the benches are; ranges, units and floors follow it."""
-        if in_pieces:
-            recordings = all_pieces([benches[r.bench] for r in recordings], recordings)
+        if in_segments:
+            recordings = all_segments([benches[r.bench] for r in recordings], recordings)
         self.wholes = tuple(without_estimates(r, model) for r in recordings)
         """Recordings as they are simulated, R."""
         views = [(i, d) for i in range(len(self.wholes)) for d in range(self.servos)]
@@ -122,7 +122,7 @@ class Study:
         self.noise = estimate_noise_floor(self.recordings)
         self.mechanisms: list[Mechanism] = []
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
-        causes, shared = causes_of(effects, self.servos, apart=self.apart)
+        causes, shared = causes_of(effects, self.servos, independent=self.independent)
         for members in rollout_groups(self.wholes):
             mechanism = benches[self.wholes[members[0]].bench]
             self.mechanisms.append(mechanism)
@@ -375,22 +375,24 @@ def servo_count(recordings: Sequence[Recording], benches: Mapping[str, Mechanism
     return count
 
 
-def for_servos(model: Model, servos: int, *, apart: bool) -> Model:
+def for_servos(model: Model, servos: int, *, independent: bool) -> Model:
     """Return a model for benches of so many servos: what is said of an only one is said of all."""
     for effect in model.effects:
-        check_servo(effect, servos, apart=apart)
+        check_servo(effect, servos, independent=independent)
     if servos > 1:
         return model
     return replace(model, effects=tuple(replace(effect, servo=None) for effect in model.effects))
 
 
 def causes_of(
-    effects: Sequence[str], servos: int, *, apart: bool
+    effects: Sequence[str], servos: int, *, independent: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return what candidates may be made of, and which effects may be of all servos or of one."""
     if servos == 1:
         return tuple(effects), ()
-    shared = tuple(name for name in effects if find_effect(name).is_of_servo(apart=apart))
+    shared = tuple(
+        name for name in effects if find_effect(name).is_of_servo(independent=independent)
+    )
     own = [name_of(name, servo) for name in shared for servo in range(servos)]
     return (*effects, *own), shared
 

@@ -35,7 +35,7 @@ def testable_effects(study: Study) -> tuple[str, ...]:
             continue
         if name in study.exact:
             continue
-        is_own = study.servos > 1 and effect.is_of_servo(apart=study.apart)
+        is_own = study.servos > 1 and effect.is_of_servo(independent=study.independent)
         if not is_own or effect.side != "sensor" or name in study.known:
             out.append(name)
         if is_own:

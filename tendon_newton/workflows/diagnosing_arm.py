@@ -34,7 +34,7 @@ class ArmAnswer:
     plain: Mapping[str, float] = field(default_factory=dict[str, float])
     """Joint -> RMS error on test recordings of plain servos simulated together [rad]."""
     together: Mapping[str, float] = field(default_factory=dict[str, float])
-    """The same of the diagnosed servos."""
+    """Joint -> RMS error on test recordings of the diagnosed servos simulated together [rad]."""
 
 
 def diagnose_arm_into(

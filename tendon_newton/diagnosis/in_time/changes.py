@@ -37,7 +37,7 @@ from tendon_newton.effects import EFFECTS, are_related, law_of
 from tendon_newton.identification.intervals import WIDENING
 from tendon_newton.identification.study import Study, benches_of
 from tendon_newton.identification.testable import testable_effects
-from tendon_newton.simulation.model.chain_copies import are_apart
+from tendon_newton.simulation.model.chain_copies import are_independent
 
 DOUBT = 3.0
 """Gain by which a change must be ahead of another to be told from it [nat]: evidence is strong from
@@ -84,7 +84,7 @@ class Changes:
     before: Errors
     """Error of the first day's model on recordings of the second day."""
     after: Errors
-    """The same of the second day's model."""
+    """Error of the second day's model on them."""
     usual: Errors | None
     """Error of the first day's model on that day; None where nobody knows."""
     model: Model
@@ -190,7 +190,7 @@ def worlds_of(
 ) -> SearchWorlds:
     """Return a day's recordings, ready to be searched."""
     parts = deciding(recordings)
-    study = Study(parts, model, effects, time_step=SEARCH_STEP, in_pieces=True, scale=scale)
+    study = Study(parts, model, effects, time_step=SEARCH_STEP, in_segments=True, scale=scale)
     return SearchWorlds(study)
 
 
@@ -199,11 +199,13 @@ def for_each_servo(model: Model, recordings: Sequence[Recording]) -> Model:
     count = recordings[0].tendon_count
     if count == 1:
         return model
-    apart = all(are_apart(mechanism) for mechanism in benches_of(recordings, model).values())
+    independent = all(
+        are_independent(mechanism) for mechanism in benches_of(recordings, model).values()
+    )
     own = {effect.cause for effect in model.effects}
     out = []
     for effect in model.effects:
-        shared = effect.servo is None and law_of(effect.name).is_of_servo(apart=apart)
+        shared = effect.servo is None and law_of(effect.name).is_of_servo(independent=independent)
         each = [replace(effect, servo=d) for d in range(count)] if shared else [effect]
         out += [e for e in each if e is effect or e.cause not in own]
     return replace(model, effects=tuple(out))

@@ -24,7 +24,7 @@ STRANGE = 3.0
 """Errors of the last day's model, in those of the first day's on its own day, from which something
 else is the matter [1]: another command plan makes one and a half."""
 SIZE = (3.6, 1.9)
-"""Of one number's course [inch]."""
+"""Width and height of the picture of a number's course [inch]."""
 Days = Mapping[str, Changes]
 """Name of a day -> what changed until then, in the order of the days."""
 

@@ -36,7 +36,7 @@ class Pool:
     """Causes that are looked for at once."""
     followed: Sequence[int] = FOLLOWED
     """Sets that are followed, see `FOLLOWED`."""
-    haste: float = 1.0
+    price_share: float = 1.0
     """Share of the price that is asked while the search is on [1]."""
     log: Log = lambda _: None
     allows: Allows = lambda _names, _values: True
@@ -173,7 +173,7 @@ class Pool:
 
     def cost(self, fit: Fit) -> float:
         """Return a fit's score, its causes and surprises paid for [nat per row]."""
-        return fit.score + self.surprise(fit) + self.haste * sum(map(self.bar, fit.names))
+        return fit.score + self.surprise(fit) + self.price_share * sum(map(self.bar, fit.names))
 
     def best(self) -> Fit:
         """Return the best fit, its causes paid for."""

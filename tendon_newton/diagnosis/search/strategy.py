@@ -78,7 +78,7 @@ def grow(
         pool.renew(current)
         current = pool.best()
         (old,) = rescored(pool.worlds, [before], pool.floors)
-        if pool.cost(old) - pool.cost(current) < pool.haste * pool.price:
+        if pool.cost(old) - pool.cost(current) < pool.price_share * pool.price:
             break
     return current
 
@@ -113,7 +113,7 @@ def go_on_all_rows(
 def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
     """Look around a fit, choose different sets, and refit each jointly."""
     view = survey(pool.worlds, current, names, pool.floors, 1.0 if first else 0.99)
-    chooser = Chooser(view, pool.haste * pool.price, pool.most)
+    chooser = Chooser(view, pool.price_share * pool.price, pool.most)
     note_singles(pool, chooser, first=first)
     if first:
         starts = new_starts(pool, view, chooser.singles(SINGLES))
@@ -160,7 +160,7 @@ def shed(pool: Pool, fit: Fit) -> Fit:
     while fit.names:
         without_each = [without(fit, name, pool.worlds) for name in fit.names]
         less = start_fits(pool.worlds, without_each, pool.floors, near=True)
-        worths = {n: f.score - fit.score - pool.haste * pool.bar(n)
+        worths = {n: f.score - fit.score - pool.price_share * pool.bar(n)
                   for n, f in zip(fit.names, less, strict=True)}  # fmt: skip
         name = min(worths, key=lambda n: worths[n])
         if worths[name] >= 0.0:

@@ -85,7 +85,7 @@ class ForeignPlan:
     """Name of the file that it came from."""
     joints: tuple[ForeignJoint, ...]
     moment_arms: tuple[float, ...]
-    """Of the one tendon; none where each joint has a servo of its own."""
+    """Moment arms of the one tendon; none where each joint has a servo of its own."""
     springs: tuple[float, ...]
     """Return springs that are added; none where the file has its own."""
     spool_radius: float

@@ -31,7 +31,7 @@ class Judged:
     """Prim that a rule looks at."""
 
     prim: str
-    """Its path, or `STAGE`."""
+    """Path of the prim, or `STAGE`."""
     rule: str
     """Name of the rule."""
 

@@ -155,7 +155,7 @@ class Rollout:
         whole, divided = read_topology(model), copies_of(model)
         self.table = table_of(
             actuator, effects, len(mechanism.tendons), shared=tuple(shared),
-            apart=divided.apart,
+            independent=divided.independent,
             bench=tuple(number.parameter for number in unknown),
         )  # fmt: skip
         if self.table.by_servo and not by_chain:

@@ -127,7 +127,7 @@ class TendonSolver(SolverBase):
         """Equal chains K of each world; kernels see W K worlds of one."""
         of_world = table_of(
             description.actuator.name, causes, whole.tendon_count,
-            apart=copies.apart,
+            independent=copies.independent,
         )  # fmt: skip
         self.table = of_world.of_chain(self.chain_count)
         """Where the numbers of a chain stand."""

@@ -35,7 +35,7 @@ class ChainCopies:
     """Topology of one chain."""
 
     @property
-    def apart(self) -> bool:
+    def independent(self) -> bool:
         """Whether each of several servos moves a chain of its own."""
         return self.count > 1 and self.topology.tendon_count == 1
 
@@ -46,9 +46,9 @@ def copies_of(model: Any) -> ChainCopies:
     return chain_copies(whole, moment_arms(model, whole))
 
 
-def are_apart(mechanism: Mechanism) -> bool:
+def are_independent(mechanism: Mechanism) -> bool:
     """Tell whether each of several servos moves a finger of its own, all of one kind."""
-    return copies_of(build_model(mechanism, 1, device="cpu")).apart
+    return copies_of(build_model(mechanism, 1, device="cpu")).independent
 
 
 def chain_copies(topology: Topology, arms: Array) -> ChainCopies:
@@ -66,7 +66,7 @@ def chain_copies(topology: Topology, arms: Array) -> ChainCopies:
         if any(part % count for part in parts):
             continue
         chains = [chain_at(topology, k, count) for k in range(count)]
-        if all(chain == chains[0] for chain in chains) and is_apart(arms, count):
+        if all(chain == chains[0] for chain in chains) and are_disjoint(arms, count):
             return ChainCopies(count=count, topology=chains[0])
     return ChainCopies(count=1, topology=topology)
 
@@ -123,7 +123,7 @@ def numbered(joint: int, first: int, count: int) -> int:
     return joint - first if first <= joint < first + count else -2
 
 
-def is_apart(arms: Array, count: int) -> bool:
+def are_disjoint(arms: Array, count: int) -> bool:
     """Tell whether no tendon has an arm at a joint of another chain."""
     worlds, tendons, joints = arms.shape
     blocks = arms.reshape(worlds, count, tendons // count, count, joints // count)

@@ -41,7 +41,7 @@ class ParameterTable:
     """Effects of which each servo has numbers of its own."""
     servos: int = 1
     """Number of servos D."""
-    apart: bool = False
+    independent: bool = False
     """Whether each servo moves a finger of its own, which may then have effects of its own."""
     shared: tuple[str, ...] = ()
     """Effects of `by_servo` that all servos may share. Kernels do not read shared numbers; they
@@ -160,7 +160,7 @@ class ParameterTable:
         for entry in sorted(model.effects, key=lambda effect: effect.servo is not None):
             declared = find_effect(entry.name).parameters
             check_values(entry, declared, f"effect {entry.name!r}")
-            check_servo(entry, self.servos, apart=self.apart)
+            check_servo(entry, self.servos, independent=self.independent)
             is_one = entry.servo is not None or (
                 entry.name in self.shared and entry.name not in own
             )
@@ -199,11 +199,11 @@ def table_of(actuator: str, causes: Iterable[str], servos: int, **more: Any) -> 
     )
 
 
-def check_servo(entry: NamedValues, servos: int, *, apart: bool) -> None:
+def check_servo(entry: NamedValues, servos: int, *, independent: bool) -> None:
     """Refuse an effect of a servo that is not there, and of one servo what is about no servo."""
     if entry.servo is None:
         return
-    if not find_effect(entry.name).is_of_servo(apart=apart):
+    if not find_effect(entry.name).is_of_servo(independent=independent):
         raise InvalidModelFile(
             f"effect {entry.name!r} is not about a servo: it takes no key servo; "
             f"it has servo = {entry.servo}"

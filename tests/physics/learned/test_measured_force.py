@@ -143,7 +143,7 @@ def test_a_cart_s_friction_is_named_and_measured() -> None:
     Each hides the others: with one alone in the model none of the rest passes, only two together.
     """
     logs = [cart(1), cart(2)]
-    study = Study(logs, model(), tuple(EFFECTS), time_step=1e-3, in_pieces=True)
+    study = Study(logs, model(), tuple(EFFECTS), time_step=1e-3, in_segments=True)
     names = testable.testable_effects(study)
     found = find_causes(logs, study, model(), names)
     final = found.final

@@ -78,7 +78,7 @@ def find_drift(
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
     effects = tuple(dict.fromkeys([*(effect.name for effect in model.effects), *suspects]))
-    train = Study(dataset.train, known_model, effects, time_step=STEP, in_pieces=True)
+    train = Study(dataset.train, known_model, effects, time_step=STEP, in_segments=True)
     names = [name for name in testable_effects(train) if name in suspects]
     progress(f"trying {len(names)} kinds of wear on {len(dataset.train)} logs")
     findings = find_causes(

@@ -32,7 +32,7 @@ def tune(recordings: Sequence[Recording], model: Model) -> Tuned:
         model: Numbers at the start of the fit.
     """
     names = tuple(effect.name for effect in model.effects)
-    study = Study(recordings, model, names, time_step=SEARCH_STEP, in_pieces=True)
+    study = Study(recordings, model, names, time_step=SEARCH_STEP, in_segments=True)
     worlds = SearchWorlds(study)
     start = as_stated(worlds, model, names)
     found = fit_set(worlds, model, names)

@@ -67,7 +67,7 @@ class Decided:
     """The set that predicts parts best that no number has seen, its causes deserved or not; None
     where nobody asked."""
     predicts: float | None = None
-    """Its negative log likelihood per row of such parts [nat]."""
+    """Negative log likelihood of that set per row of such parts [nat]."""
     undecided: tuple[str, ...] = ()
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
 

@@ -36,7 +36,7 @@ from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.diagnosis.search.strategy import find, go_on_all_rows
 from tendon_newton.identification.study import Study
 
-HASTE = 0.3
+PRICE_SHARE = 0.3
 """Share of the price `PRICE` that the search asks of a cause [1]; the decision asks all of it."""
 STOPPED = "The search was stopped before its end: causes may be missing."
 OVER_BUDGET = "The search ended at its budget of time: causes may be missing."
@@ -84,8 +84,8 @@ def find_causes(
 
     def pool_of(worlds: SearchWorlds, followed: Sequence[int]) -> Pool:
         return Pool(
-            worlds=worlds, floors=floors_of(worlds, ()), price=price, haste=HASTE, most=most,
-            allows=allows, log=log, until=limits.searched, followed=followed,
+            worlds=worlds, floors=floors_of(worlds, ()), price=price, price_share=PRICE_SHARE,
+            most=most, allows=allows, log=log, until=limits.searched, followed=followed,
         )  # fmt: skip
 
     pool = pool_of(SearchWorlds(part_of(study, first, model)), FOLLOWED)
@@ -97,12 +97,12 @@ def find_causes(
         whole = pool_of(worlds, FOLLOWED[1:])
     try:
         fit = find(pool, (*study.fit_columns(model), *pool.worlds.built_columns), names, progress)
-        pool.haste, searched = 1.0, pool
+        pool.price_share, searched = 1.0, pool
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
         fit = fit if pool.is_late else prune(pool, fit)
         if go_on_all_rows(pool, fit, whole, names, progress):
             searched, fit = whole, whole.best()
-            whole.haste, pool.added = 1.0, whole.added
+            whole.price_share, pool.added = 1.0, whole.added
         fit = fit if pool.is_late else settle(searched, fit, names)
         early = (OVER_BUDGET,) if pool.is_late else ()
     except KeyboardInterrupt:
@@ -112,7 +112,7 @@ def find_causes(
         searched, fit = pool, pool.best()
         progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
-    whole.haste, whole.until = 1.0, limits.decided
+    whole.price_share, whole.until = 1.0, limits.decided
     if searched is not whole:
         transfer(pool, [pool.fits[frozenset()]], whole)
     decided = decide(searched, fit, whole, names)
@@ -140,7 +140,7 @@ def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Stud
         model,
         study.table.effects,
         time_step=study.time_step,
-        in_pieces=True,
+        in_segments=True,
         scale=study.scale,
         like=study,
     )

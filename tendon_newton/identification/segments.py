@@ -1,7 +1,7 @@
-"""Short pieces of recordings whose mechanism forgets nothing, each starting where it was measured.
+"""Segments of recordings whose mechanism forgets nothing, each starting where it was measured.
 
 Without commands and without springs a mechanism only integrates: a constant error of force grows
-with the square of time, and soon nothing else is seen. A fit compares short pieces instead.
+with the square of time, and soon nothing else is seen. A fit compares short segments instead.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ from tendon_newton.identification.cutting import rows_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.tendons.measured_force import has_spring
 
-PIECE = 0.25
-"""Length of a piece [s]: in it a force wrong by a tenth of the weight moves the load by 30 mm."""
+SEGMENT = 0.25
+"""Length of a segment [s]: in it a force wrong by a tenth of the weight moves the load by 30 mm."""
 SLOPE = 0.02
-"""Time either side of a piece's start whose slope gives its first speed [s]: a register lags."""
+"""Time either side of a segment's start whose slope gives its first speed [s]: a register lags."""
 SLOPE_ROWS = 3
 """Fewest rows of a slope."""
 LEAST_ROWS = 8
-"""Rows without which a piece says nothing."""
+"""Rows without which a segment says nothing."""
 
 
-def pieces(mechanism: Mechanism, recording: Recording) -> list[Recording]:
-    """Return a recording in pieces where its mechanism only integrates, else as it is."""
+def segments(mechanism: Mechanism, recording: Recording) -> list[Recording]:
+    """Return a recording in segments where its mechanism only integrates, else as it is."""
     if recording.driven_by != "force" or has_spring(mechanism, recording.bench_overrides):
         return [recording]
-    count = max(1, round(recording.duration / PIECE))
+    count = max(1, round(recording.duration / SEGMENT))
     edges = np.linspace(recording.time[0], recording.time[-1], count + 1)[1:-1]
     places = [0, *np.searchsorted(recording.time, edges).tolist(), recording.sample_count]
     spans = [slice(a, b) for a, b in itertools.pairwise(places) if b - a >= LEAST_ROWS]
-    return [piece(recording, span) for span in spans] or [recording]
+    return [segment(recording, span) for span in spans] or [recording]
 
 
-def piece(recording: Recording, span: slice) -> Recording:
+def segment(recording: Recording, span: slice) -> Recording:
     """Return some rows of a recording, to be simulated from their first."""
     start = span.start
     reach = max(SLOPE_ROWS, round(SLOPE * (recording.sample_count - 1) / recording.duration))
@@ -51,7 +51,9 @@ def piece(recording: Recording, span: slice) -> Recording:
     return replace(part, motor_velocity=velocity, start="first_row")
 
 
-def all_pieces(mechanisms: Sequence[Mechanism], recordings: Sequence[Recording]) -> list[Recording]:
-    """Return the pieces of recordings, one mechanism for each."""
+def all_segments(
+    mechanisms: Sequence[Mechanism], recordings: Sequence[Recording]
+) -> list[Recording]:
+    """Return the segments of recordings, one mechanism for each."""
     pairs = zip(mechanisms, recordings, strict=True)
-    return [part for mechanism, recording in pairs for part in pieces(mechanism, recording)]
+    return [part for mechanism, recording in pairs for part in segments(mechanism, recording)]
