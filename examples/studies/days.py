@@ -42,6 +42,14 @@ def recorded(unit: int, wear: str, seed: int, folder: Path) -> Path:
     return folder
 
 
+def diagnosed(day: Path, folder: Path) -> Path:
+    """Diagnose a day unless that is done, and return the model of the answer."""
+    answer = folder / "answer"
+    if not (answer / "diagnosis.json").exists():
+        timed(("diagnose", str(day), "--out", str(answer)), folder / "answer.log")
+    return answer / "model.toml"
+
+
 def compared(new: Path, old: Path, model: Path, out: Path) -> Row:
     """Hold a day against another unless that is done, and return the answer with its wall time."""
     if not (out / "seconds.json").exists():
@@ -59,10 +67,7 @@ def pairs_of(unit: int, out: Path) -> Row:
     folder = out / f"unit_{unit}"
     folder.mkdir(parents=True, exist_ok=True)
     first = recorded(unit, "new", 1, folder / "first")
-    answer = folder / "answer"
-    if not (answer / "diagnosis.json").exists():
-        timed(("diagnose", str(first), "--out", str(answer)), folder / "answer.log")
-    model = answer / "model.toml"
+    model = diagnosed(first, folder)
     same = recorded(unit, "new", 2, folder / "same")
     worn = recorded(unit, kind, 3, folder / "worn")
     mended = recorded(unit, "new", 4, folder / "mended")
@@ -109,14 +114,16 @@ def scored(answer: Mapping[str, Any], kind: str, size: float | None, *, back: bo
     }
     own = next((number for number in moved if number["cause"] == kind), None)
     if own is not None and size is not None and kind != "viscous_friction":
-        low, high = own["ci95"]
-        before = own["before"]
-        if kind in FACTORS:
-            truth = before / size if back else before * size
-        else:
-            truth = before - size if back else before + size
-        row |= {"truth": truth, "inside": low <= truth <= high}
+        row |= {"inside": inside(own, kind, size, back=back)}
     return row
+
+
+def inside(number: Mapping[str, Any], kind: str, size: float, *, back: bool) -> bool:
+    """Tell whether a number's interval holds what a wrong thing of a size makes of it."""
+    (low, high), before = number["ci95"], number["before"]
+    if kind in FACTORS:
+        return low <= (before / size if back else before * size) <= high
+    return low <= (before - size if back else before + size) <= high
 
 
 def summary(rows: Sequence[Row]) -> Row:

@@ -1,17 +1,19 @@
 """Events within recordings: a slip, a skip, a knock, a dip of the supply, with time and size.
 
-The measured tension drives the model's mechanism, and says where the motor should be. A string that
-slips and an angle that skips leave a step between that and where it is, a knock leaves a pulse, and
-what befalls the servo leaves nothing. A dip of the supply shows in the voltage, where it is logged.
+An angle that skips jumps from row to row, and a slip or a knock jerks the tension though the
+command stays. The measured tension drives the model's mechanism: between where that says that the
+motor should be and where it is, a slip leaves a step and a knock a pulse. What befalls the servo
+leaves nothing. A dip of the supply shows in the voltage, where it is logged.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.ndimage import convolve1d, maximum_filter1d, median_filter
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Mask, Recording
@@ -21,21 +23,35 @@ from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 Kind = Literal["slip", "skip", "knock", "dip"]
-MARGIN, PULSE_MARGIN = 1.5, 2.0
-"""How many times larger an event must be than anything on the day that the model knows [1]: a step
-or a dip, and a knock, which a few rows make."""
+MARGIN, FALL_MARGIN = 1.5, 2.0
+"""How many times larger an event must be than anything on the day that the model knows [1]: a dip,
+and a fall of the tension or a pulse, which a few rows make."""
+LIVELIER = 2.0
+"""How much more lively a command may be that makes no larger jumps and falls [1]: on a calm day few
+steps are of one size."""
+LASTS = 2.5
+"""How many times larger the step of a slip must be than that of a calm day [1]: else what jerked
+the tension was a knock."""
 SIDE = 2.0
-"""Time either side of a step whose medians are compared [s]: twice a knock, and more."""
+"""Time either side of a step, at least [s]: twice a knock, and more."""
 PULSE = 1.0
 """Greatest length of a knock [s]."""
 WIDTHS = (0.3, 1.0, 3.0)
 """Changes of tension in which a friction turns round [N], on a nominal bench."""
-ONSET, PLATEAU = 0.1, 0.7
-"""Shares of a knock's peak from which it is there, and at its top [1]."""
-CALM = 0.5
-"""Time that a bench takes to settle after a step [s]."""
-JUMP = 2
-"""Rows in which an angle skips."""
+ONSET = 0.1
+"""Share of a pulse's peak from which it is there [1]."""
+AROUND = 7
+"""Rows whose median pace is that of the angle."""
+JERK = 2
+"""Rows in which a string slips or a knock sets in: a knock takes 20 ms."""
+LEAST_JUMP = 4.0
+"""How many times larger a skip must be than any jump on that day [1]: those are the encoder's."""
+CALM = 0.1
+"""Time for which a change of the command's pace jerks a bench [s]: five rows, on virtual ones."""
+SETTLED = 0.05
+"""Time after which a mechanism has followed a knock [s]."""
+FORCES = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0)
+"""Forces that are tried for a knock, in those by which the tension fell [1]."""
 LEAST_DIP = 0.03
 """Share of the supply that counts as missing on any day [1]: a register has tenths of a volt."""
 LEAST_CALM = 2
@@ -69,15 +85,19 @@ class Balance:
     """
 
     name: str
-    """Of the recording."""
+    """Of the recording, with the servo where there are several."""
+    source: tuple[int, int]
+    """Which of all recordings it is, and which servo."""
     time: Array
     """Since the recording's first row [s], shape (T,)."""
     angle: Array
     """Of the motor [rad], shape (T,)."""
     offset: Array
     """Angle of the motor beyond what its tension leaves it [rad], shape (T,)."""
-    slope: Array
-    """Tension per angle of the motor [N/rad], shape (T,)."""
+    tension: Array
+    """At the load cell [N], shape (T,)."""
+    turns: Array
+    """Changes of the command's pace around each row [rad], shape (T,)."""
     radius: float
     """Of the spool [m]; one on a shaft."""
     follows: Array
@@ -90,6 +110,21 @@ class Balance:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Usual:
+    """Greatest size of something where nothing happened, by how the command's pace changes."""
+
+    turns: Array
+    """Changes of the pace [rad], rising, shape (N,)."""
+    most: Array
+    """Greatest size up to that change, shape (N,)."""
+
+    def shares(self, sizes: Array, turns: Array) -> Array:
+        """Return sizes in units of what is usual where the pace changes so [1], as the sizes."""
+        most = np.interp(LIVELIER * turns, self.turns, self.most)
+        return np.abs(sizes) / np.maximum(most, 1e-12)
+
+
+@dataclass(frozen=True, kw_only=True)
 class CalmDay:
     """Recordings in which nothing happened: what a model leaves there is no event."""
 
@@ -97,8 +132,12 @@ class CalmDay:
     """Those that are long enough to hold a step; none where they are too few."""
     usual: Array
     """Model's usual error there, shape (P,)."""
+    jump: Usual
+    """Jumps of the angle there [rad]."""
+    fall: Usual
+    """Falls of the tension there [N]."""
     step: float
-    """Greatest rise of the offset there [rad]."""
+    """Greatest step of the offset that is found there [rad]."""
     pulse: float
     """Greatest pulse of the offset there [rad]."""
     missing: float | None
@@ -114,18 +153,39 @@ def calm_day(recordings: Sequence[Recording], model: Model) -> CalmDay:
     """
     fallen = [missing_supply(r)[0].max() for r in recordings if r.voltage is not None]
     missing = max(LEAST_DIP, *map(float, fallen)) if fallen else None
+    driven = commanded(recordings)
+    jump = usual([pair for r in driven for pair in jumps(r)] if len(driven) >= LEAST_CALM else [])
     found = balances(with_cell(recordings), model)
     calm = tuple(own for own in found if own.time[-1] - own.time[0] > 2.0 * SIDE)
     if len(calm) < LEAST_CALM:
-        return CalmDay(balances=(), usual=np.zeros(0), step=0.0, pulse=0.0, missing=missing)
-    unseen = [own.less(usual_error([other for other in calm if other is not own])) for own in calm]
+        nothing, fall = np.zeros(0), usual([])
+        return CalmDay(
+            balances=(), usual=nothing, jump=jump, fall=fall, step=0.0, pulse=0.0, missing=missing
+        )
+    others = [[other for other in calm if other is not own] for own in calm]
+    unseen = [own.less(usual_error(rest)) for own, rest in zip(calm, others, strict=True)]
+    found = [
+        size_of_step(own, rest, int(np.searchsorted(own.time, instant)))
+        for own, rest in zip(calm, others, strict=True)
+        for instant in np.arange(own.time[0] + SIDE, own.time[-1] - SIDE, PULSE)
+    ]
     return CalmDay(
         balances=calm,
         usual=usual_error(calm),
-        step=max(float(np.abs(steps(own)).max()) for own in unseen),
+        jump=jump,
+        fall=usual([(falls(own), own.turns) for own in calm]),
+        step=float(np.abs(found).max()),
         pulse=max(float(np.abs(pulses(own)).max()) for own in unseen),
         missing=missing,
     )
+
+
+def usual(pairs: Sequence[tuple[Array, Array]]) -> Usual:
+    """Return what is usual of sizes, each with its changes of the pace; without any, all is."""
+    pairs = pairs or [(np.array([np.inf]), np.zeros(1))]
+    sizes, changes = map(np.concatenate, zip(*pairs, strict=True))
+    order = np.argsort(changes)
+    return Usual(turns=changes[order], most=np.maximum.accumulate(np.abs(sizes)[order]))
 
 
 def find_events(calm: CalmDay, recordings: Sequence[Recording], model: Model) -> tuple[Event, ...]:
@@ -140,51 +200,71 @@ def find_events(calm: CalmDay, recordings: Sequence[Recording], model: Model) ->
         Slips, skips and knocks by recording, then dips. Without a load cell there are dips alone,
         without a voltage all others.
     """
-    found = balances(with_cell(recordings), model) if calm.balances else []
-    return (*(event for own in found for event in events_of(own, calm)), *dips(calm, recordings))
+    skipped = skips(calm, commanded(recordings))
+    driven = [without(skipped, recording) for recording in with_cell(recordings)]
+    found = balances(driven, model) if calm.balances else []
+    events = [(event, own.source) for own in found for event in events_of(own, calm)]
+    return (
+        *(event for event, _ in skipped),
+        *with_forces(events, driven, model),
+        *dips(calm, recordings),
+    )
+
+
+def commanded(recordings: Sequence[Recording]) -> list[Recording]:
+    """Return the recordings in which a command drives the bench."""
+    return [r for r in recordings if r.driven_by == "command"]
 
 
 def with_cell(recordings: Sequence[Recording]) -> list[Recording]:
-    """Return the recordings that have a load cell and a command."""
-    return [r for r in recordings if r.force is not None and r.driven_by == "command"]
+    """Return those of them that have a load cell."""
+    return [r for r in commanded(recordings) if r.force is not None]
 
 
 def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
     """Let the measured tensions drive a model's mechanism."""
     if not recordings:
         return []
-    causes = tuple(effect.cause for effect in model.effects)
-    driven = [replace(recording, command=None) for recording in recordings]
-    study = Study(driven, model, causes, time_step=SEARCH_STEP)
+    study = driven_mechanism(recordings, model)
     stated = spool_radius_of(model)
-    tendons = {r.bench: bench_of(r.bench, model).tendons for r in driven}
+    tendons = {r.bench: bench_of(r.bench, model).tendons for r in recordings}
     residuals = study.residuals(*replacements([{}]))
     out = list[Balance]()
-    for own, (_, d), residual in zip(study.recordings, study.sources, residuals, strict=True):
+    for own, (i, d), residual in zip(study.recordings, study.sources, residuals, strict=True):
+        command = recordings[i].command
         assert own.force is not None
+        assert command is not None
         force, angle = own.force[:, 0], own.motor_position[:, 0]
         offset = residual.theta[0]
-        path = np.polynomial.Polynomial.fit(angle - offset, force, 3)
         size = force / WIDTHS[-1]
         columns = [np.ones_like(force), size, size**2, size**3, size**4]
         for width in WIDTHS:
             way = turned(force, width)
             columns += [way, way * size, way * size**2]
-        told = np.flatnonzero(np.abs(turned(force, WIDTHS[-1])) >= 1.0)
+        told = np.flatnonzero(np.abs(turned(force, WIDTHS[1])) >= 1.0)
         rows = slice(int(told[0]), None) if len(told) else slice(0, 0)
         if len(offset[rows]) > 1:
             out.append(
                 Balance(
                     name=own.name,
+                    source=(i, d),
                     time=(own.time - own.time[0])[rows],
                     angle=angle[rows],
                     offset=offset[rows],
-                    slope=path.deriv()(angle - offset)[rows],
+                    tension=force[rows],
+                    turns=turns(own.time, command[:, d])[rows],
                     radius=stated or tendons[own.bench][d].spool_radius,
                     follows=np.stack(columns, axis=1)[rows],
                 )
             )
     return out
+
+
+def driven_mechanism(recordings: Sequence[Recording], model: Model) -> Study:
+    """Return recordings whose tensions drive a model's mechanism."""
+    causes = tuple(effect.cause for effect in model.effects)
+    driven = [replace(recording, command=None) for recording in recordings]
+    return Study(driven, model, causes, time_step=SEARCH_STEP)
 
 
 def turned(signal: Array, width: float) -> Array:
@@ -206,98 +286,198 @@ def usual_error(calm: Sequence[Balance]) -> Array:
     return np.linalg.lstsq(follows, offset, rcond=None)[0].astype(np.float64)
 
 
-def around(own: Balance, length: float) -> Iterator[tuple[int, int, int]]:
-    """Return each row with the first and the end of those within a time [s] of it."""
-    time = own.time
-    firsts = np.searchsorted(time, time - length)
-    ends = np.searchsorted(time, time + length, side="right")
-    return zip(range(len(time)), firsts.tolist(), ends.tolist(), strict=True)
+def falls(own: Balance) -> Array:
+    """Return how far the tension falls in `JERK` rows [N], shape (T,)."""
+    fall = np.zeros_like(own.tension)
+    fall[JERK:] = own.tension[:-JERK] - own.tension[JERK:]
+    return fall
 
 
-def steps(own: Balance) -> Array:
-    """Return how far the offset rises at each row [rad], shape (T,); none near the ends."""
-    out = np.zeros_like(own.offset)
-    for k, first, end in around(own, SIDE):
-        if own.time[0] + SIDE <= own.time[k] <= own.time[-1] - SIDE:
-            out[k] = np.median(own.offset[k:end]) - np.median(own.offset[first:k])
-    return out
+def turns(time: Array, command: Array) -> Array:
+    """Return how far the command's pace changes around each row [rad], shape (T,).
+
+    A beginning counts as a step over all that is asked for.
+    """
+    rows = rows_in(time, 0.5 * CALM)
+    pace = np.full_like(command, np.ptp(command))
+    pace[rows:-rows] = command[2 * rows :] - 2.0 * command[rows:-rows] + command[: -2 * rows]
+    return maximum_filter1d(np.abs(pace), 4 * rows + 1)
+
+
+def rows_in(time: Array, length: float) -> int:
+    """Return the rows of a time [s]."""
+    return round(length / float(np.median(np.diff(time))))
 
 
 def pulses(own: Balance) -> Array:
     """Return how far the offset stands out of a while around each row [rad], shape (T,)."""
-    middle = [np.median(own.offset[first:end]) for _, first, end in around(own, PULSE)]
-    return own.offset - np.array(middle)
+    return own.offset - median_filter(own.offset, 2 * rows_in(own.time, PULSE) + 1)
 
 
 def events_of(own: Balance, calm: CalmDay) -> list[Event]:
-    """Return what stands out of a recording's balance, in the order of time."""
-    left = own.less(calm.usual)
-    rises = steps(left)
-    k, at = int(np.argmax(np.abs(rises))), None
-    events = list[Event]()
-    if abs(rises[k]) > MARGIN * calm.step:
-        at = start_of_step(left, k)
-        size = size_of_step(own, calm.balances, at)
-        jump = np.ptp(own.angle[max(0, at - JUMP) : at + JUMP + 1])
-        skips = size < 0.0 or jump > 0.5 * size
-        events.append(
-            Event(
-                recording=own.name,
-                kind="skip" if skips else "slip",
-                start=float(own.time[at]),
-                end=None,
-                size=size if skips else size * own.radius,
-                unit="rad" if skips else "m",
-                above=float(abs(rises[k]) / calm.step),
-            )
-        )
-        left = replace(left, offset=left.offset - size * (np.arange(len(left.offset)) >= at))
-    out = pulses(left)
-    if at is not None:
-        out[np.abs(own.time - own.time[at]) < CALM] = 0.0
-    k = int(np.argmax(np.abs(out)))
-    if abs(out[k]) > PULSE_MARGIN * calm.pulse:
-        share = out / out[k]
-        start, end = stretch(share >= ONSET, k)
-        force = (own.slope * out)[start:end][share[start:end] >= PLATEAU]
-        events.append(
-            Event(
-                recording=own.name,
-                kind="knock",
-                start=float(own.time[start]),
-                end=float(own.time[end - 1]),
-                size=float(np.median(force)),
-                unit="N",
-                above=float(abs(out[k]) / calm.pulse),
-            )
-        )
-    return sorted(events, key=lambda event: event.start)
+    """Return the first slip or knock of a recording, if there is one."""
+    shares = calm.fall.shares(falls(own), own.turns)
+    most = int(np.argmax(shares))
+    if shares[most] > FALL_MARGIN:
+        last = int(np.argmax((shares > FALL_MARGIN) & (own.time > own.time[most] - PULSE)))
+        change = np.abs(np.diff(own.tension[last - JERK : last + 1]))
+        at = last - JERK + 1 + int(np.argmax(change > ONSET * change.sum()))
+        step, above = size_of_step(own, calm.balances, at), float(shares[most])
+        return [slip(own, at, step, above) if step > LASTS * calm.step else knock(own, at, above)]
+    out = pulses(own.less(calm.usual))
+    peak = int(np.argmax(np.abs(out)))
+    if abs(out[peak]) <= FALL_MARGIN * calm.pulse:
+        return []
+    at, _ = stretch(out / out[peak] >= ONSET, peak)
+    return [knock(own, at, float(abs(out[peak])) / calm.pulse)]
 
 
-def start_of_step(own: Balance, near: int) -> int:
-    """Return the first row of a step: that from which the offset is halfway from before."""
-    first, end = np.searchsorted(own.time, own.time[near] + np.array((-SIDE, SIDE)))
-    part = own.offset[first:end]
-    count = np.arange(1, len(part))
-    sums = np.cumsum(part)[:-1]
-    means, rest = sums / count, (part.sum() - sums) / (len(part) - count)
-    between = count * (len(part) - count) * (rest - means) ** 2
-    at = int(np.argmax(between))
-    away = np.abs(part - means[at]) > 0.5 * abs(rest[at] - means[at])
-    begin = max(0, int(np.searchsorted(own.time[first:end], own.time[first + at] - CALM)))
-    return int(first) + begin + int(np.argmax(away[begin:]))
+def slip(own: Balance, at: int, size: float, above: float) -> Event:
+    """Return a string that slips at a row, by a size [rad]."""
+    return Event(
+        recording=own.name,
+        kind="slip",
+        start=float(own.time[at]),
+        end=None,
+        size=size * own.radius,
+        unit="m",
+        above=above,
+    )
+
+
+def knock(own: Balance, at: int, above: float) -> Event:
+    """Return what pushed from a row on, until the tension goes back; as large as it fell."""
+    settled = at + rows_in(own.time, SETTLED)
+    reach = slice(settled, at + rows_in(own.time, PULSE))
+    before = float(np.median(own.tension[max(0, at - JERK) : at + 1]))
+    back = falls(own)[reach] * np.sign(own.tension[settled] - before)
+    end = settled + int(np.argmax(back))
+    return Event(
+        recording=own.name,
+        kind="knock",
+        start=float(own.time[at]),
+        end=float(own.time[end]),
+        size=before - float(np.median(own.tension[settled : end + 1])),
+        unit="N",
+        above=above,
+    )
+
+
+def with_forces(
+    events: Sequence[tuple[Event, tuple[int, int]]], recordings: Sequence[Recording], model: Model
+) -> list[Event]:
+    """Return events whose knocks have the force that moves the model's mechanism as far.
+
+    Args:
+        events: Each with its recording and servo.
+        recordings: All of them.
+        model: Model of the bench.
+    """
+    knocks = [(event, i, d) for event, (i, d) in events if event.kind == "knock"]
+    tried = [
+        pushed(recordings[i], d, event, share * event.size)
+        for event, i, d in knocks
+        for share in FORCES
+    ]
+    if not tried:
+        return [event for event, _ in events]
+    residuals = driven_mechanism(tried, model).residuals(*replacements([{}]))
+    servos = recordings[0].tendon_count
+    found = dict[Event, Event]()
+    for n, (event, i, d) in enumerate(knocks):
+        time = recordings[i].time - recordings[i].time[0]
+        own = residuals[n * len(FORCES) * servos + d : (n + 1) * len(FORCES) * servos : servos]
+        before = (time > event.start - CALM) & (time < event.start)
+        during = (time >= event.start + SETTLED) & (time <= event.end)
+        left = [np.median(r.theta[0][during]) - np.median(r.theta[0][before]) for r in own]
+        # a greater force leaves less: where nothing is left, it is as large as the knock
+        share = np.interp(0.0, np.maximum.accumulate(-np.sign(event.size) * np.array(left)), FORCES)
+        found[event] = replace(event, size=float(share) * event.size)
+    return [found.get(event, event) for event, _ in events]
+
+
+def pushed(recording: Recording, servo: int, event: Event, force: float) -> Recording:
+    """Return a recording whose mechanism feels a force besides its tendon, while an event lasts."""
+    assert recording.force is not None
+    assert event.end is not None
+    time = recording.time - recording.time[0]
+    there = (time >= event.start) & (time <= event.end)
+    more = np.zeros_like(recording.force)
+    more[there, servo] = force
+    return replace(recording, force=np.maximum(recording.force + more, 0.0))
 
 
 def size_of_step(own: Balance, calm: Sequence[Balance], at: int) -> float:
-    """Return how far the offset rises for good at a row [rad], beside the model's usual error."""
+    """Return how far the offset rises for good at a row [rad], beside the model's usual error.
+
+    Before it the offset is that of the calm day, unless more than `SIDE` of rows says otherwise.
+    What follows within `PULSE` is not heard: it may be a knock's.
+    """
+    heard = (np.arange(len(own.time)) < at) | (own.time >= own.time[at] + PULSE)
     nothing = [np.zeros((len(other.offset), 2)) for other in calm]
-    after = np.arange(len(own.offset)) >= at
+    still = rows_in(own.time, SIDE)
+    after = np.concatenate([np.zeros(still), (np.arange(len(own.time)) >= at)[heard]])
+    before = replace(
+        own,
+        offset=np.concatenate([np.zeros(still), own.offset[heard]]),
+        follows=np.concatenate([np.zeros((still, own.follows.shape[1])), own.follows[heard]]),
+    )
     levels = (*nothing, np.column_stack([np.ones(len(after)), after]))
     with_levels = [
         replace(other, follows=np.column_stack([other.follows, level]))
-        for other, level in zip((*calm, own), levels, strict=True)
+        for other, level in zip((*calm, before), levels, strict=True)
     ]
     return float(usual_error(with_levels)[-1])
+
+
+def jumps(recording: Recording) -> list[tuple[Array, Array]]:
+    """Return how far each angle jumps beside its pace, and the command's turns [rad], shape (T,).
+
+    One row that is wrong, and right again in the next one, is no jump.
+    """
+    assert recording.command is not None
+    change = np.diff(recording.motor_position, prepend=recording.motor_position[:1], axis=0)
+    beside = convolve1d(change - median_filter(change, (AROUND, 1)), np.ones(3), axis=0)
+    own = (turns(recording.time, command) for command in recording.command.T)
+    return list(zip(np.asarray(beside, np.float64).T, own, strict=True))
+
+
+def skips(calm: CalmDay, recordings: Sequence[Recording]) -> list[tuple[Event, int]]:
+    """Find where angles jump further than where nothing happened, each with its servo."""
+    events = list[tuple[Event, int]]()
+    for recording in recordings:
+        for servo, (jump, changes) in enumerate(jumps(recording)):
+            shares = calm.jump.shares(jump, changes)
+            at = int(np.argmax(shares))
+            if shares[at] <= LEAST_JUMP:
+                continue
+            near = np.diff(recording.motor_position[at - 2 : at + 2, servo])
+            first = at - 1 + int(np.argmax(np.abs(near)))
+            event = Event(
+                recording=recording.name,
+                kind="skip",
+                start=float(recording.time[first] - recording.time[0]),
+                end=None,
+                size=float(jump[at]),
+                unit="rad",
+                above=float(shares[at]),
+            )
+            events.append((event, servo))
+    return events
+
+
+def without(skipped: Sequence[tuple[Event, int]], recording: Recording) -> Recording:
+    """Return a recording as it would be without its skip, to which the servo answers."""
+    assert recording.command is not None
+    step = np.zeros_like(recording.motor_position)
+    for event, servo in skipped:
+        if event.recording == recording.name:
+            step[recording.time - recording.time[0] >= event.start, servo] = event.size
+    return replace(
+        recording,
+        motor_position=recording.motor_position - step,
+        command=recording.command - step,
+    )
 
 
 def dips(calm: CalmDay, recordings: Sequence[Recording]) -> list[Event]:

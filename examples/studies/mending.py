@@ -1,0 +1,84 @@
+"""Names judged by what mending changes: units with three wrong things, and the same without them.
+
+``python -m examples.studies.mending 110 111 112 --out DIR [--jobs N]``
+
+Each unit is recorded with its wrong things and diagnosed as a newcomer does it, then recorded
+without them and held against its answer. A wrong thing that was named, or with which a name is
+mistaken, must go away: its number moves back by what was planted, within its interval. What is in
+DIR already is not done again; ``mending.json`` has every unit and the rates.
+"""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from examples.studies.days import Row, compared, diagnosed, inside, recorded
+from examples.studies.unit_score import rate
+from examples.studies.units import read
+from tendon_hardware.virtual_bench.physics.planted import planted_causes
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.scheduler import JobOptions, completed
+
+
+def unit_row(unit: int, out: Path) -> Row:
+    """Record, diagnose and mend one unit."""
+    folder = out / f"unit_{unit}"
+    folder.mkdir(parents=True, exist_ok=True)
+    spoilt = recorded(unit, "planted", 1, folder / "planted")
+    model = diagnosed(spoilt, folder)
+    answer = read(model.with_name("diagnosis.json"))
+    mended = recorded(unit, "new", 2, folder / "mended")
+    changes = compared(mended, spoilt, model, folder / "mend")
+    heard = {
+        name
+        for cause in (*answer["effects"], *answer["suspected"])
+        for name in (cause["name"], *cause["indistinguishable_from"])
+    }
+    moved = {number["cause"]: number for number in changes["numbers"] if number["moved"]}
+    rivals = {rival for number in moved.values() for rival in number["rivals"]}
+    causes = {
+        kind: {
+            "size": size,
+            "named": kind in heard,
+            "moved": kind in moved,
+            "moved_in_class": kind in {*moved, *rivals},
+            "inside": inside(moved[kind], kind, size, back=True)
+            if kind in moved and kind != "viscous_friction"
+            else None,
+        }
+        for kind, size in planted_causes(unit).items()
+    }
+    errors = {key: changes[key] for key in ("before", "after", "on_its_own_day")}
+    return {"unit": unit, "planted": causes, "moved": sorted(moved), **errors}
+
+
+def main() -> None:
+    """Print a row for each unit and the rates."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("units", type=int, nargs="+")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--jobs", type=int, default=1)
+    a = parser.parse_args()
+    a.out.mkdir(parents=True, exist_ok=True)
+    rows: list[Row] = []
+    for _, row in completed(partial(unit_row, out=a.out), a.units, JobOptions(jobs=a.jobs)):
+        rows.append(row)
+        print(
+            f"{row['unit']:4d}  planted {sorted(row['planted'])}, moved {row['moved']}", flush=True
+        )
+    rows.sort(key=lambda row: row["unit"])
+    causes = [cause for row in rows for cause in row["planted"].values()]
+    named = [cause for cause in causes if cause["named"]]
+    held = [cause["inside"] for cause in named if cause["inside"] is not None]
+    total = {
+        "named": rate(len(named), len(causes)),
+        **{k: rate(sum(c[k] for c in named), len(named)) for k in ("moved", "moved_in_class")},
+        "inside": rate(sum(held), len(held)),
+    }
+    write_json(a.out / "mending.json", {"summary": total, "units": rows})
+    for name, found in total.items():
+        print(f"{name:24s} {found['hits']} of {found['of']}")
+
+
+if __name__ == "__main__":
+    main()
