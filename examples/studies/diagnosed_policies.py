@@ -49,8 +49,8 @@ ranges; a diagnosis with the intervals of its causes each by itself, and with no
 SHARED = ("nominal", "ranges")
 """Arms that know no unit."""
 RECIPE = PolicyTrainingConfig(
-    steps=32, batch=16_384, epochs=4, iterations=100, learning_rate=1.0e-3, learning_rate_end=1.0e-4,
-    exploration_end=0.2, checkpoint_every=10,
+    steps=32, batch=16_384, epochs=4, iterations=100, checkpoint_every=10,
+    learning_rate=1.0e-3, learning_rate_end=1.0e-4, exploration_end=0.2,
     environment=EnvironmentConfig(worlds=4096, goal_change=0.03, max_step=1.0e-3),
 )  # fmt: skip
 """13.1 million steps."""

@@ -18,8 +18,8 @@ from tendon_newton.errors import MissingDependency
 
 WIDTH, HEIGHT = 640, 480
 AZIMUTH, ELEVATION, DISTANCE = 95.0, 15.0, 0.17
-"""Where the eye is [deg, deg, m]: beside the index finger, along the axis of the turn. Gravity points
-along +z, so that the eye is below the palm."""
+"""Where the eye is [deg, deg, m]: beside the index finger, along the axis of the turn. Gravity
+points along +z, so that the eye is below the palm."""
 LOOKED_AT = (0.015, 0.0, -0.022)
 """[m], in the frame of the hand."""
 PAPER = (0.98, 0.98, 0.98)
