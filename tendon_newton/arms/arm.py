@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.errors import InvalidRecording
+from tendon_newton.errors import InvalidRecording, listed
 from tendon_newton.mechanisms.geometry.joint_frames import ancestors
 from tendon_newton.mechanisms.geometry.joints import freeze_arrays
 from tendon_newton.mechanisms.geometry.kinematics import posture
@@ -102,14 +102,36 @@ class ArmMotion:
         return np.column_stack([r.command[:, 0] for r in self.recordings if r.command is not None])
 
 
-def motions_of(recordings: Mapping[str, Sequence[Recording]]) -> tuple[ArmMotion, ...]:
+def motions_of(
+    recordings: Mapping[str, Sequence[Recording]], joints: Sequence[str]
+) -> tuple[ArmMotion, ...]:
     """Put the recordings of joints together, those of one place in each sequence.
 
+    Args:
+        recordings: Joint -> its recordings.
+        joints: All joints of the arm in their order; one without recordings stands at 0.
+
     Raises:
-        InvalidRecording: The joints have not the same motions.
+        InvalidRecording: A joint is none of the arm's, or they have not the same motions.
     """
+    if not recordings or set(recordings) - set(joints):
+        raise InvalidRecording(
+            "an arm has a dataset in a folder of the name of each joint, "
+            f"{listed(joints)}; there are folders {listed(recordings)}: rename them"
+        )
     counts = {joint: len(own) for joint, own in recordings.items()}
     if len(set(counts.values())) > 1:
         told = ", ".join(f"{joint} {count}" for joint, count in counts.items())
         raise InvalidRecording(f"the joints of an arm have the same recordings; there are {told}")
-    return tuple(ArmMotion(recordings=own) for own in zip(*recordings.values(), strict=True))
+    still = [standing(recording) for recording in next(iter(recordings.values()))]
+    each = (recordings.get(joint, still) for joint in joints)
+    return tuple(ArmMotion(recordings=own) for own in zip(*each, strict=True))
+
+
+def standing(recording: Recording) -> Recording:
+    """Return a servo that stands at 0 while another one is recorded."""
+    nothing = np.zeros_like(recording.motor_position)
+    return Recording(
+        name="standing", bench=recording.bench, time=recording.time, command=nothing,
+        motor_position=nothing, motor_velocity=nothing, start=recording.start,
+    )  # fmt: skip

@@ -11,11 +11,13 @@ from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.arms.arm import Arm
 from tendon_newton.arms.placement import tipped
 from tendon_newton.data.files.checked_table import CheckedTable, read_checked
-from tendon_newton.data.model_file import Model, load_model
+from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.errors import InvalidDiagnosis, InvalidModelFile, listed, shown
 from tendon_newton.mechanisms.loading import load_mechanism
 
 ARM_FILE = "arm.json"
+STANDING = Model(actuator=NamedValues(name=IdealPosition.name, values={}))
+"""Servo of a joint that was not recorded."""
 PROMISE = "an identified arm is a JSON file"
 
 
@@ -62,7 +64,11 @@ def read_arm(file: Path, asset: str | None = None) -> IdentifiedArm:
         gravity=tipped(mechanism.gravity, np.array(tilt)),
         floor=None if table.values.get("floor") is None else table.number("floor"),
     )
-    return IdentifiedArm(arm=arm, models=tuple(servo_model(file, j) for j in joints.values))
+    models = [
+        servo_model(file, name) if row.values.get("diagnosed") else STANDING
+        for name, row in zip(mechanism.joint_names, rows, strict=True)
+    ]
+    return IdentifiedArm(arm=arm, models=tuple(models))
 
 
 def sign_of(row: CheckedTable) -> float:

@@ -140,5 +140,7 @@ def show(reports: Mapping[Path, ImportReport]) -> None:
     print("\n".join(findings_text(found, SHOWN_EVIDENCE)))
     wrong = any(finding.severity == "defect" for finding in found)
     print("\nmend the defects, then:" if wrong else "\nnext:")
-    for out, report in reports.items():
-        print(f"  {report.next_command(out)}")
+    first, *others = reports
+    print(f"  {reports[first].next_command(first.parent if others else first)}")
+    if others:
+        print("  with --arm ASSET each servo is under the weight of its arm (docs/lerobot.md)")

@@ -16,7 +16,6 @@ from tendon_newton.data.excitations import RATE
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.effects import find_effect
-from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.departure import Departure, pooled
 from tendon_newton.exports.export_page import Fidelity, write_page
 from tendon_newton.exports.export_target import Exported
@@ -47,26 +46,19 @@ def arm_motions(arm: Arm, dataset: Path | None, seconds: float = inf) -> tuple[A
 
     Args:
         arm: The arm.
-        dataset: Folder with a dataset of each joint.
+        dataset: Folder with a dataset of each joint; one without stands at 0.
         seconds: Time of the recordings that is taken [s].
 
     Raises:
-        InvalidParameter: The folder has not a dataset of each joint.
+        InvalidRecording: The folder has no dataset of a joint, or one of another.
     """
     if dataset is None:
         return (swings(arm),)
-    folders = {folder.name: folder for folder in dataset_folders(dataset)}
-    joints = arm.mechanism.joint_names
-    if set(folders) != set(joints):
-        raise InvalidParameter(
-            f"--dataset of an arm is a folder with a dataset of each joint, {', '.join(joints)}; "
-            f"{dataset} has {', '.join(folders) or 'none'}"
-        )
-    own = {
-        joint: first_part(load_dataset(folders[joint], require_train=False).test, seconds)
-        for joint in joints
+    recordings = {
+        folder.name: first_part(load_dataset(folder, require_train=False).test, seconds)
+        for folder in dataset_folders(dataset)
     }
-    return motions_of(own)
+    return motions_of(recordings, arm.mechanism.joint_names)
 
 
 def swings(arm: Arm) -> ArmMotion:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.arms.arm import ArmMotion, motions_of
-from tendon_newton.arms.arm_file import ARM_FILE
+from tendon_newton.arms.arm_file import ARM_FILE, STANDING
 from tendon_newton.arms.arm_simulation import SETTLED, simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, each_servo, know_arm
 from tendon_newton.data.dataset import Dataset
@@ -18,7 +18,6 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.reporting.report import Origin
-from tendon_newton.errors import InvalidRecording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
 
@@ -28,7 +27,7 @@ class ArmAnswer:
     """A diagnosis of each servo of an arm."""
 
     servos: Mapping[str, DiagnosisAnswer]
-    """Joint -> its diagnosis."""
+    """Joint -> its diagnosis, in the arm's order."""
     known: KnownArm | None = None
     """The arm; None where none was given."""
     plain: Mapping[str, float] = field(default_factory=dict[str, float])
@@ -51,7 +50,7 @@ def diagnose_arm_into(
 
     Args:
         out: Folder of the results; made if it is not there.
-        datasets: Joint -> its recordings.
+        datasets: Joint -> its recordings; a joint of the arm that has none stands at 0.
         models: Joint -> the model to start from.
         mechanism: The arm; without it each servo is diagnosed alone.
         command: What was typed, for the reports.
@@ -64,20 +63,30 @@ def diagnose_arm_into(
     make_folder(out)
     if mechanism is None:
         return ArmAnswer(servos=diagnose_each(out, datasets, models, command, progress, until))
-    datasets = in_order(datasets, mechanism)
+    joints = mechanism.joint_names
+    seen = motions_of({joint: data.train for joint, data in datasets.items()}, joints)
+    unseen = motions_of({joint: data.test for joint, data in datasets.items()}, joints)
+    for joint in joints:
+        if joint not in datasets:
+            progress(f"{joint} has no dataset: it is taken to stand at 0.")
     progress("looking how the arm stands, and what its tip rests on")
-    seen = motions_of({joint: data.train for joint, data in datasets.items()})
-    unseen = motions_of({joint: data.test for joint, data in datasets.items()})
-    known = know_arm(mechanism, seen, [models[joint] for joint in datasets])
+    known = know_arm(mechanism, seen, [models.get(joint, STANDING) for joint in joints])
     weights = [known.arm.weight(motion.angles) for motion in unseen]
-    loaded = zip(datasets, known.with_loads(seen), each_servo(unseen, weights), strict=True)
-    datasets = {j: replace(datasets[j], train=train, test=test) for j, train, test in loaded}
-    models = dict(zip(datasets, known.starts, strict=True))
+    loaded = zip(joints, known.with_loads(seen), each_servo(unseen, weights), strict=True)
+    datasets = {
+        joint: replace(datasets[joint], train=train, test=test)
+        for joint, train, test in loaded
+        if joint in datasets
+    }
+    models = dict(zip(joints, known.starts, strict=True))
     servos = diagnose_each(out, datasets, models, command, progress, until)
     progress("simulating all servos together on the test recordings")
-    found = [one.diagnosis.model for one in servos.values()]
+    found = [
+        servos[joint].diagnosis.model if joint in servos else model
+        for joint, model in zip(joints, known.plain, strict=True)
+    ]
     errors = [errors_together(known, each, unseen, progress) for each in (known.plain, found)]
-    plain, together = (dict(zip(servos, rms, strict=True)) for rms in errors)
+    plain, together = (dict(zip(joints, rms, strict=True)) for rms in errors)
     answer = ArmAnswer(servos=servos, known=known, plain=plain, together=together)
     write_json(out / ARM_FILE, arm_table(answer, known))
     return answer
@@ -118,26 +127,11 @@ def diagnose_each(
     return answers
 
 
-def in_order(datasets: Mapping[str, Dataset], mechanism: Mechanism) -> dict[str, Dataset]:
-    """Return the datasets in the order of an arm's joints.
-
-    Raises:
-        InvalidRecording: They are not those of the joints.
-    """
-    names = mechanism.joint_names
-    if set(names) != set(datasets):
-        raise InvalidRecording(
-            f"an arm has a dataset in a folder of the name of each joint; {mechanism.name!r} has "
-            f"{', '.join(names)}, there are folders {', '.join(datasets)}: rename them"
-        )
-    return {name: datasets[name] for name in names}
-
-
 def arm_table(answer: ArmAnswer, known: KnownArm) -> dict[str, object]:
     """Make the table of ``arm.json``; angles in rad, the floor's height in m."""
     place = known.placement
-    joints = zip(answer.servos, place.arm.sign, place.sign_told, place.arm.zero, place.zero_sd,
-                 strict=True)  # fmt: skip
+    joints = zip(place.arm.mechanism.joint_names, place.arm.sign, place.sign_told, place.arm.zero,
+                 place.zero_sd, strict=True)  # fmt: skip
     return {
         "schema": 1,
         "asset": str(place.arm.mechanism.asset),
@@ -147,6 +141,7 @@ def arm_table(answer: ArmAnswer, known: KnownArm) -> dict[str, object]:
                 "sign_told": bool(told),
                 "zero": float(zero),
                 "zero_sd": float(sd),
+                "diagnosed": joint in answer.servos,
                 "plain_rmse": answer.plain[joint],
                 "together_rmse": answer.together[joint],
             }

@@ -57,6 +57,26 @@ def test_one_call_diagnoses_every_servo_of_an_arm(
         assert row["together_rmse"] < 0.8 * told  # a search of seconds may name nothing
 
 
+def test_a_joint_that_was_not_recorded_stands(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An arm without its last servo's logs is diagnosed and exported, and that is said."""
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "shoulder").symlink_to(arm / "logs" / "shoulder")
+    words = ["diagnose", str(tmp_path / "logs"), "--arm", str(arm / "arm" / "arm.usda")]
+    assert main([*words, "--out", str(tmp_path / "out"), "--budget", "5s"]) == 0
+    assert "elbow has no dataset: it is taken to stand at 0" in capsys.readouterr().out
+    table = json.loads((tmp_path / "out" / "arm.json").read_text())
+    assert {name: row["diagnosed"] for name, row in table["joints"].items()} == {
+        "shoulder": True,
+        "elbow": False,
+    }
+    assert table["joints"]["elbow"]["together_rmse"] == 0.0
+    words = ["export", str(tmp_path / "out"), "--to", "mujoco", "--seconds", "1"]
+    words += ["--dataset", str(tmp_path / "logs"), "--out", str(tmp_path / "mujoco")]
+    assert main(words) == 0
+
+
 def test_a_folder_of_joints_is_one_object_for_programs(
     arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -99,10 +119,10 @@ def test_an_arm_of_other_joints_is_refused(
     """With the names that are expected and those that came; so is an arm without its joints."""
     asset = str(arm / "arm" / "arm.usda")
     (tmp_path / "logs").mkdir()
-    (tmp_path / "logs" / "shoulder").symlink_to(arm / "logs" / "shoulder")
+    (tmp_path / "logs" / "joint_1").symlink_to(arm / "logs" / "shoulder")
     words = ["--arm", asset, "--out", str(tmp_path / "out")]
     assert main(["diagnose", str(tmp_path / "logs"), *words]) == 2
-    told = "'arm' has shoulder, elbow, there are folders shoulder: rename them"
+    told = "of each joint, shoulder, elbow; there are folders joint_1: rename them"
     assert told in capsys.readouterr().err
     assert main(["diagnose", str(arm / "logs" / "elbow"), *words]) == 2
     assert "--arm needs a folder with a dataset of each joint" in capsys.readouterr().err

@@ -126,7 +126,7 @@ def test_an_arm_of_a_diagnosis_goes_to_mujoco(
     arm = stands(mechanism, servo("deadband", "actuator_lag"), servo("actuator_lag"))
     folder, out = tmp_path / "found", tmp_path / "out"
     place = {
-        name: {"sign": int(sign), "zero": zero}
+        name: {"sign": int(sign), "zero": zero, "diagnosed": True}
         for name, sign, zero in zip(
             mechanism.joint_names, arm.arm.sign, arm.arm.zero.tolist(), strict=True
         )

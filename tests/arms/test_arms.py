@@ -185,9 +185,9 @@ def test_recordings_that_are_no_arms_are_refused(
     with pytest.raises(InvalidRecording, match="each servo's own log; it has 2 servos"):
         ArmMotion(recordings=(replace(first, **pair), second))
     with pytest.raises(InvalidRecording, match="have the same recordings; there are a 2, b 1"):
-        motions_of({"a": [first, first], "b": [second]})
+        motions_of({"a": [first, first], "b": [second]}, ("a", "b"))
     with pytest.raises(InvalidRecording, match="its time stamps are not those of shoulder_high"):
-        motions_of({"a": [first], "b": [replace(second, time=second.time + 0.001)]})
+        motions_of({"a": [first], "b": [replace(second, time=second.time + 0.001)]}, ("a", "b"))
 
 
 def otherwise(motion: ArmMotion, commands: Array, angles: Array) -> ArmMotion:

@@ -38,7 +38,7 @@ MODEL: dict[str, Any] = {
 ARM: dict[str, Any] = {
     "schema": 1,
     "asset": "servo",
-    "joints": {"shaft": {"sign": -1, "zero": 0.05}},
+    "joints": {"shaft": {"sign": -1, "zero": 0.05, "diagnosed": True}},
     "tilt": [0.01, -0.02],
     "floor": -0.03,
 }

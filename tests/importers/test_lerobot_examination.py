@@ -183,10 +183,10 @@ def test_the_verb_examines_all_joints_and_says_what_comes_next(
     assert main(words) == 0
 
 
-def test_a_folder_of_joints_names_the_command_of_each(
+def test_a_folder_of_joints_names_one_command_for_all(
     tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A LeRobotDataset is no dataset: the import is named, which tells each joint's command.
+    """A LeRobotDataset is no dataset: the import is named, which tells the command for all joints.
 
     It tells once what all joints have in common. The joints' folder is one diagnosis, to which each
     must bring a recording that no fit sees.
@@ -199,7 +199,7 @@ def test_a_folder_of_joints_names_the_command_of_each(
     assert main(["import", "lerobot", str(folder), "--out", str(out), "--unit", "deg"]) == 0
     said = capsys.readouterr().out
     assert said.count("no speed was logged") == 1
-    assert f"tendon-newton diagnose {out / 'lift'} --out" in said
+    assert f"tendon-newton diagnose {out} --out {out}_diagnosis --hold-out 0.3\n" in said
     assert main(["diagnose", str(out), "--out", str(tmp_path / "x")]) == 2
     assert f'{out / "lift" / "dataset.toml"}: some recording must have split = "test"' in (
         capsys.readouterr().err

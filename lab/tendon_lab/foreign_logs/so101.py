@@ -65,6 +65,7 @@ def read_so101(folder: Path) -> Imported:
         start_model=start_model_of,
         limits={},
         findings=(*found, *folder_findings(logs)),
+        split_by="joint",
     )
 
 

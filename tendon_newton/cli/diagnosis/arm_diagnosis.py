@@ -11,9 +11,10 @@ if TYPE_CHECKING:
     from tendon_newton.workflows.diagnosing_arm import ArmAnswer
 
 
-def arm_lines(known: KnownArm, joints: tuple[str, ...]) -> list[str]:
+def arm_lines(known: KnownArm) -> list[str]:
     """Say how an arm stands."""
     place = known.placement
+    joints = known.arm.mechanism.joint_names
     turned = [joint for joint, sign in zip(joints, place.arm.sign, strict=True) if sign < 0.0]
     silent = [joint for joint, told in zip(joints, place.sign_told, strict=True) if not told]
     lines = [f"servos that count the other way: {', '.join(turned) or 'none'}"]

@@ -188,7 +188,7 @@ def diagnose_joints(
             f"\n{joint}{summary(one.diagnosis)}\n\n  report  {config.out / joint / 'report.html'}"
         )
     if answer.known is not None:
-        print("\n".join(["", *arm_lines(answer.known, tuple(answer.servos)), *error_lines(answer)]))
+        print("\n".join(["", *arm_lines(answer.known), *error_lines(answer)]))
 
 
 class DiagnosisProgress:

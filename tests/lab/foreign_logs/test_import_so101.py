@@ -8,7 +8,7 @@ import pytest
 
 from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.cli import main
-from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.dataset import dataset_folders, load_dataset
 from tendon_newton.data.model_file import load_model
 
 COUNT = 2.0 * np.pi / 4096.0
@@ -41,17 +41,18 @@ def write_motion(
 
 
 def test_each_joint_of_each_motion_is_a_recording(tmp_path: Path) -> None:
-    """Selected by motion and joint; times in seconds, positions as they stand."""
+    """A joint is a dataset; selected by motion, times in seconds, positions as they stand."""
     for motion in ("slow", "fast"):
         write_motion(tmp_path / "logs" / motion)
     words = ["import", "so101", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
-    assert main([*words, "--test", "motion=fast", "joint=Wrist", "--train", "motion=slow"]) == 0
-    loaded = load_dataset(tmp_path / "out")
-    assert [r.name for r in loaded.train] == ["Base_slow.csv", "Wrist_slow.csv"]
+    assert main([*words, "--test", "motion=fast"]) == 0
+    assert [folder.name for folder in dataset_folders(tmp_path / "out")] == ["Base", "Wrist"]
+    loaded = load_dataset(tmp_path / "out" / "Wrist")
+    assert [r.name for r in loaded.train] == ["Wrist_slow.csv"]
     (held,) = loaded.test
     assert (held.name, held.bench, held.start) == ("Wrist_fast.csv", "servo", "first_row")
     np.testing.assert_allclose(np.diff(held.time), 0.020057, rtol=1e-6)
-    model = load_model(tmp_path / "out" / "model.toml")
+    model = load_model(tmp_path / "out" / "Wrist" / "model.toml")
     assert model.actuator.name == "ideal_position"
     (firmware,) = model.effects
     assert firmware.name == "acceleration_limit"
@@ -70,7 +71,7 @@ def test_what_is_wrong_with_the_logs_is_found(tmp_path: Path) -> None:
     write_motion(tmp_path / "logs" / "one", stop=0.5)
     words = ["import", "so101", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
     assert main(words) == 0
-    text = (tmp_path / "out" / "import.txt").read_text()
+    text = (tmp_path / "out" / "Wrist" / "import.txt").read_text()
     for part in (
         "same stamps",
         "49.86-49.86 rows per second",
@@ -86,7 +87,7 @@ def test_an_angle_that_was_scaled_tells_by_how_much(tmp_path: Path) -> None:
     write_motion(tmp_path / "logs" / "one", scale=0.4)
     words = ["import", "so101", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
     assert main(words) == 0
-    text = (tmp_path / "out" / "import.txt").read_text()
+    text = (tmp_path / "out" / "Wrist" / "import.txt").read_text()
     assert "a logged radian is 2.50 of the shaft's" in text
 
 
