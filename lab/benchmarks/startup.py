@@ -69,7 +69,7 @@ PLANT = [sys.executable, "-m", "tests.planted.generator"]
 ENVIRONMENT = """
 import gc, sys, time
 from tendon_newton.cli import COLLECT_AFTER
-gc.set_threshold(COLLECT_AFTER)
+gc.set_threshold(*COLLECT_AFTER)
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.environment import FingerEnvironment
 begun = time.process_time()

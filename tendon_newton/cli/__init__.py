@@ -59,9 +59,10 @@ VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of th
 QUIET_OPTION = "--quiet"
 QUIET_WORDS = "with any verb: prints errors and warnings alone; the exit code tells the rest"
 
-COLLECT_AFTER = 50_000
-"""New objects after which Python looks for dead ones that refer to each other. With its own 700 a
-start looks through all that torch and Newton have loaded up to ten times."""
+COLLECT_AFTER = (50_000, 50)
+"""New objects after which Python looks for dead ones among them that refer to each other, and how
+often it does so before it looks among older ones too. With its own 700 and 10 a start looks through
+all that torch and Newton have loaded up to ten times."""
 
 # exit codes of the shell's conventions: 2 misuse, 128 + 2 interrupted, 128 + 13 broken pipe
 EXIT_MISUSE = 2
@@ -141,7 +142,7 @@ def run_verb(verb: str, words: list[str]) -> int:
     # before numpy is imported: where other programs are busy, its threads wait for each other, and
     # matrices as small as ours take a hundred times as long
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(COLLECT_AFTER)
+    gc.set_threshold(*COLLECT_AFTER)
     atexit.register(gc.freeze)  # an end would look through all of it twice more: 2 s
     import tyro
 

@@ -57,10 +57,14 @@ def stack(residuals: Sequence[Residual], scales: Scales) -> Array:
     """Return residuals in units of their scales, untrusted rows left out, shape (N, M)."""
     parts = []
     for residual in residuals:
-        parts.append(residual.theta[:, residual.trusted] / scales.theta)
+        parts.append((residual.theta, residual.trusted, scales.theta))
         if residual.force is not None:
-            parts.append(residual.force[:, residual.trusted] / scales.force)
-    return np.concatenate(parts, axis=1)
+            parts.append((residual.force, residual.trusted, scales.force))
+    ends = np.cumsum([trusted.sum() for _, trusted, _ in parts])
+    out = np.empty((len(parts[0][0]), ends[-1]))
+    for own, (values, trusted, scale) in zip(np.split(out, ends[:-1], axis=1), parts, strict=True):
+        np.divide(values[:, trusted], scale, out=own)
+    return out
 
 
 def layout(study: Study) -> Layout:

@@ -272,7 +272,7 @@ class Study:
             for n, row in enumerate(columns):
                 for f in np.flatnonzero(row >= 0):
                     vectors[n, :, row[f]] = values[n, members, f] if per_recording else values[n, f]
-            rows = rollout.run_rows(vectors, time_step)
+            rows = rollout.run_rows(vectors, time_step, (compared_signal(rollout), "force"))
             return {
                 (whole, servo): self._compare((whole, servo), rollout, place, rows)
                 for place, whole in enumerate(members)
@@ -317,8 +317,7 @@ class Study:
         index, (_, servo) = self.sources.index(source), source
         recording, timeline = self.recordings[index], rollout.timelines[place]
         span = rollout.rows_of(place)
-        signal = "joints" if recording.driven_by == "path" else "angle"
-        theta = finite(rows[signal][:, span, servo])[:, timeline.measured]
+        theta = finite(rows[compared_signal(rollout)][:, span, servo])[:, timeline.measured]
         force = None
         if compares_force(recording) and recording.force is not None:
             simulated = finite(rows["force"][:, span, servo])
@@ -407,6 +406,11 @@ def of_servo(recording: Recording, servo: int) -> Recording:
         for name in ("command", "motor_position", "motor_velocity", "force")
     }
     return replace(recording, name=f"{recording.name}, servo {servo}", **signals)
+
+
+def compared_signal(rollout: Rollout) -> str:
+    """Return the simulated signal that an angle is compared with: a joint's on a given path."""
+    return "joints" if rollout.driven_by == "path" else "angle"
 
 
 def compares_force(recording: Recording) -> bool:

@@ -121,3 +121,16 @@ def test_a_run_in_three_launches_is_one_run() -> None:
     whole, parts = found
     np.testing.assert_array_equal(parts.motor_position, whole.motor_position)
     np.testing.assert_allclose(parts.force, whole.force, atol=1e-12)
+
+
+def test_a_signal_alone_is_what_it_was_among_all() -> None:
+    """Who asks for the force gets no other signal, and the same force."""
+    recordings = [commanded(steps_and_waves())]
+    rollout = Rollout(
+        load_mechanism("spring_weak"), recordings, actuator="ideal", effects=[*EFFECTS]
+    )
+    model = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}), effects=())
+    vectors = rollout.base_vectors(model)[None]
+    alone = rollout.run_rows(vectors, signals=("force",))
+    assert list(alone) == ["force"]
+    np.testing.assert_array_equal(alone["force"], rollout.run_rows(vectors)["force"])

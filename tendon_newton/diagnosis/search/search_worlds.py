@@ -165,7 +165,7 @@ class SearchWorlds:
         """
         width = max(1, MOST_NUMBERS // len(self.where.is_force))
         parts = [self._simulate(models[at : at + width]) for at in range(0, len(models), width)]
-        return np.concatenate(parts)
+        return np.concatenate(parts) if len(parts) > 1 else parts[0]
 
     def _simulate(self, models: Sequence[Mapping[int, float]]) -> Array:
         found = stack(self.study.residuals(*replacements(models)), UNIT)
@@ -183,7 +183,7 @@ class SearchWorlds:
         force = SANE_FORCE * self.study.scale.force
         angle = SANE_ANGLE * max(1.0, self.study.scale.turn * self.study.scale.travel)
         limit = np.where(self.where.is_force, force, angle)
-        return np.asarray((np.abs(residuals) > limit).any(axis=1), dtype=np.bool_)
+        return np.array([(np.abs(own) > limit).any() for own in residuals], dtype=np.bool_)
 
     def weights(self, floors: Floors) -> Array:
         """Return how much each row counts [1], shape (M,)."""

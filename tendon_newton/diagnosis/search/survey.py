@@ -99,6 +99,7 @@ def look_around(
     An effect of all servos is not simulated: its direction is the sum of those of each servo, just
     as that of any set is the sum of its members.
     """
+    worlds.last_surveyed = None  # large, and of another place
     values = values_of(worlds, fit.columns, fit.place)
     found = [
         Column(name=name, kind="atom", values=atom, low=STRETCH[0], high=STRETCH[1])
@@ -112,13 +113,16 @@ def look_around(
         parts.append([len(found)])
         found.append(Column(name=name, kind="removal", values={}, low=1.0, high=1.0))
         models.append(without(fit, name, worlds)[1])
-    changes = None
+    directions = np.empty((len(parts) + len(fit.columns), len(fit.residual)))
     if models:
-        rows = (i for i, own in enumerate(parts) if own == [i])
-        seen = dict(zip(rows, worlds.residuals(models) - fit.residual, strict=True))
-        changes = np.stack([sum(seen[i] for i in own) for own in parts])
+        simulated = (i for i, own in enumerate(parts) if own == [i])
+        for i, residual in zip(simulated, worlds.residuals(models), strict=True):
+            directions[i] = residual - fit.residual
+        for i, own in enumerate(parts):
+            if own != [i]:
+                directions[i] = sum(directions[part] for part in own)
     worlds.bench_slopes = {}
-    slopes = linearise(worlds, [replace(fit, slopes={})])[0].T
+    directions[len(parts) :] = linearise(worlds, [replace(fit, slopes={})])[0].T
     low, high = bounds_of(worlds, fit.columns, fit.names)
     for f, column in enumerate(fit.columns):
         owner = worlds.study.table.owners[column][0]
@@ -132,7 +136,6 @@ def look_around(
                 high=min(reach, high[f] - fit.place[f]),
             )
         )
-    directions = slopes if changes is None else np.concatenate([changes, slopes])
     return tuple(found), directions
 
 

@@ -56,6 +56,13 @@ TIME_STEP = 1.25e-4
 Measured in tests/physics/test_accuracy.py; 0.25 ms leaves 0.0077 N on a finger with dry friction
 at its stops.
 """
+SIGNALS = {
+    "angle": "motor_position",
+    "rate": "motor_velocity",
+    "force": "force",
+    "joints": "joint_position",
+}
+"""What simulated rows have, and where kernels write it."""
 NEVER = 1 << 30
 """A row that no recording has."""
 
@@ -252,13 +259,18 @@ class Rollout:
             for n in range(len(parameters))
         ]
 
-    def run_rows(self, parameters: Array, time_step: float | None = None) -> dict[str, Array]:
-        """Simulate as `run`, and return arrays over all simulated rows S.
+    def run_rows(
+        self,
+        parameters: Array,
+        time_step: float | None = None,
+        signals: Sequence[str] = tuple(SIGNALS),
+    ) -> dict[str, Array]:
+        """Simulate as `run`, and return signals over all simulated rows S.
 
-        They are ``angle``, ``rate``, ``force`` (N, S, D) and ``joints`` (N, S, J). Where a
-        candidate's numbers make the simulation diverge its rows are not finite; the others are
-        unharmed. Candidates between which a recording's chain feels no difference, such as in
-        another finger's friction, share a world.
+        They are ``angle``, ``rate``, ``force`` (N, S, D) and ``joints`` (N, S, J), or those that
+        are asked for. Where a candidate's numbers make the simulation diverge its rows are not
+        finite; the others are unharmed. Candidates between which a recording's chain feels no
+        difference, such as in another finger's friction, share a world.
         """
         vectors, bench = self._of_chains(parameters)
         chains, counts = len(self.commands.count), self.commands.count.numpy()
@@ -272,17 +284,13 @@ class Rollout:
         self._simulate(launch, step, self.array(first.astype(np.int32), wp.int32), readout)
         ahead = first[world_of].reshape(-1, chains) - self.commands.first.numpy()
         rows = np.repeat(ahead, counts, axis=1) + np.arange(counts.sum())
-        signals = {
-            "angle": readout.motor_position,
-            "rate": readout.motor_velocity,
-            "force": readout.force,
-            "joints": readout.joint_position,
-        }
-        out = {
-            name: signal.numpy().reshape(len(signal), -1)[rows] for name, signal in signals.items()
-        }
-        out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
-        return {name: self._chains.beside(values) for name, values in out.items()}
+        out = {}
+        for name in signals:
+            signal = getattr(readout, SIGNALS[name]).numpy()
+            width = self.kernels.structure.joint_count if name == "joints" else None
+            values = signal.reshape(len(signal), -1)[:, :width]
+            out[name] = self._chains.beside(values[rows])
+        return out
 
     def _launch(self, vectors: Array, bench: Array, world_recording: Indices) -> Launch:
         """Return worlds of some numbers, shapes (W, P') and (W, B), at their start."""
