@@ -23,7 +23,7 @@ from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 Kind = Literal["slip", "skip", "knock", "dip"]
-MARGIN, FALL_MARGIN = 1.5, 2.0
+MARGIN, FALL_MARGIN = 1.5, 2.5
 """How many times larger an event must be than anything on the day that the model knows [1]: a dip,
 and a fall of the tension or a pulse, which a few rows make."""
 LIVELIER = 2.0
