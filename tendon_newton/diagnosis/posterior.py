@@ -98,14 +98,25 @@ class FittedSet:
             normal: Standard normal numbers, shape (N, F).
         """
         own = [number.coordinate for number in self.numbers]
-        low, high = np.array([c.lower for c in own]), np.array([c.upper for c in own])
-        width = np.maximum(high - low, 1.0e-12) / QUARTERS
-        scaled = self.covariance / np.outer(width, width)
-        sizes, ways = np.linalg.eigh(scaled)
-        sizes = np.sqrt(np.maximum(sizes, 0.0) / (1.0 + np.maximum(sizes, 0.0)))
+        width, sizes, ways = self._ways()
         places = np.array([n.place for n in self.numbers]) + (normal * sizes @ ways.T) * width
-        places = np.clip(places, low, high)
-        return np.array([[c.value(u) for c, u in zip(own, row, strict=True)] for row in places])
+        places = np.clip(places, [c.lower for c in own], [c.upper for c in own])
+        values = [[c.value(u) for c, u in zip(own, row, strict=True)] for row in places]
+        return np.array(values).reshape(normal.shape)
+
+    @property
+    def within_ranges(self) -> Array:
+        """Covariance of the coordinates as worlds are drawn, shape (F, F)."""
+        width, sizes, ways = self._ways()
+        return (ways * sizes**2) @ ways.T * np.outer(width, width)
+
+    def _ways(self) -> tuple[Array, Array, Array]:
+        """Return widths of the ranges, and standard deviations along directions in them."""
+        own = [number.coordinate for number in self.numbers]
+        width = np.array([max(c.upper - c.lower, 1.0e-12) for c in own]) / QUARTERS
+        sizes, ways = np.linalg.eigh(self.covariance / np.outer(width, width))
+        sizes = np.maximum(sizes, 0.0)
+        return width, np.sqrt(sizes / (1.0 + sizes)), ways
 
 
 @dataclass(frozen=True, kw_only=True)

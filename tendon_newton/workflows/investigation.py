@@ -11,7 +11,8 @@ from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED
 from tendon_newton.data.files.text_file import make_folder
-from tendon_newton.data.model_file import load_model
+from tendon_newton.data.model_file import Model, load_model
+from tendon_newton.diagnosis.diagnosis_file import diagnosis_table, read_diagnosis
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
     InvestigationLog,
     Step,
@@ -19,9 +20,17 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     with_answer,
     write_log,
 )
-from tendon_newton.diagnosis.next_experiment.open_class_file import FILE
+from tendon_newton.diagnosis.next_experiment.open_class_file import FILE, read_noise, read_scale
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.posterior import (
+    ENDING,
+    Posterior,
+    read_posterior,
+    write_posterior,
+)
 from tendon_newton.diagnosis.reporting.path_report import write_path_report
 from tendon_newton.diagnosis.reporting.report import Origin
+from tendon_newton.diagnosis.search.decide.go_on import go_on
 from tendon_newton.workflows.diagnosing import diagnose_into
 from tendon_newton.workflows.investigation_check import (
     Ready,
@@ -35,6 +44,10 @@ from tendon_newton.workflows.options import InvestigateOptions
 
 LOG, REPORT = "investigation.json", "investigation.html"
 """What stands in the folder of an investigation, beside recordings and diagnoses."""
+
+
+MOST_SETS = 5
+"""Likeliest sets of causes for which a run is designed: each takes a simulation a number."""
 
 
 def investigate(
@@ -69,8 +82,10 @@ def investigate(
     with StopRequest() as stop:
         while log.ended is None:
             log = record_open_runs(log, options, ready, operator, stop)
-            log = diagnose_last(log, options, operator, diagnosis_budget)
-            log = choose_next(log, options, operator, budget)
+            log = answer_last(log, options, operator, diagnosis_budget)
+            log = choose_next(log, open_sets(log, options), options, operator, budget)
+            if log.ended is not None:
+                log = diagnosed(log, options, operator, diagnosis_budget)
             write_log(out / LOG, log)
             write_path_report(out / REPORT, log, out)
     operator.announce(f"the end: {log.ended}")
@@ -162,29 +177,87 @@ def planned(step: Step, options: InvestigateOptions) -> PlannedRun:
     return DesignedRun(**common, excitation=DESIGNED, angles=step.command)
 
 
-def diagnose_last(
+def answer_last(
     log: InvestigationLog, options: InvestigateOptions, operator: Operator, budget: float | None
 ) -> InvestigationLog:
-    """Diagnose all recordings unless it was done, and say what the last one brought."""
+    """Say what is known with the last run: sets of causes are carried on, or looked for anew."""
+    known = read_sets(log.runs - 1, options.out)
+    if diagnosis_folder(log.runs, options.out) or not (known and known.sets):
+        return diagnosed(log, options, operator, budget)
+    path = sets_file(log.runs, options.out)
+    if not path.with_suffix(ENDING).exists():
+        make_folder(path.parent)
+        dataset = load_dataset(options.out / RECORDINGS)
+        left = go_on(dataset.train, starting_model(options), known, progress=operator.announce)
+        write_posterior(path, left)
+    return answered(log, read_posterior(path), None, operator)
+
+
+def diagnosed(
+    log: InvestigationLog, options: InvestigateOptions, operator: Operator, budget: float | None
+) -> InvestigationLog:
+    """Diagnose all recordings unless it was done, and say what is known then.
+
+    No sets are carried over: the answer is that of all recordings by the verb ``diagnose``.
+    """
     number, out = log.runs, options.out
     folder = out / f"diagnosis_{number}"
-    model = load_model(options.known or out / RECORDINGS / "model.toml")
-    if not (folder / FILE).exists():
-        dataset = load_dataset(out / RECORDINGS)
+    if diagnosis_folder(number, out) is None:
         diagnose_into(
             folder,
-            dataset,
-            model,
+            load_dataset(out / RECORDINGS),
+            starting_model(options),
             Origin(dataset=out / RECORDINGS, command=f"tendon-newton investigate --out {out}"),
             progress=lambda text: operator.announce(f"  diagnosis {number}: {text}"),
             budget=budget,
         )
-    earlier = out / f"diagnosis_{number - 1}" / FILE
-    last = with_answer(
-        log.steps[-1],
-        folder / FILE,
-        earlier if earlier.exists() else None,
-        actuator=model.actuator.name,
-    )
+    path = folder / FILE
+    return answered(log, read_posterior(path), read_diagnosis(path).verdict, operator)
+
+
+def answered(
+    log: InvestigationLog, posterior: Posterior, verdict: str | None, operator: Operator
+) -> InvestigationLog:
+    """Note what is known with the last run."""
+    last = with_answer(log.steps[-1], posterior, verdict)
     operator.announce(f"  {last.text()}")
     return replace(log, steps=(*log.steps[:-1], last))
+
+
+def open_sets(log: InvestigationLog, options: InvestigateOptions) -> OpenSets | None:
+    """Return what all runs leave open; None where no cause is known."""
+    posterior = read_sets(log.runs, options.out)
+    folders = [diagnosis_folder(k, options.out) for k in range(log.runs, 0, -1)]
+    last = next((folder for folder in folders if folder is not None), None)
+    if posterior is None or not posterior.sets or last is None:
+        return None
+    table = diagnosis_table(last / FILE)
+    return OpenSets(
+        posterior=Posterior(sets=posterior.sets[:MOST_SETS]),
+        model=starting_model(options),
+        noise=read_noise(table),
+        scale=read_scale(table),
+    )
+
+
+def read_sets(number: int, out: Path) -> Posterior | None:
+    """Read what is left open with so many runs, by a diagnosis if there is one."""
+    folder = diagnosis_folder(number, out)
+    path = sets_file(number, out) if folder is None else folder / FILE
+    return read_posterior(path) if path.with_suffix(ENDING).is_file() else None
+
+
+def diagnosis_folder(number: int, out: Path) -> Path | None:
+    """Return the folder of the diagnosis of so many runs, once it is whole."""
+    folder = out / f"diagnosis_{number}"
+    return folder if (folder / FILE).exists() else None
+
+
+def sets_file(number: int, out: Path) -> Path:
+    """Return the file, less its ending, of the sets that are carried on to so many runs."""
+    return out / "sets" / f"run_{number}.json"
+
+
+def starting_model(options: InvestigateOptions) -> Model:
+    """Return the model that every diagnosis starts from."""
+    return load_model(options.known or options.out / RECORDINGS / "model.toml")

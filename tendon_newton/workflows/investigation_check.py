@@ -12,7 +12,9 @@ from tendon_hardware.doctor import examine, ports_of
 from tendon_hardware.errors import BenchNotReady
 from tendon_hardware.load_cells.calibration_file import load_calibration
 from tendon_newton.data.model_file import load_model
+from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length
+from tendon_newton.diagnosis.next_experiment.task_file import read_task
 from tendon_newton.errors import InvalidParameter, listed, unknown_name
 from tendon_newton.workflows.collection import address_of, settings_of
 from tendon_newton.workflows.options import InvestigateOptions
@@ -61,6 +63,8 @@ def check(options: InvestigateOptions, *, budget: float) -> Ready:
         load_calibration(options.calibration)
     if options.known is not None:
         load_model(options.known)
+    if options.task is not None:
+        read_task(options.task, Setting(bench=options.benches[0]))
     return Ready(settings=settings_of(options, seed=options.seed), addresses=addresses)
 
 
@@ -112,7 +116,6 @@ def binding(options: InvestigateOptions) -> dict[str, Any]:
         "port": options.port if options.port.startswith("virtual") else SERIAL,
         "benches": list(options.benches),
         "run-length": options.run_length,
-        "known": None if options.known is None else str(options.known),
         "servo": options.servo,
         "rate": options.rate,
         "spool-radius": options.spool_radius,

@@ -1,19 +1,21 @@
 """Choose the next run of an investigation, or say why there is none."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 
 from tendon_hardware.control.operator import Operator
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED, EXCITATIONS
-from tendon_newton.diagnosis.explanation import OpenClass, Setting
-from tendon_newton.diagnosis.next_experiment.expected_run import Expected, plan_of
+from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.next_experiment.by_hand import Worth, best_by_hand
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast, plan_of
 from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
-from tendon_newton.diagnosis.next_experiment.open_class_file import read_answer, read_open_class
-from tendon_newton.diagnosis.next_experiment.run_design import design
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
+from tendon_newton.diagnosis.next_experiment.separation import Plan
+from tendon_newton.diagnosis.next_experiment.task_file import read_task
 from tendon_newton.diagnosis.next_experiment.worst_case import Designs
 from tendon_newton.workflows.options import InvestigateOptions
 
@@ -23,45 +25,106 @@ CHANGE_OF_BENCH = 60.0
 """Time that it takes a person to mount another bench [s]; a virtual one is there at once."""
 FORCE_SHARE = 0.8
 """Share of the tension limit that no designed run may reach in simulation [1]."""
-LITTLE = 0.5
+LITTLE = 0.1
 """A run that is expected to bring less is not worth its time [bit]."""
-IDLE = 2
-"""Runs in a row after which an investigation that learns nothing ends."""
 SPENT = "the time at the bench is spent"
 """Beginning of the reason that a larger budget removes."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class NextRun:
-    """What to record, and why."""
-
-    expected: Expected
-    why: str
-
-
 def choose_next(
-    log: InvestigationLog, options: InvestigateOptions, operator: Operator, budget: float
+    log: InvestigationLog,
+    question: OpenSets | None,
+    options: InvestigateOptions,
+    operator: Operator,
+    budget: float,
 ) -> InvestigationLog:
-    """Add the run that is expected to bring the most, or say why there is none."""
+    """Add the run that is expected to bring the most, or say why there is none.
+
+    Args:
+        log: All steps so far.
+        question: What they leave open; None where no cause is known.
+        options: The bench, the folder, the length of a run.
+        operator: Who stands at the bench.
+        budget: Time that recordings may take [s].
+    """
+    forecast = None if question is None else forecast_of(question, options)
+    if forecast is not None:
+        log = with_what_is_left(log, forecast)
     reason = reason_to_end(log, budget, options.run_length)
     if reason is not None:
         return replace(log, ended=reason)
-    step = None if log.steps[-1].causes else library_run(log, options)
-    if step is None:
-        chosen = next_run(log, options, operator)
-        if isinstance(chosen, str):
-            return replace(log, ended=chosen + still_open(log.steps[-1]))
-        plan = chosen.expected.prediction.plan
-        step = Step(
-            name=f"run_{log.runs}",
-            bench=plan.setting.bench,
-            seconds=options.run_length,
-            why=chosen.why,
-            excitation=DESIGNED,
-            command=tuple(np.round(plan.command, 4).tolist()),
-            expected={k: round(v, 3) for k, v in chosen.expected.numbers.items()},
+    if forecast is None:
+        step = library_run(log, options)
+        if step is None:
+            return replace(
+                log, ended="every run of the library is recorded, and none shows a cause"
+            )
+        return replace(log, steps=(*log.steps, step))
+    found = designed_runs(log, forecast, options, operator)
+    expected = nearest(found.runs, log.steps[-1].bench, options)
+    if expected is None:
+        return replace(
+            log,
+            ended=f"every run that was tried may pull harder than {FORCE_SHARE:.0%} of "
+            f"--force-limit {options.force_limit:g} N under some model that the data allow, the "
+            f"calmest with {min(found.refused):.3g} N",
         )
-    return replace(log, steps=(*log.steps, step))
+    if expected.told.worth < LITTLE:
+        return replace(log, ended="no run on these benches is expected to tell more")
+    return with_designed(log, expected, best_by_hand(forecast), options)
+
+
+def forecast_of(question: OpenSets, options: InvestigateOptions) -> Forecast:
+    """Return what is open, seen from the user's task."""
+    known = [plan_of(r) for r in load_dataset(options.out / RECORDINGS).train]
+    return Forecast(question, known, task_of(options))
+
+
+def task_of(options: InvestigateOptions) -> Plan:
+    """Return the run that a model shall predict, on the bench that is mounted first."""
+    setting = Setting(bench=options.benches[0])
+    if options.task is not None:
+        return read_task(options.task, setting)
+    return usual_task(setting, options.run_length)
+
+
+def with_what_is_left(log: InvestigationLog, forecast: Forecast) -> InvestigationLog:
+    """Note what is left open with the last run."""
+    left = {"names": round(forecast.entropy, 3), "task": round(forecast.spread, 4)}
+    return replace(log, steps=(*log.steps[:-1], replace(log.steps[-1], left=left)))
+
+
+def designed_runs(
+    log: InvestigationLog, forecast: Forecast, options: InvestigateOptions, operator: Operator
+) -> Designs:
+    """Return runs on all benches that stay within the limit, best first."""
+    return design(
+        forecast,
+        [Setting(bench=bench) for bench in options.benches],
+        np.random.default_rng([options.seed, log.runs]),
+        duration=options.run_length,
+        force_limit=FORCE_SHARE * options.force_limit,
+        progress=lambda text: operator.announce(f"  next run: {text}"),
+    )
+
+
+def with_designed(
+    log: InvestigationLog, expected: Expected, by_hand: Worth | None, options: InvestigateOptions
+) -> InvestigationLog:
+    """Add a designed run, and a measurement by hand that tells more for its time."""
+    told, last = expected.told, log.steps[-1]
+    step = Step(
+        name=f"run_{log.runs}",
+        bench=expected.plan.setting.bench,
+        seconds=options.run_length,
+        why=f"{told.names:.2f} bits about names and {told.task:.2f} about the task are expected",
+        excitation=DESIGNED,
+        command=tuple(np.round(expected.plan.command, 4).tolist()),
+        expected={"names": round(told.names, 3), "task": round(told.task, 3)},
+    )
+    if by_hand and by_hand.rate > 60.0 * (told.names + told.task) / options.run_length:
+        last = replace(last, by_hand=by_hand.text())
+    return replace(log, steps=(*log.steps[:-1], last, step))
 
 
 def library_run(log: InvestigationLog, options: InvestigateOptions) -> Step | None:
@@ -88,76 +151,12 @@ def library_run(log: InvestigationLog, options: InvestigateOptions) -> Step | No
 
 def reason_to_end(log: InvestigationLog, budget: float, length: float) -> str | None:
     """Return why nothing more is to be recorded; None where something is."""
-    last = log.steps[-1]
-    diagnosed = [step for step in log.steps if step.verdict is not None]
-    changed = [
-        set(now.causes or {}) != set(before.causes or {}) or not now.taught_nothing(LITTLE)
-        for before, now in pairwise(diagnosed)
-    ]
-    stays = len(diagnosed) > 1 and set(last.causes or {}) == set(diagnosed[-2].causes or {})
-    if stays and last.verdict in ("no_gap", "explained") and not last.open:
-        return "every cause stands alone, and a further run has not changed that"
+    answered = [step for step in log.steps if step.probabilities is not None]
+    if len(answered) > 1 and all(step.verdict == "no_gap" for step in answered[-2:]):
+        return "nothing is left to explain, and a further run has not changed that"
     if log.seconds + length > budget:
-        return f"{SPENT}: {log.seconds:.0f} s were recorded" + still_open(last)
-    if last.causes and len(changed) >= IDLE and not any(changed[-IDLE:]):
-        return f"the last {IDLE} runs brought nothing new" + still_open(last)
+        return f"{SPENT}: {log.seconds:.0f} s were recorded"
     return None
-
-
-def still_open(step: Step) -> str:
-    """Return what a step leaves open, in words."""
-    if not step.open:
-        return ""
-    pairs = "; ".join(" or ".join(names) for names in step.open)
-    return f"; left open: {pairs}. Another load, spring or posture may tell them apart"
-
-
-def next_run(
-    log: InvestigationLog, options: InvestigateOptions, operator: Operator
-) -> NextRun | str:
-    """Return the run that tells a class apart, or else the one that narrows intervals most.
-
-    Where there is none, return why.
-    """
-    folder = options.out / f"diagnosis_{log.runs}"
-    known = [plan_of(r) for r in load_dataset(options.out / RECORDINGS).train]
-    settings = [Setting(bench=bench) for bench in options.benches]
-    rng = np.random.default_rng([options.seed, log.runs])
-
-    def best(question: OpenClass) -> tuple[Expected | None, Designs]:
-        found = design(
-            question,
-            known,
-            settings,
-            rng,
-            duration=options.run_length,
-            force_limit=FORCE_SHARE * options.force_limit,
-            progress=lambda text: operator.announce(f"  next run: {text}"),
-        )
-        return nearest(found.runs, log.steps[-1].bench, options), found
-
-    tried: list[Expected] = []
-    for names in log.steps[-1].open:
-        expected, _ = best(read_open_class(folder, names[0]))
-        if expected is not None and expected.settles > 0.0:
-            return NextRun(expected=expected, why=f"to tell {' from '.join(names)}")
-        tried += [] if expected is None else [expected]
-    if not tried:
-        expected, found = best(read_answer(folder))
-        if expected is None:
-            return (
-                f"every run that was tried may pull harder than {FORCE_SHARE:.0%} of --force-limit "
-                f"{options.force_limit:g} N under some model that the data allow, the calmest with "
-                f"{min(found.refused):.3g} N"
-            )
-        tried.append(expected)
-    expected = max(tried, key=lambda e: e.bits)
-    if expected.bits < LITTLE:
-        return "no run on these benches is expected to tell more"
-    most = max(expected.numbers, key=lambda name: expected.numbers[name])
-    return NextRun(
-        expected=expected, why=f"{expected.bits:.1f} bits are expected, most of them on {most}"
-    )
 
 
 def nearest(
@@ -167,7 +166,7 @@ def nearest(
     change = 0.0 if options.port.startswith("virtual") else CHANGE_OF_BENCH
 
     def rate(expected: Expected) -> float:
-        away = expected.prediction.plan.setting.bench != mounted
-        return expected.worth / (options.run_length + change * away)
+        away = expected.plan.setting.bench != mounted
+        return expected.told.worth / (options.run_length + change * away)
 
     return max(found, key=rate, default=None)

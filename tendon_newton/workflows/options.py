@@ -120,6 +120,9 @@ class InvestigateOptions(BenchOptions):
     benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")
     """Benches that you have, the one that is mounted first. Another one is asked for where it
     tells more."""
+    task: Path | None = None
+    """Recording, or CSV file with t and theta_d, whose motion a model shall predict: runs are
+    chosen for it. By default steps to random angles on the bench that is mounted first."""
     run_length: float = 12.0
     """Length of a run [s]."""
     seed: int = 0

@@ -26,11 +26,15 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED, LARGEST_COMMAND
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.files.picture import new_figure, save
+from tendon_newton.data.model_file import load_model
+from tendon_newton.diagnosis.diagnosis_file import diagnosis_table
 from tendon_newton.diagnosis.explanation import Setting
-from tendon_newton.diagnosis.next_experiment.expected_run import Expected, information_of, plan_of
-from tendon_newton.diagnosis.next_experiment.open_class_file import read_answer
-from tendon_newton.diagnosis.next_experiment.run_design import design
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast, plan_of
+from tendon_newton.diagnosis.next_experiment.open_class_file import FILE, read_noise, read_scale
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
 from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase
+from tendon_newton.diagnosis.posterior import read_posterior
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.workflows.collection import address_of, settings_of
 from tendon_newton.workflows.investigation import LOG
@@ -38,7 +42,7 @@ from tendon_newton.workflows.investigation_choice import FORCE_SHARE, RECORDINGS
 from tendon_newton.workflows.options import InvestigateOptions
 
 MODELS = 64
-"""Models under which each command is simulated; the search itself draws 64."""
+"""Models under which each command is simulated; the search itself draws twice as many."""
 TENSION = 30.0
 """Limit of the tension [N]."""
 PROMISE = "peaks of designed commands are a JSON file"
@@ -97,21 +101,27 @@ def limits(
 
 def search(folder: Path, bench: str, seed: int, length: float) -> list[Peak]:
     """Optimise commands on a bench, and return how hard each that is not refused may pull."""
-    question = read_answer(folder)
-    runs_diagnosed = int(folder.name.rpartition("_")[2])
-    recordings = load_dataset(folder.parent / RECORDINGS).train[:runs_diagnosed]
-    known = [plan_of(r) for r in recordings]
+    recordings = load_dataset(folder.parent / RECORDINGS).train
+    known = recordings[: int(folder.name.rpartition("_")[2])]
+    table, model = diagnosis_table(folder / FILE), folder.parent / RECORDINGS / "model.toml"
+    question = OpenSets(
+        posterior=read_posterior(folder / FILE),
+        model=load_model(model),
+        noise=read_noise(table),
+        scale=read_scale(table),
+    )
+    setting = Setting(bench=bench)
+    forecast = Forecast(question, [plan_of(r) for r in known], usual_task(setting, length))
     found = design(
-        question,
-        known,
-        [Setting(bench=bench)],
+        forecast,
+        [setting],
         np.random.default_rng(seed),
         duration=length,
         force_limit=FORCE_SHARE * TENSION,
     )
-    runs = [e for e in found.runs if e.prediction.plan.excitation == DESIGNED]
-    plans = [e.prediction.plan for e in runs]
-    worst = WorstCase(question, information_of(question, known), np.random.default_rng([1, seed]))
+    runs = [e for e in found.runs if e.plan.excitation == DESIGNED]
+    plans = [e.plan for e in runs]
+    worst = WorstCase(question, np.random.default_rng([1, seed]))
     drawn = worst.drawn(plans, MODELS).tolist() if plans else []
     log = read_json(folder.parent / LOG, InvalidOutput, "a log is a JSON file")
     port = log["options"]["port"]
@@ -132,7 +142,7 @@ def search(folder: Path, bench: str, seed: int, length: float) -> list[Peak]:
 
 def recorded(expected: Expected, port: str) -> dict[str, Any]:
     """Record a command on the unit that the diagnosis is of."""
-    plan = expected.prediction.plan
+    plan = expected.plan
     options = InvestigateOptions(
         port=port, out=Path(), force_limit=TENSION, faster_than_real_time=True
     )

@@ -1,146 +1,80 @@
-"""What many results come to: causes, classes, time at the bench, and information run by run."""
+"""What many results come to: names, errors and information, investigation against plan, paired."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from examples.studies.investigation.one_unit import INVESTIGATE, WAYS, Answer, Result
+from examples.studies.investigation.one_unit import INVESTIGATE, QUICK, Result
 
-EQUALS = {"gear_load_friction": "load_dependent_friction"}
-"""Names of a diagnosis for what a unit's file calls otherwise."""
 FACTOR = 2.0
 """Within which information that came counts as predicted [1]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Score:
-    """An answer held against what was planted."""
-
-    planted: frozenset[str]
-    """Planted causes that are named."""
-    own: tuple[str, ...]
-    """Further names that the unit has of its own."""
-    wrong: tuple[str, ...]
-    """Names of what it does not have."""
-
-
-def score(result: Result, answer: Answer) -> Score:
-    """Hold an answer against the truth."""
-    further = [name for name in answer.named if name not in result.planted]
-    own = [name for name in further if EQUALS.get(name, name) in result.true]
-    return Score(
-        planted=frozenset(result.planted.keys() & set(answer.named)),
-        own=tuple(own),
-        wrong=tuple(name for name in further if name not in own),
-    )
+LEAST = 0.05
+"""Information below which nothing was predicted [bit]."""
+RESAMPLES = 10_000
+"""Bootstrap draws of units."""
 
 
 def unit_table(results: Sequence[Result]) -> str:
-    """Return a row for the last answer of each result."""
-    lines = ["unit  way          bench  planted  own  wrong  classes  verdict  the end; names"]
-    for result in sorted(results, key=lambda r: (r.unit, WAYS.index(r.way))):
-        if not result.answers:
-            continue
-        last = result.answers[-1]
-        own = score(result, last)
-        unfinished = "" if last.finished else " (unfinished)"
+    """Return a row for each result."""
+    lines = ["unit  way          planted  deserved of named    mrad       N  the end"]
+    lines += [
+        f"{r.unit:4d}  {r.way:11s}  {len(r.found)} of {len(r.planted)}   {r.deserved:3d} of "
+        f"{r.named:2d}          {1e3 * r.theta:6.1f}  {r.force:6.3f}  {r.ended}"
+        for r in sorted(results, key=lambda r: (r.unit, r.way))
+    ]
+    return "\n".join(lines)
+
+
+def comparison(results: Sequence[Result]) -> str:
+    """Return how investigations do against the plan on the same units."""
+    found = {(r.unit, r.way): r for r in results}
+    pairs = [(own, found[unit, QUICK]) for (unit, way), own in found.items()
+             if way == INVESTIGATE and (unit, QUICK) in found]  # fmt: skip
+    if not pairs:
+        return "no unit was looked at in both ways"
+    lines = [f"{len(pairs)} units, investigation less plan (95 % interval over units):"]
+    for words, values in (
+        ("planted causes named", [len(own.found) - len(plan.found) for own, plan in pairs]),
+        ("deserved names", [own.deserved - plan.deserved for own, plan in pairs]),
+        ("undeserved names", [
+            own.named - own.deserved - plan.named + plan.deserved for own, plan in pairs
+        ]),
+        ("log2 of held-out error", [math.log2(own.error / plan.error) for own, plan in pairs]),
+    ):  # fmt: skip
+        low, high = interval(values)
+        own = sum(v > 0 for v in values), sum(v < 0 for v in values)
         lines.append(
-            f"{result.unit:4d}  {result.way:11s} {last.bench_seconds:5.0f} s  "
-            f"{len(own.planted)} of {len(result.planted)}  {len(own.own):3d}  {len(own.wrong):5d}  "
-            f"{len(last.classes):7d}  {last.verdict}{unfinished}  {result.ended or 'goes on'}; "
-            f"{', '.join(last.named) or 'none'}"
+            f"  {words}: mean {np.mean(values):+.2f} [{low:+.2f}, {high:+.2f}]; more on {own[0]}, "
+            f"fewer on {own[1]}"
         )
     return "\n".join(lines)
 
 
-def same_answer(result: Result, fixed: Result) -> Answer | None:
-    """Return the first answer that is as good as that of a fixed plan; None without one.
-
-    It names the planted causes that the plan named, no more wrong ones, and leaves no more classes.
-    """
-    last = fixed.answers[-1]
-    goal = score(fixed, last)
-    for answer in result.answers:
-        own = score(result, answer)
-        if (
-            own.planted >= goal.planted
-            and len(own.wrong) <= len(goal.wrong)
-            and len(answer.classes) <= len(last.classes)
-        ):
-            return answer
-    return None
-
-
-def is_dissolved(names: Sequence[str], answer: Answer) -> bool:
-    """Tell whether an answer names one of a class, and leaves no two of it side by side."""
-    together = [set(own) & set(names) for own in answer.classes]
-    return any(name in answer.named for name in names) and all(len(t) < 2 for t in together)
-
-
-def comparison(results: Sequence[Result], way: str) -> str:
-    """Return how investigations do against a fixed plan on the same units."""
-    found = {(r.unit, r.way): r for r in results if r.answers}
-    units = [u for u, w in found if w == way and (u, INVESTIGATE) in found]
-    if not units:
-        return f"against {way}: no unit has both"
-    lines = [f"against {way}:"]
-    halves = dissolved = classes = right = fixed_right = wrong = fixed_wrong = 0
-    for unit in sorted(units):
-        own, fixed = found[unit, INVESTIGATE], found[unit, way]
-        last, theirs = own.answers[-1], fixed.answers[-1]
-        same = same_answer(own, fixed)
-        gone = sum(is_dissolved(names, last) for names in theirs.classes)
-        dissolved, classes = dissolved + gone, classes + len(theirs.classes)
-        halves += same is not None and same.bench_seconds <= 0.5 * theirs.bench_seconds
-        mine, goal = score(own, last), score(fixed, theirs)
-        right, fixed_right = right + len(mine.planted), fixed_right + len(goal.planted)
-        wrong, fixed_wrong = wrong + len(mine.wrong), fixed_wrong + len(goal.wrong)
-        after = "never" if same is None else f"after {same.bench_seconds:.0f} s"
-        lines.append(
-            f"  unit {unit}: as much {after} of {theirs.bench_seconds:.0f} s; planted "
-            f"{len(mine.planted)} against {len(goal.planted)}, wrong {len(mine.wrong)} against "
-            f"{len(goal.wrong)}; {gone} of {len(theirs.classes)} classes dissolved"
-        )
-    lines.append(
-        f"  {len(units)} units: as much in half the time on {halves}; planted causes named "
-        f"{right} against {fixed_right}, wrong ones {wrong} against {fixed_wrong}; "
-        f"{dissolved} of {classes} classes dissolved"
-    )
-    return "\n".join(lines)
+def interval(values: Sequence[float]) -> tuple[float, float]:
+    """Return the 95 % interval of a mean over units, by bootstrap."""
+    draws = np.random.default_rng(0).choice(np.array(values), size=(RESAMPLES, len(values)))
+    low, high = np.quantile(draws.mean(axis=1), (0.025, 0.975))
+    return float(low), float(high)
 
 
 def information(results: Sequence[Result]) -> str:
-    """Return information expected and brought, run by run, about numbers of both diagnoses."""
-    lines = ["run by run, bits expected and brought about the numbers of both diagnoses:"]
-    within: list[bool] = []
-    kept: list[bool] = []
-    for result in sorted(results, key=lambda r: r.unit):
-        before: Answer | None = None
-        for answer in result.answers:
-            both = sorted(answer.expected.keys() & answer.brought.keys())
-            if both and before is not None:
-                expected, came = (
-                    sum(bits[k] for k in both) for bits in (answer.expected, answer.brought)
-                )
-                good = bool(expected > 0.0 and expected / FACTOR <= came <= FACTOR * expected)
-                same = set(before.named) == set(answer.named)
-                within.append(good)
-                kept.append(same)
-                lines.append(
-                    f"  unit {result.unit} {answer.run:24s} {expected:5.1f} {came:6.1f}  "
-                    f"{len(both):2d} numbers  {'within' if good else 'beyond'} a factor of "
-                    f"{FACTOR:g}  {'same names' if same else 'other names'}"
-                )
-            before = answer
-    if not within:
+    """Return how many designed runs brought what was predicted, and what they took to compute."""
+    runs = [run for result in results for run in result.runs]
+    if not runs:
         return "no run has information expected and brought"
-    own = np.array(within)
-    same = own[np.array(kept)]
-    lines.append(
-        f"  {own.sum()} of {len(own)} runs within a factor of {FACTOR:g}; where the names stayed "
-        f"{same.sum()} of {len(same)}"
-    )
+    lines = [f"{len(runs)} designed runs, information that came of that which was predicted:"]
+    for word in ("names", "task"):
+        own = [(run[word], run[f"{word}_came"]) for run in runs if run[word] > LEAST]
+        good = sum(e / FACTOR <= came <= FACTOR * e for e, came in own)
+        expected, came = (float(np.sum([pair[i] for pair in own])) for i in (0, 1))
+        lines.append(
+            f"  {word}: {good} of {len(own)} within a factor of {FACTOR:g}; {came:.1f} of "
+            f"{expected:.1f} bits in all"
+        )
+    if seconds := [run["seconds"] for run in runs if "seconds" in run]:
+        middle, most = np.median(seconds), max(seconds)
+        lines.append(f"  time of one core for each: median {middle:.0f} s, most {most:.0f} s")
     return "\n".join(lines)

@@ -69,7 +69,7 @@ def main(config: ExperimentConfig) -> None:
     predictions = propose(
         question, benches=config.benches or None, seeds=SEEDS, duration=config.duration
     )
-    write_command(config.out, predictions[0])
+    write_command(config.out, predictions[0].plan)
     write_prediction(config.out.with_suffix(".toml"), predictions)
     draw_prediction(config.out.with_suffix(".png"), predictions)
     print(table(predictions))

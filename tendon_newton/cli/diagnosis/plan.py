@@ -90,8 +90,8 @@ def main(config: PlanConfig) -> None:
         raise InvalidModelFile(f"{config.model}: {error}") from error
     out = make_folder(config.out)
     for number, step in enumerate(plan.steps, start=1):
-        write_command(out / f"run_{number}.csv", step.prediction)
-        write_setting(out / f"run_{number}.toml", step.prediction)
+        write_command(out / f"run_{number}.csv", step.plan)
+        write_setting(out / f"run_{number}.toml", step.plan)
     print(table(plan))
     print(f"\n  commands  {out}" if plan.steps else "\n  no command was written")
 
@@ -100,11 +100,10 @@ def table(plan: FirstPlan) -> str:
     """Return the runs and what they tell as tables for a terminal."""
     rows = ["", f"  {'run':6s} {'bench':16s} {'command':14s} {'bits':>6s}  most of them on"]
     for number, step in enumerate(plan.steps, start=1):
-        how = step.prediction.plan
-        most = max(step.numbers, key=lambda name: step.numbers[name])
-        rows.append(
-            f"  {number:<6d} {how.setting.bench:16s} {how.excitation:14s} {step.bits:6.1f}  {most}"
-        )
+        how = step.plan
+        most = max(step.told.numbers, key=lambda name: step.told.numbers[name])
+        named = f"{how.setting.bench:16s} {how.excitation:14s}"
+        rows.append(f"  {number:<6d} {named} {step.told.worth:6.1f}  {most}")
     rows += ["", f"  {'number':44s} expected interval, as a share of its range"]
     rows += [f"  {name:44s} {2.0**-bits:8.2g}" for name, bits in plan.bits.items()]
     if plan.ended:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.files.values import is_table
-from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
-from tendon_newton.diagnosis.explanation import Estimate
+from tendon_newton.diagnosis.posterior import SURE, FittedSet, Posterior
 from tendon_newton.errors import InvalidOutput, shown
 
-SCHEMA = 1
+SCHEMA = 2
 PROMISE = "the log of an investigation is a JSON file"
 
 
@@ -34,43 +35,33 @@ class Step:
     command: tuple[float, ...] | None = None
     """Designed command at the rows of the recording [rad]."""
     expected: Mapping[str, float] | None = None
-    """Information expected about each number, as ``owner.name`` [bit]."""
+    """Information expected about ``names`` and about the ``task`` [bit]."""
     verdict: str | None = None
-    """Verdict of the diagnosis with this run; None before it."""
-    causes: Mapping[str, Mapping[str, tuple[float, float, float]]] | None = None
-    """Named cause -> number -> value and ends of the 95 % interval."""
-    open: tuple[tuple[str, ...], ...] = ()
-    """Classes: causes that are not told apart, the named one first."""
-    brought: Mapping[str, float] | None = None
-    """Information that came about each number that the diagnosis before had too [bit]."""
-    settled: tuple[tuple[str, ...], ...] = ()
-    """Classes of the diagnosis before that are not open any more."""
+    """Verdict of a diagnosis with this run; None where sets were only carried on."""
+    probabilities: Mapping[str, float] | None = None
+    """Weight of all sets that hold a cause [1], the likeliest first; None before an answer."""
+    causes: Mapping[str, Mapping[str, tuple[float, float, float]]] = field(default_factory=dict)
+    """Cause of the likeliest set -> number -> value and ends of the 95 % interval."""
+    left: Mapping[str, float] | None = None
+    """What is left open with this run: entropy of the ``names`` [bit], and spread of predictions
+    of the ``task`` [errors of form]; None where no set is known."""
+    by_hand: str = ""
+    """Measurement by hand that tells more for its time than a run does, in words."""
 
-    @property
-    def bits(self) -> tuple[float, float] | None:
-        """Information expected and brought, about the numbers that have both [bit]."""
-        if self.expected is None or self.brought is None:
+    def brought(self, before: Step) -> dict[str, float] | None:
+        """Return information that came with this run [bit], as `expected` has it."""
+        if self.left is None or before.left is None:
             return None
-        both = self.expected.keys() & self.brought.keys()
-        return sum(self.expected[k] for k in both), sum(self.brought[k] for k in both)
-
-    def taught_nothing(self, little: float) -> bool:
-        """Tell whether a run neither settled a class nor narrowed the intervals by some bits.
-
-        Where all intervals are as wide as their ranges, nothing can be told of what came.
-        """
-        brought = self.brought or {}
-        return bool(brought) and not self.settled and sum(brought.values()) < little
+        return {
+            "names": before.left["names"] - self.left["names"],
+            "task": math.log2(before.left["task"] / self.left["task"]),
+        }
 
     def text(self) -> str:
         """Return what is known after it, in a line."""
-        names = ", ".join(self.causes or {}) or "no cause"
-        classes = "; ".join(" or ".join(names) for names in self.open)
-        words = f"{self.name}: {self.verdict}, {names}" + (f"; open: {classes}" if classes else "")
-        if self.bits is None:
-            return words
-        expected, came = self.bits
-        return f"{words}; {came:.1f} bits came, {expected:.1f} were expected"
+        shown = [f"{name} {share:.0%}" for name, share in (self.probabilities or {}).items()]
+        words = f"{self.name}: {self.verdict or 'carried on'}, {', '.join(shown) or 'no cause'}"
+        return f"{words}; {self.by_hand}" if self.by_hand else words
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,73 +85,42 @@ class InvestigationLog:
         return sum(step.seconds for step in self.steps)
 
 
-def with_answer(step: Step, answer: Path, earlier: Path | None, *, actuator: str) -> Step:
-    """Return a step with what the diagnosis with it says, beside that of the one before.
+def with_answer(step: Step, posterior: Posterior, verdict: str | None) -> Step:
+    """Return a step with what is known once its run is.
 
     Args:
         step: The last run.
-        answer: ``diagnosis.json`` with it.
-        earlier: That of the run before, if there was one.
-        actuator: Kind of the actuator, which owns the numbers that are refitted.
+        posterior: Sets of causes that are left.
+        verdict: Of a diagnosis; None where sets were only carried on.
     """
-    now = read_diagnosis(answer)
-    classes = classes_of(now)
-    step = replace(
+    weights: dict[str, float] = {}
+    for own in posterior.sets:
+        for cause in own.causes:
+            weights[cause] = weights.get(cause, 0.0) + own.weight
+    total = sum(own.weight for own in posterior.sets)
+    return replace(
         step,
-        verdict=now.verdict,
-        causes={
-            cause.name: {
-                name: (number.value, *number.ci95) for name, number in cause.parameters.items()
-            }
-            for cause in now.effects
+        verdict=verdict,
+        probabilities={
+            cause: weight / total
+            for cause, weight in sorted(weights.items(), key=lambda item: -item[1])
         },
-        open=classes,
-    )
-    if earlier is None:
-        return step
-    before = read_diagnosis(earlier)
-    left = {frozenset(names) for names in classes}
-    gone = tuple(names for names in classes_of(before) if frozenset(names) not in left)
-    return replace(step, brought=bits_between(before, now, actuator), settled=gone)
-
-
-def classes_of(diagnosis: StatedDiagnosis) -> tuple[tuple[str, ...], ...]:
-    """Return the causes that a diagnosis could not tell apart."""
-    return tuple(
-        (cause.name, *cause.indistinguishable_from)
-        for cause in diagnosis.effects
-        if cause.indistinguishable_from
+        causes=intervals(posterior.sets[0]) if posterior.sets else {},
     )
 
 
-def bits_between(
-    before: StatedDiagnosis, after: StatedDiagnosis, actuator: str
-) -> dict[str, float]:
-    """Return log2 of what the interval of each number that both have has shrunk by [bit].
-
-    An interval that ends at its range both times does not say what came: it is left out.
-    """
-    old, new = (numbers_of(diagnosis, actuator) for diagnosis in (before, after))
-    return {
-        key: math.log2(width(old[key]) / width(new[key]))
-        for key in sorted(old.keys() & new.keys())
-        if min(width(old[key]), width(new[key])) > 0.0 and not (old[key].flat and new[key].flat)
-    }
-
-
-def numbers_of(diagnosis: StatedDiagnosis, actuator: str) -> dict[str, Estimate]:
-    """Return each number of a diagnosis, as ``owner.name``."""
-    owners = {actuator: diagnosis.fitted} | {c.name: c.parameters for c in diagnosis.effects}
-    return {
-        f"{owner}.{name}": number
-        for owner, numbers in owners.items()
-        for name, number in numbers.items()
-    }
-
-
-def width(number: Estimate) -> float:
-    """Return the width of a number's interval."""
-    return number.ci95[1] - number.ci95[0]
+def intervals(own: FittedSet) -> dict[str, dict[str, tuple[float, float, float]]]:
+    """Return the numbers of each cause of a set with the ends of their 95 % intervals."""
+    found: dict[str, dict[str, tuple[float, float, float]]] = {cause: {} for cause in own.causes}
+    for number, spread in zip(own.numbers, np.sqrt(own.within_ranges.diagonal()), strict=True):
+        if number.owner in found:
+            scale = number.coordinate
+            places = number.place + SURE * spread * np.array([0.0, -1.0, 1.0])
+            value, *ends = (
+                scale.value(float(u)) for u in np.clip(places, scale.lower, scale.upper)
+            )
+            found[number.owner][number.name] = (value, min(ends), max(ends))
+    return found
 
 
 def write_log(path: Path, log: InvestigationLog) -> None:
@@ -217,15 +177,7 @@ def option_text(value: Any) -> str:
 
 def read_step(row: Mapping[str, Any]) -> Step:
     """Read one step."""
-    causes, command = row["causes"], row["command"]
-    return Step(
-        **{
-            **row,
-            "command": None if command is None else tuple(command),
-            "open": tuple(map(tuple, row["open"])),
-            "settled": tuple(map(tuple, row["settled"])),
-            "causes": None
-            if causes is None
-            else {c: {k: tuple(v) for k, v in own.items()} for c, own in causes.items()},
-        }
-    )
+    command = row["command"]
+    causes = {c: {k: tuple(v) for k, v in own.items()} for c, own in row["causes"].items()}
+    command = None if command is None else tuple(command)
+    return Step(**{**row, "command": command, "causes": causes})

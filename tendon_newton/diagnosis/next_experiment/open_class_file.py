@@ -28,8 +28,6 @@ from tendon_newton.errors import (
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 FILE = "diagnosis.json"
-ANSWER = "answer"
-"""Stands for the cause where a whole answer is looked at."""
 
 
 def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
@@ -74,30 +72,6 @@ def run_separates(cause: StatedCause) -> bool:
     """Tell whether a run of the library tells a cause from those that look like it."""
     proposal = cause.separating_experiment
     return proposal is not None and not proposal.startswith(NO_RUN)
-
-
-def read_answer(folder: Path) -> OpenClass:
-    """Read a whole diagnosis as the only explanation of its data, with all numbers it fitted.
-
-    Args:
-        folder: Holds ``diagnosis.json`` and ``model.toml``.
-
-    Raises:
-        InvalidDiagnosis: A file is broken.
-    """
-    path = folder / FILE
-    table = diagnosis_table(path)
-    stated, model = state_diagnosis(table), load_model(folder / "model.toml")
-    numbers = {model.actuator.name: dict(stated.fitted)} | {
-        e.name: dict(e.parameters) for e in stated.effects
-    }
-    return OpenClass(
-        explanations=(Explanation(cause=ANSWER, numbers=numbers),),
-        without=model,
-        settings=tuple(map(read_setting, read_rows(table, "recorded"))),
-        noise=read_noise(table),
-        scale=read_scale(table),
-    )
 
 
 def read_rows(table: CheckedTable, key: str) -> list[CheckedTable]:

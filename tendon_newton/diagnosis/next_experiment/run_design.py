@@ -8,14 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.excitations import DESIGNED, RATE
-from tendon_newton.diagnosis.explanation import OpenClass, Setting
+from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import DesignedCommand
-from tendon_newton.diagnosis.next_experiment.expected_run import (
-    expect,
-    information_of,
-    ranked,
-)
-from tendon_newton.diagnosis.next_experiment.separation import Plan, library_plans
+from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, ranked
+from tendon_newton.diagnosis.next_experiment.separation import Plan, library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.worst_case import (
     Designs,
     WorstCase,
@@ -34,8 +30,8 @@ VARIED = 4
 """Variants of each of them."""
 ROUNDS = ((0.4, 0.3), (0.25, 0.15))
 """Share of the numbers that move, and by how much, in each round of variants [1]."""
-SEED = 7
-"""Seed of the library's runs."""
+SEED, TASK_SEED = 7, 8
+"""Seeds of the library's runs, and of what is to be predicted unless the user says it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,14 +42,12 @@ class DesignedPlan(Plan):
 
 
 def design(
-    question: OpenClass,
-    known: Sequence[Plan],
+    forecast: Forecast,
     settings: Sequence[Setting],
     rng: np.random.Generator,
     *,
     duration: float,
     force_limit: float,
-    row_worth: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Designs:
     """Search the commands that tell the most, and return the runs that were tried.
@@ -62,14 +56,11 @@ def design(
     the best of them that stay below the limit. Runs that may pull harder are left out.
 
     Args:
-        question: Explanations of the data, all their numbers with intervals.
-        known: Runs at hand: what they tell already is no news.
+        forecast: What is open, and what the user's task is.
         settings: Benches that may be used.
         rng: Draws commands and models.
         duration: Length of a run [s].
         force_limit: Tension that no run may reach under any model drawn [N].
-        row_worth: Independent witnesses per row; by default as many as make the runs at hand
-            give the question's intervals [1].
         progress: Told what is being done.
     """
     plans = library_plans(settings, (SEED,), duration)
@@ -79,11 +70,10 @@ def design(
         for k in range(DRAWN)
     ]
     progress(f"simulating {len(plans) + len(drawn)} runs on {len(settings)} benches")
-    information = information_of(question, known, row_worth)
-    found = expect(question, [*plans, *drawn], information)
-    worst = WorstCase(question, information, rng)
+    found = forecast.runs([*plans, *drawn])
+    worst = WorstCase(forecast.question, rng)
     for share, size in ROUNDS:
-        calm = [e.prediction.plan for e in roughly_within_limit(found, worst, force_limit)]
+        calm = [e.plan for e in roughly_within_limit(found, worst, force_limit)]
         best = [plan for plan in calm if isinstance(plan, DesignedPlan)][:KEPT]
         variants = [
             designed(plan.setting, plan.shape.moved(rng, share, size), duration)
@@ -91,8 +81,13 @@ def design(
             for _ in range(VARIED)
         ]
         progress(f"varying the best {len(best)} commands")
-        found = ranked([*found, *expect(question, variants, information)])
+        found = ranked([*found, *forecast.runs(variants)])
     return within_limit(found, worst, force_limit)
+
+
+def usual_task(setting: Setting, duration: float) -> Plan:
+    """Return what is to be predicted where the user states no task: steps to random angles."""
+    return plan_run(setting, "random_steps", TASK_SEED, duration)
 
 
 def designed(setting: Setting, shape: DesignedCommand, duration: float) -> DesignedPlan:

@@ -9,16 +9,15 @@ from typing import Any
 
 from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.files.toml_file import write_toml
-from tendon_newton.diagnosis.next_experiment.separation import Prediction, bench_text
+from tendon_newton.diagnosis.next_experiment.separation import Plan, Prediction, bench_text
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, GREY, INK
 
 SHOWN = 12
 """Runs in the picture, the best ones."""
 
 
-def write_command(path: Path, prediction: Prediction) -> None:
+def write_command(path: Path, plan: Plan) -> None:
     """Write the command as CSV: ``t`` [s] and ``theta_d`` [rad], held until the next row."""
-    plan = prediction.plan
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("t", "theta_d"))
@@ -27,9 +26,9 @@ def write_command(path: Path, prediction: Prediction) -> None:
         )
 
 
-def write_setting(path: Path, prediction: Prediction) -> None:
+def write_setting(path: Path, plan: Plan) -> None:
     """Write which command to record on which bench, as TOML."""
-    write_toml(path, {"command": path.with_suffix(".csv").name, **setting_of(prediction)})
+    write_toml(path, {"command": path.with_suffix(".csv").name, **setting_of(plan)})
 
 
 def write_prediction(path: Path, predictions: Sequence[Prediction]) -> None:
@@ -37,16 +36,16 @@ def write_prediction(path: Path, predictions: Sequence[Prediction]) -> None:
     best = predictions[0]
     top: dict[str, Any] = {
         "command": path.with_suffix(".csv").name,
-        **setting_of(best),
+        **setting_of(best.plan),
         "repeats": best.repeats or 0,
         "left_open": [list(pair) for pair in best.open],
     }
     write_toml(path, top, runs=[run_of(p) for p in predictions])
 
 
-def setting_of(prediction: Prediction) -> dict[str, Any]:
+def setting_of(plan: Plan) -> dict[str, Any]:
     """Return bench and its numbers as ``dataset.toml`` names them."""
-    table = prediction.plan.setting.to_json()
+    table = plan.setting.to_json()
     del table["seconds"]
     return table
 

@@ -6,22 +6,21 @@ hardest, since few draws come near that corner.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.explanation import OpenClass
-from tendon_newton.diagnosis.imitation import ImitationTrial
-from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Information, ranked
-from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording
-from tendon_newton.effects import EFFECTS
-from tendon_newton.identification.study import Study, replacements
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected, ranked
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, moved_sets
+from tendon_newton.diagnosis.next_experiment.separation import Plan
+from tendon_newton.identification.study import replacements
 
-LOOKED_AT, TOGETHER = 8, 2
+LOOKED_AT, TOGETHER = 8, 1
 """Runs of a bench that are simulated together while commands are varied, and at the end."""
-FEW_DRAWS, DRAWS = 8, 64
+FEW_DRAWS, DRAWS = 10, 128
 """Models drawn from the intervals for each of these runs."""
 STEP = 5.0e-4
 """Simulation step [s]: peaks of force are shorter than a step of the search."""
@@ -43,19 +42,15 @@ class Designs:
 
 
 class WorstCase:
-    """The largest tension of runs under models that the data allow.
+    """The largest tension of runs under models that the data allow, of every set of causes.
 
     Args:
-        question: Its first explanation has the numbers.
-        information: What the data leave open of them.
+        question: What is open.
         rng: Draws models.
     """
 
-    def __init__(
-        self, question: OpenClass, information: Information, rng: np.random.Generator
-    ) -> None:
+    def __init__(self, question: OpenSets, rng: np.random.Generator) -> None:
         self._question, self._rng = question, rng
-        self._left = information.left()
 
     def roughly(self, found: Sequence[Expected]) -> list[Expected]:
         """Return runs with their largest tension under few drawn models [N]."""
@@ -68,47 +63,56 @@ class WorstCase:
         )
 
     def drawn(self, plans: Sequence[Plan], draws: int) -> Array:
-        """Return the largest tension of each run under models drawn anew [N], shape (P,)."""
-        places = self._rng.normal(size=(draws, len(self._left.numbers)))
-        return self._peaks(plans, places).max(axis=1)
+        """Return the largest tension of each run under models drawn anew [N], shape (P,).
+
+        Args:
+            plans: The runs.
+            draws: Models of all sets together; an unlikely set may pull as hard as the likeliest.
+        """
+        sets = self._question.posterior.sets
+        each = math.ceil(draws / len(sets))
+        normals = [self._rng.normal(size=(each, len(own.numbers))) for own in sets]
+        return self._peaks(plans, normals).max(axis=1)
 
     def at_corner(self, plans: Sequence[Plan]) -> Array:
-        """Return each run's tension where it grows most, to first order [N], shape (P,)."""
-        if not len(self._left.numbers):
+        """Return each run's tension where it grows most in the likeliest set, to first order [N].
+
+        Shape (P,).
+        """
+        likeliest, *others = self._question.posterior.sets
+        count, none = len(likeliest.numbers), [np.zeros((0, len(o.numbers))) for o in others]
+        if not count:
             return np.zeros(len(plans))
-        ways = np.eye(len(self._left.numbers))
-        up, down = np.split(self._peaks(plans, np.concatenate([ways, -ways])), 2, axis=1)
+        ways = np.concatenate([np.eye(count), -np.eye(count)])
+        up, down = np.split(self._peaks(plans, [ways, *none]), 2, axis=1)
         slopes = up - down
         sizes = np.linalg.norm(slopes, axis=1, keepdims=True)
         corners = CORNER * slopes / np.where(sizes > 0.0, sizes, 1.0)
-        far = np.diag(self._peaks(plans, corners))
+        far = np.diag(self._peaks(plans, [corners, *none]))
         return np.maximum(far, np.maximum(up, down).max(axis=1))
 
     def _with_peaks(
         self, found: Sequence[Expected], look: Callable[[Sequence[Plan]], Array]
     ) -> list[Expected]:
-        """Return runs with a largest tension; without a load cell, or numbers, as they are."""
+        """Return runs with a largest tension; without a load cell as they are."""
         if self._question.noise.force is None or not found:
             return list(found)
-        peaks = look([e.prediction.plan for e in found])
+        peaks = look([e.plan for e in found])
         return [
             replace(e, peak_force=max(float(peak), e.peak_force or 0.0))
             for e, peak in zip(found, peaks, strict=True)
         ]
 
-    def _peaks(self, plans: Sequence[Plan], places: Array) -> Array:
+    def _peaks(self, plans: Sequence[Plan], normals: Sequence[Array]) -> Array:
         """Return the largest tension of runs under models [N], shape (P, N).
 
         Args:
             plans: The runs.
-            places: Of models, in standard deviations of the draws, shape (N, F).
+            normals: Places of each set's models, in standard deviations of the draws, (N, F) each.
         """
-        runs = [blank_recording(plan, has_force=True) for plan in plans]
-        question = self._question
-        study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
-        trial = ImitationTrial(study, question.explanations[0])
-        drawn = self._left.at(WIDER * places)
-        models = [dict(zip(trial.models[0], own, strict=True)) for own in drawn]
+        study = self._question.study(plans, STEP)
+        sets = moved_sets(self._question, study)
+        models = [m for own, z in zip(sets, normals, strict=True) for m in own.drawn(WIDER * z)]
         residuals = study.residuals(*replacements(models))
         return np.array([np.max(-r.force, axis=1) for r in residuals if r.force is not None])
 
@@ -153,7 +157,7 @@ def by_bench(found: Iterable[Expected]) -> list[list[Expected]]:
     """Return runs of each bench, in their order."""
     benches: dict[str, list[Expected]] = {}
     for expected in found:
-        benches.setdefault(expected.prediction.plan.setting.bench, []).append(expected)
+        benches.setdefault(expected.plan.setting.bench, []).append(expected)
     return list(benches.values())
 
 

@@ -13,6 +13,8 @@ from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.effects import law_of
 
 TEMPLATE = "path.html.jinja"
+SURE = 0.9
+"""Probability of a cause from which it stands alone [1]."""
 SIZE = (3.6, 1.9)
 """Size of one number's panel [inch]."""
 
@@ -28,53 +30,44 @@ def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    diagnosed = [step for step in log.steps if step.causes is not None]
+    answered = [step for step in log.steps if step.probabilities is not None]
     content = {
         "title": "Investigation",
         "headline": log.ended or "going on",
         "seconds": f"{log.seconds:.0f}",
         "runs": log.runs,
         "causes": [
-            {"name": name.replace("_", " "), "open": open_words(diagnosed[-1], name)}
-            for name in (diagnosed[-1].causes or {})
-        ]
-        if diagnosed
-        else [],
+            {"name": name.replace("_", " "), "share": f"{share:.0%}"}
+            for name, share in ((answered[-1].probabilities or {}) if answered else {}).items()
+        ],
         "steps": step_rows(log.steps, folder),
-        "panels": [panel(diagnosed, cause, name) for cause, name in numbers_of(diagnosed)],
+        "panels": [panel(answered, cause, name) for cause, name in numbers_of(answered)],
         "commands": [command_panel(step) for step in log.steps if step.command is not None],
     }
     write_page(path, "tendon_newton.diagnosis.reporting", TEMPLATE, content)
 
 
-def open_words(step: Step, cause: str) -> str:
-    """Return the rivals of a cause, in words; empty without one."""
-    rivals = next((names[1:] for names in step.open if names[0] == cause), ())
-    return " or ".join(name.replace("_", " ") for name in rivals)
-
-
 def step_rows(steps: Sequence[Step], folder: Path) -> list[dict[str, Any]]:
     """Return what the table shows of each step."""
     rows: list[dict[str, Any]] = []
-    run = 0
+    run, before = 0, None
     for step in steps:
-        link = None
-        if step.split == "train":
-            link = f"diagnosis_{run + 1}/report.html"
-            run += 1
-        bits = step.bits
+        run += step.split == "train"
+        link = f"diagnosis_{run}/report.html"
+        came = None if before is None else step.brought(before)
         rows.append(
             {
                 "name": step.name,
                 "bench": step.bench.replace("_", " "),
                 "why": step.why,
-                "link": link if link and (folder / link).exists() else None,
+                "link": link if step.verdict and (folder / link).exists() else None,
                 "verdict": (step.verdict or "").replace("_", " "),
-                "causes": ", ".join(name.replace("_", " ") for name in step.causes or {}),
-                "open": "; ".join(" or ".join(names) for names in step.open).replace("_", " "),
-                "bits": "" if bits is None else f"{bits[1]:.1f} of {bits[0]:.1f}",
+                "causes": ", ".join(name.replace("_", " ") for name in step.causes),
+                "by_hand": step.by_hand,
+                "bits": "" if came is None else f"{came['names']:.2f}, {came['task']:.2f}",
             }
         )
+        before = step
     return rows
 
 
@@ -82,7 +75,7 @@ def numbers_of(steps: Sequence[Step]) -> list[tuple[str, str]]:
     """Return every number that was named at any step, those of the last answer first."""
     found: dict[tuple[str, str], None] = {}
     for step in reversed(steps):
-        for cause, numbers in (step.causes or {}).items():
+        for cause, numbers in step.causes.items():
             found |= {(cause, name): None for name in numbers}
     return list(found)
 
@@ -91,9 +84,9 @@ def panel(steps: Sequence[Step], cause: str, name: str) -> str:
     """Draw one number with its interval after each run; a run without it leaves a gap."""
     unit = next(p.unit for p in law_of(cause).parameters if p.name == name)
     places = [
-        (k, step.causes[cause][name], any(cause in names for names in step.open))
+        (k, step.causes[cause][name], (step.probabilities or {})[cause] < SURE)
         for k, step in enumerate(steps, start=1)
-        if step.causes and name in step.causes.get(cause, {})
+        if name in step.causes.get(cause, {})
     ]
 
     def draw(axes: Any) -> None:

@@ -1,0 +1,164 @@
+"""Sets of causes that data leave open, as models to simulate on runs that are only planned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording
+from tendon_newton.diagnosis.posterior import QUARTERS, Coordinate, FittedSet, Posterior
+from tendon_newton.diagnosis.search.floors import form_scales
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.identification.study import Study, replacements
+
+STRIDES = (0.02, 0.2)
+"""Least and greatest step of a difference, as a share of a coordinate and of a typical size
+besides [1]. Between them the step is the number's spread: over that it counts."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenSets:
+    """What is not known of a bench, and what its sensors see."""
+
+    posterior: Posterior
+    model: Model
+    """The model that the sets start from."""
+    noise: NoiseFloor
+    scale: BenchScale = field(default_factory=BenchScale)
+    """How large the benches are."""
+
+    @property
+    def weights(self) -> Array:
+        """Weights of the sets, which are one together [1], shape (K,)."""
+        own = np.array([one.weight for one in self.posterior.sets])
+        return own / own.sum()
+
+    def study(self, plans: Sequence[Plan], step: float = SEARCH_STEP) -> Study:
+        """Return planned runs, ready to be simulated.
+
+        Args:
+            plans: The runs.
+            step: Of the simulation [s].
+        """
+        runs = [blank_recording(plan, self.noise.force is not None) for plan in plans]
+        return Study(runs, self.model, tuple(EFFECTS), time_step=step, scale=self.scale)
+
+
+class MovedSet:
+    """A set at its optimum, and with each of its numbers moved, as models to simulate.
+
+    A number of a bench alone is left out: other benches have their own.
+
+    Args:
+        study: The planned runs.
+        own: The set.
+    """
+
+    def __init__(self, study: Study, own: FittedSet) -> None:
+        places = {(owner, p.name): c for c, (owner, p) in enumerate(study.table.owners)}
+        seen = [i for i, n in enumerate(own.numbers) if (n.owner, n.name) in places]
+        self.names = tuple(f"{own.numbers[i].owner}.{own.numbers[i].name}" for i in seen)
+        self.covariance = own.within_ranges[np.ix_(seen, seen)]
+        self.coordinates = [own.numbers[i].coordinate for i in seen]
+        self._columns = [places[own.numbers[i].owner, own.numbers[i].name] for i in seen]
+        self._seen, self._own = seen, own
+        self.place = place = np.array([own.numbers[i].place for i in seen])
+        spreads = [spread_before(study, c, scale, own)
+                   for c, scale in zip(self._columns, self.coordinates, strict=True)]  # fmt: skip
+        self.prior = np.diag(np.square(np.array(spreads)))
+        """Covariance of the numbers before there are data, shape (F, F)."""
+        least, most = (share * (1.0 + np.abs(place)) for share in STRIDES)
+        steps = np.clip(np.sqrt(np.diag(self.covariance)), least, most)
+        over = place + steps > [c.upper for c in self.coordinates]
+        self.steps = np.where(over, -steps, steps)
+        self.models = [self._model(place), *map(self._model, place + np.diag(self.steps))]
+
+    def drawn(self, normal: Array) -> list[dict[int, float]]:
+        """Return models drawn from the set, column -> value.
+
+        Args:
+            normal: Standard normal numbers, shape (N, F).
+        """
+        values = self._own.at(normal)[:, self._seen]
+        return [dict(zip(self._columns, row, strict=True)) for row in values.tolist()]
+
+    def _model(self, place: Array) -> dict[int, float]:
+        values = [c.value(float(u)) for c, u in zip(self.coordinates, place, strict=True)]
+        return dict(zip(self._columns, values, strict=True))
+
+
+def spread_before(study: Study, column: int, scale: Coordinate, own: FittedSet) -> float:
+    """Return the standard deviation of a number before there are data [coordinate].
+
+    What is stated has its tolerance, unless it is one of the causes; else there is the range.
+    """
+    parameter, owner = study.parameter(column), study.table.owners[column][0]
+    if parameter.tolerance > 0.0 and owner not in own.causes:
+        is_log = scale.kind == "log"
+        return float(np.log1p(parameter.tolerance) if is_log else parameter.tolerance) / scale.unit
+    return (scale.upper - scale.lower) / QUARTERS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Played:
+    """A planned run under all sets, its rows reduced to what a forecast needs."""
+
+    means: Array
+    """Products of what the sets predict, shape (K, K)."""
+    slopes: tuple[tuple[Array, ...], ...]
+    """Products of the changes by the numbers of two sets, shape (F, F') each."""
+    mixed: tuple[Array, ...]
+    """Products of the changes by a set's numbers with what the sets predict, shape (F, K) each."""
+    rows: int
+    """Rows of all signals."""
+    peak_force: float | None = None
+    """Largest tension under any of these models [N]; None without a load cell."""
+
+
+def moved_sets(question: OpenSets, study: Study) -> tuple[MovedSet, ...]:
+    """Return the models of all sets."""
+    return tuple(MovedSet(study, own) for own in question.posterior.sets)
+
+
+def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[Played, ...]:
+    """Simulate planned runs under every set.
+
+    Signals count in units of what noise and errors of form leave, as in a fit.
+    """
+    if not plans:
+        return ()
+    study, noise, form = question.study(plans), question.noise, form_scales(question.scale)
+    sets = moved_sets(question, study)
+    out: list[Played] = []
+    for r in study.residuals(*replacements([m for own in sets for m in own.models])):
+        parts, peak = [-r.theta / max(form.theta, noise.theta)], None
+        if r.force is not None and noise.force is not None:
+            parts.append(-r.force / max(form.force, noise.force))
+            peak = float(np.max(-r.force))
+        played = reduced(sets, np.concatenate(parts, axis=1))
+        out.append(replace(played, peak_force=peak))
+    return tuple(out)
+
+
+def reduced(sets: Sequence[MovedSet], signals: Array) -> Played:
+    """Return the products of signals of all models, the sets' one after the other, shape (N, M)."""
+    ends = np.cumsum([0, *(len(own.models) for own in sets)])
+    means = np.stack([signals[i] for i in ends[:-1]])
+    slopes = [
+        (signals[i + 1 : j] - signals[i]) / own.steps[:, None]
+        for own, (i, j) in zip(sets, pairwise(ends.tolist()), strict=True)
+    ]
+    return Played(
+        means=means @ means.T,
+        slopes=tuple(tuple(one @ other.T for other in slopes) for one in slopes),
+        mixed=tuple(one @ means.T for one in slopes),
+        rows=signals.shape[1],
+    )
