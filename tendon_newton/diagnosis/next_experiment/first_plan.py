@@ -150,9 +150,7 @@ def prior_question(model: Model, settings: Sequence[Setting], duration: float) -
         weight=1.0,
         causes=tuple(effect.cause for effect in model.effects),
         numbers=tuple(numbers),
-        covariance=np.diag(
-            [(NOTHING * (n.coordinate.upper - n.coordinate.lower)) ** 2 for n in numbers]
-        ),
+        covariance=np.diag(np.square(NOTHING * widths)),
     )
     return OpenSets(
         posterior=Posterior(sets=(own,)),
