@@ -567,11 +567,19 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests="tests/train/refresh/test_retraining.py -k worn",
     ),
     Mutation(
-        name="limit-draws-one-by-one",
+        name="known-runs-are-news",
         file="tendon_newton/diagnosis/next_experiment/expected_run.py",
-        old="covariance=np.outer(wider, wider) * 0.5 * (covariance + covariance.T)",
-        new="covariance=np.diag(wider**2 * np.diag(covariance))",
-        tests="tests/diagnosis/next_experiment/test_run_design.py -k tie",
+        old="informed(own.prior, self._worth * rows)",
+        new="informed(own.prior, 0.0 * rows)",
+        tests="tests/diagnosis/next_experiment/test_run_design.py -k half_a_bit",
+    ),
+    Mutation(
+        name="only-the-likeliest-set-pulls",
+        file="tendon_newton/diagnosis/next_experiment/worst_case.py",
+        old="normals = [self._rng.normal(size=(each, len(own.numbers))) for own in sets]",
+        new="normals = [self._rng.normal(size=(each * (k == 0), len(own.numbers)))\n"
+        "                   for k, own in enumerate(sets)]",
+        tests="tests/diagnosis/next_experiment/test_run_design.py -k unlikely",
     ),
     Mutation(
         name="interval-halved",
@@ -583,8 +591,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="correlation-ignored",
         file="tendon_newton/diagnosis/posterior.py",
-        old="scaled = self.covariance /",
-        new="scaled = np.diag(np.diag(self.covariance)) /",
+        old="eigh(self.covariance /",
+        new="eigh(np.diag(np.diag(self.covariance)) /",
         tests="tests/diagnosis/search/test_posterior.py -k together",
     ),
     Mutation(

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from tendon_newton.data.excitations import RATE
 from tendon_newton.data.recording import Array, Recording
@@ -22,8 +24,6 @@ from tendon_newton.identification.intervals import WIDENING
 
 QUIET = 0.1
 """Spread of a prediction that matters to nobody [errors of form]."""
-SHARE = 0.25
-"""Share of the evidence between two sets that is counted on [1]; see `Forecast`."""
 SETS_WORTH = INDEPENDENT / RATE / WIDENING**2
 """Independent witnesses per row of evidence between sets, as a diagnosis weighs them [1]."""
 WORTHS, HALVINGS = (1.0e-6, 1.0), 30
@@ -81,7 +81,8 @@ class Forecast:
         self.question, self.weights = question, question.weights
         self.sets = moved_sets(question, question.study([task]))
         self._task, *seen = play(question, [task, *known])
-        told = [np.sum([p.slopes[k][k] for p in seen], axis=0) for k in range(len(self.sets))]
+        told = [sum((p.slopes[k][k] for p in seen), np.zeros_like(own.prior))
+                for k, own in enumerate(self.sets)]  # fmt: skip
         self._worth = self._row_worth(told[0]) if row_worth is None else row_worth
         self._covariances = [informed(own.prior, self._worth * rows)
                              for own, rows in zip(self.sets, told, strict=True)]  # fmt: skip
@@ -89,7 +90,7 @@ class Forecast:
     @property
     def entropy(self) -> float:
         """Entropy of the sets of causes [bit]."""
-        return entropy(self.weights)
+        return float(-self.weights @ np.log2(self.weights))
 
     @property
     def spread(self) -> float:
@@ -111,57 +112,47 @@ class Forecast:
             worth: Independent witnesses per row [1].
         """
         after = self._after(played, worth)
-        likely = self._likely(played, max(worth, SETS_WORTH))
+        overlap = np.exp(-self._apart(played, max(worth, SETS_WORTH)))
+        likely = self.weights * overlap
+        likely /= likely.sum(axis=1, keepdims=True)
         before = self._variance(self.weights, self._covariances)
-        left = sum(
-            w * self._variance(own, after) for w, own in zip(self.weights, likely, strict=True)
-        )
-        first = zip(
-            self.sets[0].names, self._covariances[0].diagonal(), after[0].diagonal(), strict=True
-        )
+        left = self.weights @ np.array([self._variance(own, after) for own in likely])
+        first = (self._covariances[0].diagonal() / after[0].diagonal()).tolist()
         return Told(
-            names=self.entropy
-            - sum(w * entropy(p) for w, p in zip(self.weights, likely, strict=True)),
+            names=float(-self.weights @ np.log2(overlap @ self.weights)),
             task=0.5 * float(np.log2(before / left)),
-            numbers={name: 0.5 * float(np.log2(old / new)) for name, old, new in first},
+            numbers={
+                name: 0.5 * float(np.log2(shrinks))
+                for name, shrinks in zip(self.sets[0].names, first, strict=True)
+            },
         )
 
     def _after(self, played: Played, worth: float) -> list[Array]:
         """Return each set's covariance once a run is seen, shape (F, F)."""
         return [informed(c, worth * played.slopes[k][k]) for k, c in enumerate(self._covariances)]
 
-    def _likely(self, played: Played, worth: float) -> Array:
-        """Return the weights of the sets once a run is seen, for each as the true one, (K, K).
+    def _apart(self, played: Played, worth: float) -> Array:
+        """Return how far apart a run keeps two sets, however their numbers are, shape (K, K).
 
-        The evidence for a set is that of its divergence from the true one: Kullback and Leibler's,
-        of two Gaussians that differ in mean and covariance. A quarter of it bounds the information
-        about the sets from below where covariances are alike.
+        The distance is Bhattacharyya's between what they predict, two Gaussians that differ in
+        mean and covariance. With it the entropy of a mixture is bounded, and so the information
+        about which set is true, from below.
 
         Source: Kolchinsky and Tracey, Estimating Mixture Entropy with Pairwise Distances (2017).
         """
-        count, after = len(self.weights), self._after(played, worth)
-        behind = np.zeros((count, count))
-        inside = [c @ (worth * played.slopes[k][k]) for k, c in enumerate(self._covariances)]
-        sizes = [np.linalg.slogdet(np.eye(len(c)) + c)[1] for c in inside]
-        for a in range(count):
-            for b in range(count):
-                if a == b:
-                    continue
-                away = played.means[a, a] + played.means[b, b] - 2.0 * played.means[a, b]
-                seen = worth * (played.mixed[b][:, a] - played.mixed[b][:, b])
-                cross = worth * played.slopes[b][a]
-                behind[a, b] = 0.5 * (
-                    np.trace(inside[a])
-                    - worth * np.trace(after[b] @ played.slopes[b][b])
-                    - np.trace(after[b] @ cross @ self._covariances[a] @ cross.T)
-                    + worth * away
-                    - seen @ after[b] @ seen
-                    + sizes[b]
-                    - sizes[a]
-                )
-        scores = np.log(self.weights) - SHARE * np.maximum(behind, 0.0)
-        likely = np.exp(scores - scores.max(axis=1, keepdims=True))
-        return likely / likely.sum(axis=1, keepdims=True)
+        count, now = len(self.weights), self._covariances
+        apart = np.zeros((count, count))
+        sizes = [log_size(c, worth * played.slopes[k][k]) for k, c in enumerate(now)]
+        for a, b in combinations(range(count), 2):
+            both = 0.5 * np.asarray(block_diag(now[a], now[b]), dtype=np.float64)
+            told = worth * np.block([[played.slopes[i][j] for j in (a, b)] for i in (a, b)])
+            seen = [played.mixed[k][:, a] - played.mixed[k][:, b] for k in (a, b)]
+            miss = worth * np.concatenate(seen)
+            away = played.means[a, a] + played.means[b, b] - 2.0 * played.means[a, b]
+            square = worth * away - miss @ informed(both, told) @ miss
+            wider = log_size(both, told) - 0.5 * (sizes[a] + sizes[b])
+            apart[a, b] = apart[b, a] = max(0.0, square / 8.0 + wider / 2.0)
+        return apart
 
     def _variance(self, weights: Array, covariances: Sequence[Array]) -> float:
         """Return the mean variance of the predictions of the task [squared errors of form]."""
@@ -191,10 +182,9 @@ def informed(covariance: Array, information: Array) -> Array:
     return 0.5 * (left + left.T)
 
 
-def entropy(weights: Array) -> float:
-    """Return the entropy of weights that are one together [bit]."""
-    kept = weights[weights > 0.0]
-    return float(-kept @ np.log2(kept))
+def log_size(covariance: Array, information: Array) -> float:
+    """Return the logarithm of how much smaller information makes a covariance [nat]."""
+    return float(np.linalg.slogdet(np.eye(len(covariance)) + covariance @ information)[1])
 
 
 def ranked(found: Iterable[Expected]) -> tuple[Expected, ...]:

@@ -19,9 +19,9 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study, replacements
 
-STRIDES = (0.02, 0.2)
-"""Least and greatest step of a difference, as a share of a coordinate and of a typical size
-besides [1]. Between them the step is the number's spread: over that it counts."""
+STRIDE = 0.003
+"""Step of a difference, as a share of a coordinate and of a typical size besides [1]. Over longer
+ones what bends looks like another direction, and would seem to tell sets apart."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,8 +75,7 @@ class MovedSet:
                    for c, scale in zip(self._columns, self.coordinates, strict=True)]  # fmt: skip
         self.prior = np.diag(np.square(np.array(spreads)))
         """Covariance of the numbers before there are data, shape (F, F)."""
-        least, most = (share * (1.0 + np.abs(place)) for share in STRIDES)
-        steps = np.clip(np.sqrt(np.diag(self.covariance)), least, most)
+        steps = STRIDE * (1.0 + np.abs(place))
         over = place + steps > [c.upper for c in self.coordinates]
         self.steps = np.where(over, -steps, steps)
         self.models = [self._model(place), *map(self._model, place + np.diag(self.steps))]

@@ -1,6 +1,5 @@
 """An investigation: what it writes, when it ends, and that it goes on where it stopped."""
 
-import json
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -16,6 +15,7 @@ from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.errors import BenchNotReady, SafetyStop
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import list_recording, listed_files, load_dataset
+from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
     InvestigationLog,
     Step,
@@ -23,7 +23,17 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     with_answer,
     write_log,
 )
-from tendon_newton.errors import InvalidOutput, TendonNewtonError
+from tendon_newton.diagnosis.next_experiment.separation import plan_run
+from tendon_newton.diagnosis.next_experiment.separation_files import write_command
+from tendon_newton.diagnosis.next_experiment.task_file import read_task
+from tendon_newton.diagnosis.posterior import (
+    Coordinate,
+    FittedSet,
+    OpenNumber,
+    Posterior,
+    write_posterior,
+)
+from tendon_newton.errors import InvalidOutput, InvalidRecording, TendonNewtonError
 from tendon_newton.workflows import investigation
 from tendon_newton.workflows.investigation_check import binding, check
 from tendon_newton.workflows.investigation_choice import SPENT, choose_next, reason_to_end
@@ -35,7 +45,8 @@ from tests.faults.injections import LONG, let
 from tests.hardware.deploy.runs import at_instant
 
 STEP = Step(name="run_0", bench="finger", seconds=12.0, why="first")
-SURE = replace(STEP, verdict="explained", causes={"a": {}})
+QUIET = replace(STEP, verdict="no_gap", probabilities={})
+OPEN = replace(STEP, probabilities={"a": 0.6})
 OPTIONS = {"seed": 3, "benches": ["finger"]}
 TILT, OFFSET = ("gravity_misalignment", "angle"), ("position_offset", "angle")
 
@@ -45,22 +56,21 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
     step = replace(
         STEP,
         command=(0.0, 1.5),
-        expected={"a.x": 1.0},
-        brought={"a.x": 0.5},
+        expected={"names": 1.0, "task": 0.2},
+        left={"names": 0.5, "task": 2.0},
         verdict="explained",
+        probabilities={"a": 0.8},
         causes={"a": {"x": (1.0, 0.9, 1.1)}},
-        open=(("a", "b"),),
-        settled=(("c", "d"),),
+        by_hand="measure the spool",
     )
     log = InvestigationLog(options=OPTIONS, steps=(STEP, step), ended="done")
     path = tmp_path / "log.json"
     write_log(path, log)
     assert read_log(path, OPTIONS) == log
-    assert step.bits == (1.0, 0.5)
     path.write_text(path.read_text(encoding="utf-8").replace('"why"', '"what"'), encoding="utf-8")
     with pytest.raises(InvalidOutput, match="a step of the log is broken"):
         read_log(path, OPTIONS)
-    path.write_text('{"schema": 1, "seed": 3, "steps": []}', encoding="utf-8")
+    path.write_text('{"schema": 2, "seed": 3, "steps": []}', encoding="utf-8")
     with pytest.raises(InvalidOutput, match="with the options that it was begun with"):
         read_log(path, OPTIONS)
 
@@ -77,55 +87,31 @@ def test_a_log_of_other_options_says_which_differ(tmp_path: Path) -> None:
     assert "--seed" not in str(error.value)
 
 
-def test_half_an_interval_is_a_bit(tmp_path: Path) -> None:
-    """What came is read from the two diagnoses, and a class that went is settled.
+def test_half_a_spread_is_a_bit() -> None:
+    """What came is read from what two answers leave: entropy of names, and spread of the task."""
+    before = replace(STEP, left={"names": 1.5, "task": 4.0})
+    after = replace(STEP, left={"names": 0.7, "task": 2.0})
+    assert after.brought(before) == pytest.approx({"names": 0.8, "task": 1.0})
+    assert after.brought(STEP) is None
 
-    A number that neither diagnosis knows does not say what came.
-    """
-    for name, others in (("before", (OFFSET,)), ("after", ())):
-        (tmp_path / name).mkdir()
-        write_open_class(tmp_path / name, TILT, *others)
-    path = tmp_path / "after" / "diagnosis.json"
-    table = json.loads(path.read_text(encoding="utf-8"))
-    table["effects"][0]["parameters"]["angle"]["ci95"] = [0.295, 0.305]
-    table["fitted"] = {"gain": {"value": 4.2, "ci95": [4.15, 4.25], "unit": "N/rad"}}
-    path.write_text(json.dumps(table), encoding="utf-8")
-    earlier = tmp_path / "before" / "diagnosis.json"
-    before = json.loads(earlier.read_text(encoding="utf-8"))
-    before["fitted"] = {"gain": {"value": 4.0, "ci95": [3.8, 4.2], "unit": "N/rad"}}
-    for one in (before, table):
-        one["fitted"]["knee"] = {"value": 1.0, "ci95": [0, 9], "unit": "N", "flat": True}
-    path.write_text(json.dumps(table), encoding="utf-8")
-    earlier.write_text(json.dumps(before), encoding="utf-8")
-    step = with_answer(STEP, path, earlier, actuator="ideal")
-    assert step.brought == pytest.approx({"gravity_misalignment.angle": 1.0, "ideal.gain": 2.0})
-    assert step.settled == (("gravity_misalignment", "position_offset"),)
-    assert step.open == ()
+
+def test_a_cause_is_as_likely_as_the_sets_that_hold_it() -> None:
+    """The likeliest first, with the numbers of the likeliest set and their intervals."""
+    step = with_answer(STEP, SETS, None)
+    assert step.probabilities == {TILT[0]: 0.75, OFFSET[0]: 0.25}
+    value, low, high = step.causes[TILT[0]][TILT[1]]
+    assert (value, low, high) == pytest.approx((0.3, 0.29, 0.31), abs=1e-4)
+    assert step.text() == "run_0: carried on, gravity_misalignment 75%, position_offset 25%"
 
 
 @pytest.mark.parametrize(
     ("steps", "words"),
     [
-        ((SURE,), None),
-        ((SURE, SURE), "every cause stands alone, and a further run has not changed that"),
-        ((replace(SURE, causes={}), SURE), None),
-        ((replace(STEP, verdict="no_gap", causes={}),) * 2, "every cause stands alone"),
-        ((replace(STEP, verdict="unexplained"),), None),
-        ((replace(STEP, verdict="unexplained", brought={"a.x": 0.1}),) * 4, None),
-        ((replace(STEP, verdict="explained", open=(("a", "b"),)),), None),
-        ((replace(STEP, seconds=50.0, verdict="unexplained"),), "the time at the bench is spent"),
-        (
-            (replace(SURE, open=(("a", "b"),), brought={"a.x": 0.1}),) * 3,
-            "the last 2 runs brought nothing new; left open: a or b",
-        ),
-        ((replace(SURE, open=(("a", "b"),), brought={}),) * 4, None),
-        (
-            (
-                replace(SURE, causes={"b": {}}),
-                *(replace(SURE, open=(("a", "b"),), brought={"a.x": 0.1}),) * 2,
-            ),
-            None,
-        ),
+        ((OPEN,), None),
+        ((QUIET,), None),
+        ((QUIET, QUIET), "nothing is left to explain, and a further run has not changed that"),
+        ((OPEN, QUIET), None),
+        ((replace(OPEN, seconds=50.0),), "the time at the bench is spent: 50 s were recorded"),
     ],
 )
 def test_it_ends_for_a_reason(steps: tuple[Step, ...], words: str | None) -> None:
@@ -135,54 +121,109 @@ def test_it_ends_for_a_reason(steps: tuple[Step, ...], words: str | None) -> Non
     assert reason is None if words is None else str(reason).startswith(words)
 
 
-def test_it_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Recordings on a virtual bench, and diagnoses that leave a class open once, then none.
+def sets_of(*shares: tuple[tuple[str, str], float]) -> Posterior:
+    """Sets of one cause each at 0.3 rad, which is known to a hundredth."""
+    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=-1.5, upper=1.5)
+    return Posterior(
+        sets=tuple(
+            FittedSet(
+                weight=share,
+                causes=(owner,),
+                numbers=(OpenNumber(owner=owner, name=name, coordinate=scale, place=0.3),),
+                covariance=np.array([[(0.01 / 1.96) ** 2]]),
+            )
+            for (owner, name), share in shares
+        )
+    )
 
-    The first call is killed while it diagnoses for the second time: the next one repeats nothing
-    that was recorded or diagnosed.
-    """
-    diagnosed: list[int] = []
+
+SETS = sets_of((TILT, 0.75), (OFFSET, 0.25))
+
+
+def diagnosing(monkeypatch: pytest.MonkeyPatch, killed: int | None = None) -> list[str]:
+    """Let answers come from nowhere, and one of them be interrupted; return what was asked for."""
+    asked: list[str] = []
+
+    def ask(what: str, runs: int) -> None:
+        asked.append(f"{what} {runs}")
+        if len(asked) == killed:
+            raise KeyboardInterrupt
 
     def answer(out: Path, dataset: Any, *_: Any, **__: Any) -> None:
-        diagnosed.append(len(dataset.train))
-        if len(diagnosed) == 2:
-            raise KeyboardInterrupt
+        ask("diagnose", len(dataset.train))
         out.mkdir(exist_ok=True)
-        write_open_class(out, TILT, *((OFFSET,) if len(dataset.train) == 2 else ()))
+        write_open_class(out, TILT)
+        write_posterior(out / "diagnosis.json", SETS)
+
+    def carry(recordings: Any, _: Any, known: Posterior, **__: Any) -> Posterior:
+        ask("carry on", len(recordings))
+        return known
 
     monkeypatch.setattr(investigation, "diagnose_into", answer)
-    options = InvestigateOptions(
-        port="virtual::3",
-        out=tmp_path,
-        benches=("spring_weak", "finger"),
-        run_length=2.0,
-        faster_than_real_time=True,
-    )
+    monkeypatch.setattr(investigation, "go_on", carry)
+    return asked
+
+
+@pytest.mark.parametrize("killed", [1, 2, 3])
+def test_it_goes_on_where_it_was_killed(
+    killed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sets are carried on from run to run, and the last answer is a diagnosis of all recordings.
+
+    The call is killed in the first diagnosis, while sets are carried on, or in the last diagnosis:
+    the next one repeats nothing that was recorded or answered.
+    """
+    asked = diagnosing(monkeypatch, killed)
+    options = virtual(tmp_path, benches=("spring_weak", "finger"))
     with pytest.raises(KeyboardInterrupt):
-        investigation.investigate(options, SilentOperator(), budget=60.0)
-    page = investigation.investigate(options, SilentOperator(), budget=60.0)
-    assert diagnosed == [2, 3, 3]
-    dataset = load_dataset(tmp_path / "recordings")
+        investigation.investigate(options, SilentOperator(), budget=8.0)
+    page = investigation.investigate(options, SilentOperator(), budget=8.0)
+    whole = ["diagnose 2", "carry on 3", "diagnose 3"]
+    assert asked == [*whole[:killed], *whole[killed - 1 :]]
+    dataset = load_dataset(options.out / "recordings")
     assert [r.name.removesuffix(".mcap") for r in dataset.train] == ["run_0", "run_1", "run_2"]
-    log = read_log(tmp_path / "investigation.json", binding(options))
-    assert log.ended == "every cause stands alone, and a further run has not changed that"
-    assert log.steps[-1].settled == (("gravity_misalignment", "position_offset"),)
+    log = read_log(options.out / "investigation.json", binding(options))
+    assert log.ended == "the time at the bench is spent: 8 s were recorded"
+    last, before = log.steps[-1], log.steps[-2]
+    assert last.verdict == "explained"
+    assert last.expected is not None
+    assert last.brought(before) is not None
     assert "gravity misalignment" in page.read_text(encoding="utf-8")
 
 
-def test_as_long_as_no_cause_is_named_the_library_goes_on() -> None:
+def test_as_long_as_no_cause_is_known_the_library_goes_on() -> None:
     """No command can be designed for a cause that has no name: benches and motions in turn."""
     options = virtual(Path(), benches=("finger", "spring_weak"), run_length=12.0)
     log = InvestigationLog(options=OPTIONS, steps=investigation.first_steps(options))
     found: list[tuple[str, str]] = []
     for _ in range(3):
-        unnamed = replace(log.steps[-1], verdict="unexplained", causes={})
+        unnamed = replace(log.steps[-1], verdict="unexplained", probabilities={})
         log = replace(log, steps=(*log.steps[:-1], unnamed))
-        log = choose_next(log, options, SilentOperator(), 200.0)
+        log = choose_next(log, None, options, SilentOperator(), 200.0)
         found.append((log.steps[-1].bench, log.steps[-1].excitation))
     assert found == [("spring_weak", "sine"), ("finger", "sine"), ("finger", "ramps")]
     assert log.steps[-1].name == "run_4"
     assert log.ended is None
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("t,angle\n0,1\n4,1\n", "a task is a recording, or a CSV file with the columns t"),
+        ("t,theta_d\n0,1\n1,1\n", "increase over 2 to 120 s; these last 1 s"),
+        ("t,theta_d\n0,1\n4,7\n", "commands of a task are 0 to .*; these are 1.000 to 7.000"),
+    ],
+)
+def test_a_task_that_cannot_be_predicted_is_refused(rows: str, words: str, tmp_path: Path) -> None:
+    """Before anything is written; what `plan` writes is a task as it is."""
+    path, setting = tmp_path / "task.csv", Setting(bench="finger")
+    path.write_text(rows, encoding="utf-8")
+    with pytest.raises(InvalidRecording, match=words):
+        investigation.investigate(virtual(tmp_path, task=path), SilentOperator(), budget=60.0)
+    assert not (tmp_path / "out").exists()
+    plan = plan_run(setting, "ramps", 0, 4.0)
+    write_command(path, plan)
+    np.testing.assert_allclose(read_task(path, setting).command, plan.command, atol=1e-5)
 
 
 def test_a_bench_that_stands_alone_is_seen_twice() -> None:
@@ -239,6 +280,7 @@ def virtual(folder: Path, **changes: Any) -> InvestigateOptions:
         ({"rate": 81.0}, "whole multiple of the command rate"),
         ({"force_limit": -1.0}, "the limit of force must be above 0"),
         ({"known": Path("none.toml")}, "none.toml: .*no such file"),
+        ({"task": Path("none.csv")}, "none.csv"),
         ({"calibration": Path("cell.toml")}, "cell.toml: a calibration is a TOML file"),
     ],
 )

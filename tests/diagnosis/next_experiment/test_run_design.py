@@ -1,7 +1,7 @@
 """The next run is designed: its command, what it is expected to tell, and its limits."""
 
+from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,18 +11,21 @@ from hypothesis import strategies as st
 from tendon_newton.cli import main
 from tendon_newton.data.excitations import LARGEST_COMMAND
 from tendon_newton.data.model_file import Model, NamedValues, write_model
-from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
+from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.next_experiment.by_hand import best_by_hand
 from tendon_newton.diagnosis.next_experiment.designed_command import (
     NUMBERS,
     SEGMENTS,
     DesignedCommand,
 )
-from tendon_newton.diagnosis.next_experiment.expected_run import Information, expect, information_of
+from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
 from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
-from tendon_newton.diagnosis.next_experiment.run_design import SEED, design
-from tendon_newton.diagnosis.next_experiment.separation import library_plans, plan_run
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.run_design import SEED, design, usual_task
+from tendon_newton.diagnosis.next_experiment.separation import Plan, library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.worst_case import DRAWS, WorstCase, within_limit
-from tendon_newton.diagnosis.posterior import Coordinate, OpenNumber
+from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
+from tendon_newton.effects import find_effect
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 TIME = np.arange(960) / 80.0
@@ -53,86 +56,81 @@ def test_a_command_moves_at_its_speed_and_holds_there() -> None:
     np.testing.assert_allclose(fast[8:], LARGEST_COMMAND / 2.0)
 
 
-def test_a_run_as_informative_as_all_data_brings_half_a_bit() -> None:
-    """Twice the information shrinks an interval by the root of two, whatever the rows are worth."""
-    trial = SimpleNamespace(
-        upper=np.array([1e3, 1e3]),
-        lower=np.array([-1e3, -1e3]),
-        spreads=np.array([0.1, 0.4]),
-        names=("a.x", "b.y"),
-    )
-    recorded = np.diag([4.0, 0.25])
-    bits = Information(trial, recorded).bits(recorded)
-    assert bits == pytest.approx({"a.x": 0.5, "b.y": 0.5}, abs=1e-6)
-    np.testing.assert_allclose(Information(trial, recorded).spreads(0.0), [0.1, 0.4], rtol=1e-6)
-
-
-def test_models_drawn_for_a_limit_keep_what_the_data_tie_together() -> None:
-    """Of a sum that is known each share may be off, and the other makes up for it."""
-    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=-1e3, upper=1e3)
-    trial = SimpleNamespace(
-        upper=np.array([1e3, 1e3]),
-        lower=np.array([-1e3, -1e3]),
-        spreads=np.array([1.0, 2.0]),
-        numbers=tuple(
-            OpenNumber(owner=o, name="x", coordinate=scale, place=5.0) for o in ("a", "b")
-        ),
-    )
-    recorded = np.array([[1.0, 0.9], [0.9, 1.0]])
-    left = Information(trial, recorded, row_worth=100.0).left()
-    drawn = left.at(np.random.default_rng(0).normal(size=(4000, 2)))
-    np.testing.assert_allclose(drawn.mean(axis=0), 5.0, atol=0.1)  # 2 sigma / sqrt(4000)
-    np.testing.assert_allclose(drawn.std(axis=0), [1.0, 2.0], rtol=0.05)  # as the intervals
-    assert np.corrcoef(drawn.T)[0, 1] == pytest.approx(-0.9, abs=0.02)
-
-
-def question(spread: float = 0.1) -> OpenClass:
-    """A cause against another on a weak spring, which no run there can tell apart.
+def open_sets(spread: float = 0.1, *causes: tuple[str, float]) -> OpenSets:
+    """Sets of one cause each, equally likely: a tilt and an offset, alike on a weak spring.
 
     Args:
         spread: Half of the numbers' intervals, as a share of their values [1].
+        causes: Cause and its number in place of these two, for each set.
     """
-    causes = (("gravity_misalignment", "angle", 0.3), ("position_offset", "angle", 0.3))
-    return OpenClass(
-        explanations=tuple(
-            Explanation(
-                cause=name,
-                numbers={
-                    name: {
-                        number: Estimate(
-                            value=v, ci95=((1.0 - spread) * v, (1.0 + spread) * v), unit="rad"
-                        )
-                    }
-                },
-            )
-            for name, number, v in causes
-        ),
-        without=MODEL,
-        settings=(Setting(bench="spring_weak", seconds=10.0),),
+    sets: list[FittedSet] = []
+    for cause, value in causes or (("gravity_misalignment", 0.3), ("position_offset", 0.3)):
+        (parameter,) = find_effect(cause).parameters
+        scale = Coordinate(
+            kind="linear", origin=0.0, unit=1.0, lower=parameter.lower, upper=parameter.upper
+        )
+        number = OpenNumber(owner=cause, name=parameter.name, coordinate=scale, place=value)
+        covariance = np.array([[(spread * value / 1.96) ** 2]])
+        sets.append(
+            FittedSet(weight=0.5, causes=(cause,), numbers=(number,), covariance=covariance)
+        )
+    return OpenSets(
+        posterior=Posterior(sets=tuple(sets)),
+        model=MODEL,
         noise=NoiseFloor(theta=0.00044, force=0.05),
     )
+
+
+def task(bench: str = "finger") -> Plan:
+    """A run to predict."""
+    return usual_task(Setting(bench=bench), 4.0)
+
+
+def test_a_run_as_informative_as_all_data_brings_half_a_bit() -> None:
+    """Twice the information shrinks an interval by the root of two, whatever the rows are worth."""
+    known = plan_run(Setting(bench="finger"), "random_steps", 0, 4.0)
+    forecast = Forecast(open_sets(0.1, ("gravity_misalignment", 0.3)), [known], task())
+    (again,) = forecast.runs([known])
+    assert again.told.numbers == pytest.approx({"gravity_misalignment.angle": 0.5}, abs=0.02)
+    assert 0.0 < again.told.task < 0.5  # at most, and less where some spread matters to nobody
+
+
+def test_a_run_tells_names_apart_where_no_set_can_imitate_another() -> None:
+    """On a spring a tilt is like an offset; a finger tells one from the other, which is a bit."""
+    known = plan_run(Setting(bench="spring_weak"), "random_steps", 0, 4.0)
+    alike = open_sets(0.1, ("gravity_misalignment", 0.08), ("position_offset", 0.013))
+    forecast = Forecast(alike, [known], task(), 1.0e-2)
+    assert forecast.entropy == pytest.approx(1.0)
+    plans = [plan_run(Setting(bench=b), "ramps", 0, 4.0) for b in ("finger", "spring_weak")]
+    told = {e.plan.setting.bench: e.told.names for e in forecast.runs(plans)}
+    assert told["finger"] > 0.8
+    assert told["spring_weak"] < 0.05
+
+
+def test_a_caliper_settles_whether_the_spool_is_wrong() -> None:
+    """A spool a twentieth too large against a load cell: a bit of names, for two minutes."""
+    question = open_sets(0.1, ("spool_radius_error", 1.05), ("load_cell_gain", 1.05))
+    worth = best_by_hand(Forecast(question, [], task(), 1.0e-2))
+    assert worth is not None
+    assert worth.number == "spool_radius_error.scale"
+    assert worth.told.names > 0.5  # of one
+    assert worth.rate == pytest.approx(0.5 * (worth.told.names + worth.told.task))
+    assert worth.text().startswith("measure the spool with a caliper (2 min): 1.0 bits about names")
+    tilted = open_sets(0.1, ("gravity_misalignment", 0.3))
+    assert best_by_hand(Forecast(tilted, [], task(), 1.0e-2)) is None
 
 
 @pytest.mark.slow
 def test_designed_commands_beat_the_library_and_keep_the_limit() -> None:
     """The search never ends below where it began, and no run pulls beyond what it may."""
-    found = design(
-        question(),
-        [],
-        [Setting(bench="finger")],
-        np.random.default_rng(0),
-        duration=4.0,
-        force_limit=12.0,
-    ).runs
-    best = found[0]
-    plans = library_plans([Setting(bench="finger")], (SEED,), 4.0)
-    nothing = information_of(question(), [])
-    worst = WorstCase(question(), nothing, np.random.default_rng(0))
-    library = within_limit(expect(question(), plans, nothing), worst, 12.0).runs
-    assert best.worth >= max(e.worth for e in library)
-    assert best.worth > 0.0
+    forecast, settings = Forecast(open_sets(), [], task(), 1.0e-2), [Setting(bench="finger")]
+    rng = np.random.default_rng(0)
+    found = design(forecast, settings, rng, duration=4.0, force_limit=12.0).runs
+    worst = WorstCase(open_sets(), np.random.default_rng(0))
+    library = forecast.runs(library_plans(settings, (SEED,), 4.0))
+    best = within_limit(library, worst, 12.0).runs
+    assert found[0].told.worth >= max(e.told.worth for e in best) > 0.0
     assert all(e.peak_force is not None and e.peak_force < 12.0 for e in found)
-    assert best.numbers.keys() == {"gravity_misalignment.angle"}
 
 
 def test_no_run_comes_back_whose_worst_case_was_not_looked_at() -> None:
@@ -141,26 +139,36 @@ def test_no_run_comes_back_whose_worst_case_was_not_looked_at() -> None:
     Few runs are looked at together. Where the best of a bench are refused, the next are looked at,
     and what comes back has a largest tension of the worst case and not only of the middle.
     """
-    uncertain = question(spread=0.9)
+    uncertain = open_sets(spread=0.9)
     settings = [Setting(bench="finger"), Setting(bench="spring_weak")]
     plans = [plan_run(s, "random_steps", seed, 4.0) for s in settings for seed in range(12)]
-    nothing = information_of(uncertain, [])
-    found = expect(uncertain, plans, nothing)
+    found = Forecast(uncertain, [], task(), 1.0e-2).runs(plans)
     middle = [e.peak_force for e in found if e.peak_force is not None]
     limit = float(np.median(middle))
-    worst = WorstCase(uncertain, nothing, np.random.default_rng(0))
-    designs = within_limit(found, worst, limit)
-    anew = WorstCase(uncertain, nothing, np.random.default_rng(1))
-    again = anew.drawn([e.prediction.plan for e in designs.runs], DRAWS)
+    designs = within_limit(found, WorstCase(uncertain, np.random.default_rng(0)), limit)
+    anew = WorstCase(uncertain, np.random.default_rng(1))
+    again = anew.drawn([e.plan for e in designs.runs], DRAWS)
     assert designs.runs
     assert designs.refused
-    by_command = {e.prediction.plan.command.tobytes(): e.peak_force for e in found}
+    by_command = {e.plan.command.tobytes(): e.peak_force for e in found}
     for run, other in zip(designs.runs, again, strict=True):
-        own = by_command[run.prediction.plan.command.tobytes()]
-        assert run.peak_force != own
+        assert run.peak_force != by_command[run.plan.command.tobytes()]
         assert run.peak_force is not None
         assert run.peak_force < limit
         assert other < limit  # of other draws
+
+
+def test_an_unlikely_set_is_drawn_for_the_limit_too() -> None:
+    """A cell that reads twice as much is as hard a pull as a likely one."""
+    question = open_sets(0.1, ("gravity_misalignment", 0.0), ("load_cell_gain", 2.0))
+    likely, unlikely = question.posterior.sets
+    rare = Posterior(sets=(replace(likely, weight=0.99), replace(unlikely, weight=0.01)))
+    plans = [plan_run(Setting(bench="finger"), "random_steps", 0, 4.0)]
+    alone, together = (
+        WorstCase(replace(question, posterior=own), np.random.default_rng(0)).drawn(plans, 8)[0]
+        for own in (Posterior(sets=(likely,)), rare)
+    )
+    assert together > 1.8 * alone
 
 
 @pytest.mark.parametrize(("limit", "words"), [(0.2, "no run stays within"), (24.0, "")])
