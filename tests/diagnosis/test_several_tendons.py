@@ -12,7 +12,11 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.diagnosis.explanation import Setting
-from tendon_newton.diagnosis.next_experiment.separation import library_plans
+from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
+from tendon_newton.diagnosis.next_experiment.first_plan import prior_question
+from tendon_newton.diagnosis.next_experiment.run_design import usual_task
+from tendon_newton.diagnosis.next_experiment.separation import blank_recording, library_plans
+from tendon_newton.diagnosis.next_experiment.separation_files import write_command
 from tendon_newton.diagnosis.owner import with_owner
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.floors import floors_of
@@ -20,7 +24,7 @@ from tendon_newton.diagnosis.search.refit import Fit, start_fits
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.diagnosis.search.survey import look_around
 from tendon_newton.effects import EFFECTS, are_one_law, are_related, special_cases
-from tendon_newton.errors import InvalidModelFile, InvalidParameter
+from tendon_newton.errors import InvalidModelFile
 from tendon_newton.identification import testable
 from tendon_newton.identification.objective import layout
 from tendon_newton.identification.study import Study, replacements
@@ -236,11 +240,33 @@ def directions(worlds: SearchWorlds, fit: Fit, names: tuple[str, ...]) -> dict[s
     }
 
 
-@pytest.mark.parametrize("bench", ["finger_antagonist", "hand"])
-def test_a_run_is_designed_for_one_servo_and_others_are_told_what_to_do(bench: str) -> None:
-    """One line names the bench and its servos, and the run to record in place of a designed one."""
-    with pytest.raises(InvalidParameter, match=rf"{bench} has \d: record one in which each servo"):
-        library_plans([Setting(bench=bench)], (0,), 4.0)
+def test_each_servo_moves_in_turn_while_the_others_hold() -> None:
+    """The library's runs of an antagonist, as a command file and as a recording to simulate."""
+    plans = library_plans([Setting(bench="finger_antagonist")], (0,), 4.0)
+    assert {(plan.servo, plan.servos) for plan in plans} == {(0, 2), (1, 2)}
+    for plan in plans:
+        commands = blank_recording(plan, has_force=True).command
+        assert commands is not None
+        assert (commands[:, plan.servo] == plan.command).all()
+        assert (commands[:, 1 - plan.servo] == 0.0).all()
+    assert plans[-1].place == "finger_antagonist, servo 1 moving"
+
+
+def test_a_run_tells_of_the_servo_that_moves(tmp_path: Path) -> None:
+    """What one finger of a hand does tells nothing of the friction at another's servo."""
+    cause = NamedValues(name="viscous_friction", values={"coefficient": 1.0}, servo=1)
+    ideal = NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125})
+    hand = Setting(bench="hand")
+    question = prior_question(Model(actuator=ideal, effects=(cause,)), [hand], 2.0)
+    forecast = Forecast(question, [], usual_task(hand, 2.0), 1.0 / 80.0)
+    plans = [plan for plan in library_plans([hand], (0,), 2.0) if plan.excitation == "ramps"]
+    told = {e.plan.servo: sum(e.told.numbers.values()) for e in forecast.runs(plans)}
+    assert told[1] > 2.0
+    assert all(bits == pytest.approx(0.0, abs=1e-6) for d, bits in told.items() if d != 1)
+    write_command(tmp_path / "run.csv", plans[1])
+    head, *rows = (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()
+    assert head.startswith("t,theta_d_0,theta_d_1,")
+    assert all(row.split(",")[1] == "0.000000" for row in rows)
 
 
 def test_only_one_of_a_law_may_act_at_a_servo() -> None:

@@ -80,15 +80,13 @@ def main(config: ExperimentConfig) -> None:
 
 def table(predictions: Sequence[Prediction]) -> str:
     """Return the best runs as a table."""
-    from tendon_newton.diagnosis.next_experiment.separation import bench_text
-
     head = f"  {'bench':16s} {'excitation':14s} {'noise floors':>12s} {'mrad':>9s} {'N':>8s}  runs"
     rows = ["", head]
     for p in predictions:
         like = p.hardest
         force = "-" if like.force is None else f"{like.force:.3g}"
         rows.append(
-            f"  {bench_text(p.plan.setting):16s} {p.plan.excitation:14s} {like.separation:12.2f} "
+            f"  {p.plan.place:16s} {p.plan.excitation:14s} {like.separation:12.2f} "
             f"{1e3 * like.theta:9.3g} {force:>8s}  {p.repeats or 'not enough'}"
         )
     return "\n".join(rows)

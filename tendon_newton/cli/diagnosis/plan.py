@@ -102,7 +102,7 @@ def table(plan: FirstPlan) -> str:
     for number, step in enumerate(plan.steps, start=1):
         how = step.plan
         most = max(step.told.numbers, key=lambda name: step.told.numbers[name])
-        named = f"{how.setting.bench:16s} {how.excitation:14s}"
+        named = f"{how.place:16s} {how.excitation:14s}"
         rows.append(f"  {number:<6d} {named} {step.told.worth:6.1f}  {most}")
     rows += ["", f"  {'number':44s} expected interval, as a share of its range"]
     rows += [f"  {name:44s} {2.0**-bits:8.2g}" for name, bits in plan.bits.items()]

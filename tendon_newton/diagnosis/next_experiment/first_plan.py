@@ -14,7 +14,11 @@ from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
-from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording, plan_run
+from tendon_newton.diagnosis.next_experiment.separation import (
+    Plan,
+    blank_recording,
+    plan_run,
+)
 from tendon_newton.diagnosis.next_experiment.worst_case import Designs
 from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
 from tendon_newton.effects import find_effect
@@ -135,7 +139,7 @@ def prior_question(model: Model, settings: Sequence[Setting], duration: float) -
         if (p := parameter.on(scale)).name in model.fit
     ]
     numbers += [
-        anywhere(effect.name, p, float(effect.values.get(p.name, p.null)))
+        anywhere(effect.cause, p, float(effect.values.get(p.name, p.null)))
         for effect in model.effects
         for parameter in find_effect(effect.name).parameters
         if (p := parameter.on(scale))

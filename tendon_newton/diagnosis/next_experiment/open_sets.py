@@ -11,13 +11,13 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording
+from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording, by_run
 from tendon_newton.diagnosis.posterior import QUARTERS, Coordinate, FittedSet, Posterior
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.identification.study import Study, replacements
+from tendon_newton.identification.study import Study
 
 STRIDE = 0.003
 """Step of a difference, as a share of a coordinate and of a typical size besides [1]. Over longer
@@ -137,7 +137,7 @@ def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[Played, ...]:
     study, noise, form = question.study(plans), question.noise, form_scales(question.scale)
     sets = moved_sets(question, study)
     out: list[Played] = []
-    for r in study.residuals(*replacements([m for own in sets for m in own.models])):
+    for r in by_run(study, [m for own in sets for m in own.models]):
         parts, peak = [-r.theta / max(form.theta, noise.theta)], None
         if r.force is not None and noise.force is not None:
             parts.append(-r.force / max(form.force, noise.force))

@@ -11,7 +11,12 @@ from tendon_newton.data.excitations import DESIGNED, RATE
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import DesignedCommand
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, ranked
-from tendon_newton.diagnosis.next_experiment.separation import Plan, library_plans, plan_run
+from tendon_newton.diagnosis.next_experiment.separation import (
+    Plan,
+    library_plans,
+    plan_run,
+    servos_of,
+)
 from tendon_newton.diagnosis.next_experiment.worst_case import (
     Designs,
     WorstCase,
@@ -20,7 +25,7 @@ from tendon_newton.diagnosis.next_experiment.worst_case import (
 )
 
 DRAWN = 8
-"""Commands drawn for each bench at the start."""
+"""Commands drawn for each servo of each bench at the start."""
 REACHES = (1.0, 0.5, 0.25)
 """Shares of the servo's range that drawn commands use, in turn [1]. Where little is known, some
 model pulls too hard under most commands, and the gentle ones are left."""
@@ -65,8 +70,8 @@ def design(
     """
     plans = library_plans(settings, (SEED,), duration)
     drawn = [
-        designed(s, DesignedCommand.draw(rng, REACHES[k % len(REACHES)]), duration)
-        for s in settings
+        designed(own, DesignedCommand.draw(rng, REACHES[k % len(REACHES)]), duration)
+        for own in servos_of(settings)
         for k in range(DRAWN)
     ]
     progress(f"simulating {len(plans) + len(drawn)} runs on {len(settings)} benches")
@@ -76,8 +81,8 @@ def design(
         calm = [e.plan for e in roughly_within_limit(found, worst, force_limit)]
         best = [plan for plan in calm if isinstance(plan, DesignedPlan)][:KEPT]
         variants = [
-            designed(plan.setting, plan.shape.moved(rng, share, size), duration)
-            for plan in best
+            designed((p.setting, p.servo, p.servos), p.shape.moved(rng, share, size), duration)
+            for p in best
             for _ in range(VARIED)
         ]
         progress(f"varying the best {len(best)} commands")
@@ -87,12 +92,22 @@ def design(
 
 def usual_task(setting: Setting, duration: float) -> Plan:
     """Return what is to be predicted where the user states no task: steps to random angles."""
-    return plan_run(setting, "random_steps", TASK_SEED, duration)
+    _, servo, servos = servos_of([setting])[-1]
+    return plan_run(setting, "random_steps", TASK_SEED, duration, servo, servos)
 
 
-def designed(setting: Setting, shape: DesignedCommand, duration: float) -> DesignedPlan:
-    """Return the run of a command."""
-    time = np.arange(round(duration * RATE)) / RATE
+def designed(
+    where: tuple[Setting, int, int], shape: DesignedCommand, duration: float
+) -> DesignedPlan:
+    """Return the run of a command.
+
+    Args:
+        where: The bench, the servo that moves, and how many there are.
+        shape: The command.
+        duration: Length [s].
+    """
+    time, (setting, servo, servos) = np.arange(round(duration * RATE)) / RATE, where
     return DesignedPlan(
-        setting=setting, excitation=DESIGNED, time=time, command=shape.at(time), shape=shape
-    )
+        setting=setting, excitation=DESIGNED, time=time, command=shape.at(time), shape=shape,
+        servo=servo, servos=servos,
+    )  # fmt: skip

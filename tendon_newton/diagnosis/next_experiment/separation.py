@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,7 +51,24 @@ class Plan:
     time: Array
     """[s], shape (T,)."""
     command: Array
-    """[rad], shape (T,)."""
+    """Of the servo that moves [rad], shape (T,)."""
+    servo: int = 0
+    """The servo that moves; the others hold at 0."""
+    servos: int = 1
+    """Servos D of the bench."""
+
+    @property
+    def commands(self) -> Array:
+        """Commands of all servos [rad], shape (T, D)."""
+        out = np.zeros((len(self.command), self.servos))
+        out[:, self.servo] = self.command
+        return out
+
+    @property
+    def place(self) -> str:
+        """Bench, with its load where that is told, and the servo that moves, of several."""
+        moving = f", servo {self.servo} moving" if self.servos > 1 else ""
+        return f"{bench_text(self.setting)}{moving}"
 
     @property
     def duration(self) -> float:
@@ -101,7 +118,7 @@ class Prediction:
         times = {None: "", 1: ""}.get(self.repeats, f", {self.repeats} times")
         sentence = (
             f"record {plan.duration:.0f} s of {plan.excitation.replace('_', ' ')} on bench "
-            f"{bench_text(plan.setting)}{times}: there {' and '.join(like.pair)} differ by "
+            f"{plan.place}{times}: there {' and '.join(like.pair)} differ by "
             f"{quantity(like.theta, 'rad')}{force} RMS, however they are fitted"
         )
         if self.repeats is None:
@@ -139,20 +156,8 @@ def propose(
     own = {setting.bench for setting in question.settings}
     ranked: dict[tuple[str, str], Prediction] = {}
     for p in sorted(predictions, key=lambda p: rank(p, own)):
-        ranked.setdefault((bench_text(p.plan.setting), p.plan.excitation), p)
+        ranked.setdefault((p.plan.place, p.plan.excitation), p)
     return tuple(ranked.values())
-
-
-def refuse_several_servos(benches: Sequence[str]) -> None:
-    """Refuse benches of several servos: the runs of the library move one."""
-    for bench in dict.fromkeys(benches):
-        servos = len(load_mechanism(bench).tendons)
-        if servos > 1:
-            raise InvalidParameter(
-                f"runs are designed for one servo, and {bench} has {servos}: record one in which "
-                "each servo moves while the others hold, and diagnose it with the recordings at "
-                "hand"
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,14 +172,19 @@ class Played:
 
 
 def library_plans(settings: Sequence[Setting], seeds: Sequence[int], duration: float) -> list[Plan]:
-    """Draw runs of every excitation of the library on every bench, each of one servo."""
-    refuse_several_servos([setting.bench for setting in settings])
+    """Draw runs of every excitation of the library on every bench: each servo moves in turn."""
     return [
-        plan_run(setting, name, seed, duration)
-        for setting in settings
+        plan_run(setting, name, seed, duration, servo, servos)
+        for setting, servo, servos in servos_of(settings)
         for name in EXCITATIONS
         for seed in seeds
     ]
+
+
+def servos_of(settings: Sequence[Setting]) -> list[tuple[Setting, int, int]]:
+    """Return each bench with each of its servos, and how many they are."""
+    counts = [len(load_mechanism(setting.bench).tendons) for setting in settings]
+    return [(s, servo, n) for s, n in zip(settings, counts, strict=True) for servo in range(n)]
 
 
 def play(question: OpenClass, plans: Sequence[Plan]) -> Played:
@@ -189,8 +199,27 @@ def play(question: OpenClass, plans: Sequence[Plan]) -> Played:
     return Played(
         plans=tuple(plans),
         trials=tuple(trials),
-        residuals=tuple(study.residuals(*replacements(models))),
+        residuals=tuple(by_run(study, models)),
     )
+
+
+def by_run(study: Study, models: Sequence[Mapping[int, float]]) -> list[Residual]:
+    """Simulate models and return the residuals of each run, those of its servos side by side."""
+    found, count = study.residuals(*replacements(models)), study.servos
+    if count == 1:
+        return found
+    out: list[Residual] = []
+    for first in range(0, len(found), count):
+        own = found[first : first + count]
+        forces = [r.force for r in own if r.force is not None]
+        out.append(
+            Residual(
+                theta=np.concatenate([r.theta for r in own], axis=1),
+                force=np.concatenate(forces, axis=1) if forces else None,
+                trusted=np.concatenate([r.trusted for r in own]),
+            )
+        )
+    return out
 
 
 def predict(question: OpenClass, played: Played) -> tuple[Prediction, ...]:
@@ -260,20 +289,25 @@ def bench_text(setting: Setting) -> str:
     return f"{setting.bench}{load}"
 
 
-def plan_run(setting: Setting, excitation: str, seed: int, duration: float) -> Plan:
+def plan_run(
+    setting: Setting, excitation: str, seed: int, duration: float, servo: int = 0, servos: int = 1
+) -> Plan:
     """Draw one run of an excitation; its command stays inside the servo's range."""
     time, command = excite(excitation, duration, np.random.default_rng(seed))
-    return Plan(setting=setting, excitation=excitation, time=time, command=command)
+    return Plan(
+        setting=setting, excitation=excitation, time=time, command=command,
+        servo=servo, servos=servos,
+    )  # fmt: skip
 
 
 def blank_recording(plan: Plan, has_force: bool) -> Recording:
     """Return a recording that has commands and, in place of measurements, zeros."""
-    blank = np.zeros((len(plan.time), 1))
+    blank = np.zeros((len(plan.time), plan.servos))
     return Recording(
         name=plan.excitation,
         bench=plan.setting.bench,
         time=plan.time,
-        command=plan.command[:, None],
+        command=plan.commands,
         motor_position=blank,
         motor_velocity=blank,
         force=blank if has_force else None,

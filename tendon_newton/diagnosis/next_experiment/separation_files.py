@@ -9,7 +9,7 @@ from typing import Any
 
 from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.files.toml_file import write_toml
-from tendon_newton.diagnosis.next_experiment.separation import Plan, Prediction, bench_text
+from tendon_newton.diagnosis.next_experiment.separation import Plan, Prediction
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, GREY, INK
 
 SHOWN = 12
@@ -17,12 +17,17 @@ SHOWN = 12
 
 
 def write_command(path: Path, plan: Plan) -> None:
-    """Write the command as CSV: ``t`` [s] and ``theta_d`` [rad], held until the next row."""
+    """Write the command as CSV: ``t`` [s] and ``theta_d`` [rad], held until the next row.
+
+    Of several servos each has its column, ``theta_d_0`` and so on.
+    """
+    names = [f"theta_d_{d}" for d in range(plan.servos)] if plan.servos > 1 else ["theta_d"]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("t", "theta_d"))
+        writer.writerow(("t", *names))
         writer.writerows(
-            (f"{t:.6f}", f"{c:.6f}") for t, c in zip(plan.time, plan.command, strict=True)
+            (f"{t:.6f}", *(f"{c:.6f}" for c in row))
+            for t, row in zip(plan.time, plan.commands, strict=True)
         )
 
 
@@ -54,7 +59,7 @@ def run_of(prediction: Prediction) -> dict[str, Any]:
     """Return what one run is expected to show."""
     like = prediction.hardest
     row: dict[str, Any] = {
-        "bench": bench_text(prediction.plan.setting),
+        "bench": prediction.plan.place,
         "excitation": prediction.plan.excitation,
         "duration_s": prediction.plan.duration,
         "repeats": prediction.repeats or 0,
@@ -78,7 +83,7 @@ def draw_prediction(path: Path, predictions: Sequence[Prediction]) -> None:
     left.set_xlabel("time [s]")
     left.set_ylabel("commanded angle [rad]")
     left.set_title(
-        f"{best.plan.excitation.replace('_', ' ')} on {bench_text(best.plan.setting)}",
+        f"{best.plan.excitation.replace('_', ' ')} on {best.plan.place}",
         loc="left",
         fontsize=10,
         color=INK,
@@ -94,7 +99,7 @@ def draw_prediction(path: Path, predictions: Sequence[Prediction]) -> None:
             va="center",
             fontsize=8,
         )
-    labels = [f"{bench_text(p.plan.setting)}, {p.plan.excitation.replace('_', ' ')}" for p in shown]
+    labels = [f"{p.plan.place}, {p.plan.excitation.replace('_', ' ')}" for p in shown]
     right.set_yticks(range(len(shown)), labels, fontsize=8)
     right.invert_yaxis()
     right.margins(x=0.35)

@@ -15,8 +15,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, ranked
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, moved_sets
-from tendon_newton.diagnosis.next_experiment.separation import Plan
-from tendon_newton.identification.study import replacements
+from tendon_newton.diagnosis.next_experiment.separation import Plan, by_run
 
 LOOKED_AT, TOGETHER = 8, 1
 """Runs of a bench that are simulated together while commands are varied, and at the end."""
@@ -113,7 +112,7 @@ class WorstCase:
         study = self._question.study(plans, STEP)
         sets = moved_sets(self._question, study)
         models = [m for own, z in zip(sets, normals, strict=True) for m in own.drawn(WIDER * z)]
-        residuals = study.residuals(*replacements(models))
+        residuals = by_run(study, models)
         return np.array([np.max(-r.force, axis=1) for r in residuals if r.force is not None])
 
 
