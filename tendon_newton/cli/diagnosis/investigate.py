@@ -1,8 +1,8 @@
 """Find out what a simulation gets wrong about a bench: record, diagnose, choose the next run.
 
 Begins with random steps, diagnoses them, and designs the command that is expected to tell the most
-about what is still open: causes that are not told apart first, then the widest intervals. Ends when
-every cause stands alone, when no run would tell more, or when the time at the bench is spent.
+about what is still open: which causes, and what the model predicts of your task. Sets of causes are
+carried on from run to run. When the time at the bench is spent, all recordings are diagnosed.
 
 On a virtual bench:
   tendon-newton investigate --port virtual::3 --out bench_3 --faster-than-real-time
@@ -11,9 +11,10 @@ On a bench that is plugged in:
   tendon-newton investigate --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
   --calibration cell.toml --benches finger --out bench
 
-Writes into DIR: recordings (a dataset), diagnosis_1, diagnosis_2, ... (each as the verb diagnose
-writes it), investigation.json (what was open, what was tried, why, what it brought) and
-investigation.html (the same as a picture). Ctrl-C ends it; the same command takes it up again.
+Writes into DIR: recordings (a dataset), the first and the last diagnosis (as the verb diagnose
+writes it), sets (what is left open between), investigation.json (what was tried, why, what it
+brought) and investigation.html (the same as a picture). Ctrl-C ends it; the same command takes it
+up again.
 """
 
 from tendon_newton.cli.terminal import Terminal

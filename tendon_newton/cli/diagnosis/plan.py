@@ -31,6 +31,9 @@ class PlanConfig:
     """Folder for the commands; made if it is not there."""
     benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")
     """Benches that you have."""
+    task: Path | None = None
+    """Recording, or CSV file with t and theta_d, whose motion a model shall predict. By default
+    steps to random angles on the first bench."""
     budget: str = "1min"
     """Time that all runs together may take: 90s, 3min."""
     run_length: float = 12.0
@@ -75,15 +78,18 @@ def main(config: PlanConfig) -> None:
         write_command,
         write_setting,
     )
+    from tendon_newton.diagnosis.next_experiment.task_file import read_task
 
+    settings = [Setting(bench=bench) for bench in config.benches]
     try:
         plan = plan_first(
             model,
-            [Setting(bench=bench) for bench in config.benches],
+            settings,
             runs=runs,
             duration=config.run_length,
             force_limit=config.force_limit,
             rng=np.random.default_rng(config.seed),
+            task=None if config.task is None else read_task(config.task, settings[0]),
             progress=lambda text: print(f"  {text} ...", flush=True),
         )
     except InvalidModelFile as error:
