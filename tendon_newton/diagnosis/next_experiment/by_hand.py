@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, Told
-from tendon_newton.diagnosis.next_experiment.open_sets import MovedSet, Played
+from tendon_newton.diagnosis.next_experiment.open_sets import MovedSet, PlayedSets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ def best_by_hand(forecast: Forecast) -> Worth | None:
     return max(found, key=lambda worth: worth.rate, default=None)
 
 
-def measured(sets: tuple[MovedSet, ...], name: str, error: float) -> Played:
+def measured(sets: tuple[MovedSet, ...], name: str, error: float) -> PlayedSets:
     """Return a measurement as a run of one row; a set without the number has it at nothing.
 
     Args:
@@ -89,7 +89,7 @@ def measured(sets: tuple[MovedSet, ...], name: str, error: float) -> Played:
             size = abs(scale.place(scale.value(place) + error) - place)
             means[k], slope[f] = place / size, 1.0 / size
         slopes.append(slope)
-    return Played(
+    return PlayedSets(
         means=means @ means.T,
         slopes=tuple(tuple(one @ other.T for other in slopes) for one in slopes),
         mixed=tuple(one @ means.T for one in slopes),

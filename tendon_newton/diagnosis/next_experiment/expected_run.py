@@ -14,7 +14,7 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.open_sets import (
     OpenSets,
-    Played,
+    PlayedSets,
     moved_sets,
     play,
 )
@@ -104,7 +104,7 @@ class Forecast:
             for plan, played in zip(plans, play(self.question, plans), strict=True)
         )
 
-    def told(self, played: Played, worth: float) -> Told:
+    def told(self, played: PlayedSets, worth: float) -> Told:
         """Return what is expected of a run.
 
         Args:
@@ -127,11 +127,11 @@ class Forecast:
             },
         )
 
-    def _after(self, played: Played, worth: float) -> list[Array]:
+    def _after(self, played: PlayedSets, worth: float) -> list[Array]:
         """Return each set's covariance once a run is seen, shape (F, F)."""
         return [informed(c, worth * played.slopes[k][k]) for k, c in enumerate(self._covariances)]
 
-    def _apart(self, played: Played, worth: float) -> Array:
+    def _apart(self, played: PlayedSets, worth: float) -> Array:
         """Return how far apart a run keeps two sets, however their numbers are, shape (K, K).
 
         The distance is Bhattacharyya's between what they predict, two Gaussians that differ in

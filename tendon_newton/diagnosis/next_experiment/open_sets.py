@@ -107,7 +107,7 @@ def spread_before(study: Study, column: int, scale: Coordinate, own: FittedSet) 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Played:
+class PlayedSets:
     """A planned run under all sets, its rows reduced to what a forecast needs."""
 
     means: Array
@@ -127,7 +127,7 @@ def moved_sets(question: OpenSets, study: Study) -> tuple[MovedSet, ...]:
     return tuple(MovedSet(study, own) for own in question.posterior.sets)
 
 
-def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[Played, ...]:
+def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[PlayedSets, ...]:
     """Simulate planned runs under every set.
 
     Signals count in units of what noise and errors of form leave, as in a fit.
@@ -136,7 +136,7 @@ def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[Played, ...]:
         return ()
     study, noise, form = question.study(plans), question.noise, form_scales(question.scale)
     sets = moved_sets(question, study)
-    out: list[Played] = []
+    out: list[PlayedSets] = []
     for r in by_run(study, [m for own in sets for m in own.models]):
         parts, peak = [-r.theta / max(form.theta, noise.theta)], None
         if r.force is not None and noise.force is not None:
@@ -147,7 +147,7 @@ def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[Played, ...]:
     return tuple(out)
 
 
-def reduced(sets: Sequence[MovedSet], signals: Array) -> Played:
+def reduced(sets: Sequence[MovedSet], signals: Array) -> PlayedSets:
     """Return the products of signals of all models, the sets' one after the other, shape (N, M)."""
     ends = np.cumsum([0, *(len(own.models) for own in sets)])
     means = np.stack([signals[i] for i in ends[:-1]])
@@ -155,7 +155,7 @@ def reduced(sets: Sequence[MovedSet], signals: Array) -> Played:
         (signals[i + 1 : j] - signals[i]) / own.steps[:, None]
         for own, (i, j) in zip(sets, pairwise(ends.tolist()), strict=True)
     ]
-    return Played(
+    return PlayedSets(
         means=means @ means.T,
         slopes=tuple(tuple(one @ other.T for other in slopes) for one in slopes),
         mixed=tuple(one @ means.T for one in slopes),
