@@ -53,7 +53,7 @@ NO_DATASET = {
     "compare": "reads a model and draws what simulators make of it",
     "train-policy": "reads a model and, if told, the posterior of a diagnosis",
     "evaluate-policy": "reads policies",
-    "doctor": "reads a bench",
+    "doctor": "reads a bench; with --against is diagnose --against",
     "calibrate": "reads a load cell",
     "collect": "writes a dataset",
     "deploy": "writes a log",

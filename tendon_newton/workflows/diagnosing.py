@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tendon_newton.data.dataset import FILE_NAME, Dataset, load_dataset
+from tendon_newton.data.dataset import FILE_NAME, Dataset, dataset_folders, load_dataset
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.diagnosis.diagnose import diagnose
@@ -60,24 +60,31 @@ def diagnose_into(
 
 
 def compare_days(
-    new: Path, against: Path, out: Path, model: Path | None, progress: Callable[[str], None]
+    new: Path,
+    against: Path,
+    model: Path | None,
+    progress: Callable[[str], None],
+    out: Path | None = None,
 ) -> Mapping[str, Changes]:
-    """Say what changed since a day, and write ``model.toml`` of the last one.
+    """Say what changed since a day.
 
     Training recordings decide, test recordings only report. Events are looked for in both, where
     the earlier day's recordings are there to tell them from what its model leaves.
 
     Args:
-        new: A dataset, or a folder of datasets that are days, in the order of their names.
-        against: Dataset of an earlier day, or the folder of its diagnosis.
-        out: Folder of the results; made if it is not there.
+        new: A dataset, one recording of it, or a folder of datasets that are days, in the order of
+            their names.
+        against: Dataset of an earlier day, or the folder or file of its diagnosis.
         model: Model file of the earlier day; that of the diagnosis, or beside the recordings, by
             default.
         progress: Told what is being done.
+        out: Folder of the results, ``model.toml`` of the last day among them; made if it is not
+            there. By default nothing is written.
 
     Raises:
         TendonNewtonError: Something cannot be read or used; the message says why.
     """
+    against = against.parent if against.name == ANSWER else against
     days = {folder.name: day_of(folder) for folder in days_in(new)}
     known = earlier_model(against, model)
     calm: CalmDay | None = None
@@ -100,16 +107,17 @@ def compare_days(
             events = find_events(calm, (*day.train, *day.test), changes.model)
             changes = replace(changes, events=events)
         found[name] = changes
-    write_changes(make_folder(out), found, str(against))
-    write_model(out / "model.toml", list(found.values())[-1].model)
+    if out is not None:
+        write_changes(make_folder(out), found, str(against))
+        write_model(out / "model.toml", list(found.values())[-1].model)
     return found
 
 
-def days_in(path: Path) -> list[Path]:
-    """Return the datasets of a folder: itself, or those in it by name."""
-    if (path / FILE_NAME).is_file():
-        return [path]
-    days = sorted(file.parent for file in path.glob(f"*/{FILE_NAME}"))
+def days_in(path: Path) -> tuple[Path, ...]:
+    """Return the datasets of a folder: itself, or those in it by name; a recording is a day too."""
+    if path.is_file() or (path / FILE_NAME).is_file():
+        return (path,)
+    days = dataset_folders(path)
     if not days:
         raise InvalidDataset(
             f"{path}: days are a dataset, or a folder of datasets; here is neither {FILE_NAME} nor "
@@ -118,9 +126,15 @@ def days_in(path: Path) -> list[Path]:
     return days
 
 
-def day_of(folder: Path) -> Dataset:
-    """Return a day without recordings in which something is in the way."""
-    day = load_dataset(folder, require_test=False)
+def day_of(path: Path) -> Dataset:
+    """Return a day, or one recording of it, without those in which something is in the way."""
+    folder = path.parent if path.is_file() else path
+    day = load_dataset(folder, require_train=folder == path, require_test=False)
+    if folder != path:
+        own = tuple(r for r in (*day.train, *day.test) if r.name == path.name)
+        day = replace(day, train=own, test=())
+        if not own:
+            raise InvalidDataset(f"{path}: {folder / FILE_NAME} must list it; it does not")
     return replace(day, train=free(day.train), test=free(day.test))
 
 

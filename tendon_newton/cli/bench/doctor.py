@@ -1,8 +1,9 @@
-"""Examine a bench, or the joints of a LeRobotDataset, each with what to do about it.
+"""Examine a bench, what changed on it, or the joints of a LeRobotDataset: what to do about each.
 
 No motor moves. Without --port the serial ports that are there are listed. Of a dataset (v2, v3)
 each joint gets its offset, delay, lag, play, time in which it is held, missing and late rows, and
-passes or fails. The exit code is 1 where something must be mended before data is worth taking.
+passes or fails. With --against a recording says what has changed since a diagnosis, before a run.
+The exit code is 1 where something must be mended before data is worth taking.
 
     tendon-newton doctor
     tendon-newton doctor --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
@@ -10,6 +11,7 @@ passes or fails. The exit code is 1 where something must be mended before data i
     tendon-newton doctor --port /dev/ttyUSB0 --set-baud 1000000
     tendon-newton doctor --port /dev/ttyUSB0 --set-id 2
     tendon-newton doctor DATASET
+    tendon-newton doctor --against found/diagnosis.json RECORDING
 """
 
 from __future__ import annotations
@@ -39,7 +41,10 @@ class Doctor:
     """Bench or dataset to examine, and registers to change first."""
 
     dataset: tyro.conf.Positional[Path | None] = None
-    """Folder of a LeRobotDataset; no bench is looked at then."""
+    """Folder of a LeRobotDataset; no bench is looked at then. With --against a recording of a
+    dataset, or the dataset."""
+    against: Path | None = None
+    """Diagnosis of the bench as it was: say which of its numbers moved, and what to do."""
     unit: str | None = None
     """For a dataset: what its joints are in, rad, deg or percent; a percent is taken for a degree
     where nobody says so."""
@@ -61,6 +66,9 @@ class Doctor:
 
 def main(config: Doctor) -> None:
     """Examine, print, and leave with code 1 where something must be mended."""
+    if config.against is not None:
+        hold_against(config, config.against)
+        return
     if config.dataset is not None:
         examine_joints(config, config.dataset)
         return
@@ -83,6 +91,26 @@ def main(config: Doctor) -> None:
         count += observation.verdict == "fix"
     print(f"{count or 'nothing'} to mend")
     if count:
+        raise SystemExit(EXIT_FIX)
+
+
+def hold_against(config: Doctor, against: Path) -> None:
+    """Say what a recording shows to have changed since a diagnosis."""
+    if config.dataset is None or config.port is not None:
+        raise InvalidParameter(
+            "--against needs a recording of the bench, and no --port: record one with `collect`"
+        )
+    from tendon_newton.device_code.quiet import quiet_warp
+
+    quiet_warp()
+
+    from tendon_newton.diagnosis.in_time.changes_report import answer_lines, steps_of
+    from tendon_newton.workflows.diagnosing import compare_days
+
+    days = compare_days(config.dataset, against, None, show)
+    clear()
+    print(*answer_lines(days), sep="\n")
+    if any(map(steps_of, days.values())):
         raise SystemExit(EXIT_FIX)
 
 

@@ -134,20 +134,15 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
             "--against searches nothing: it takes no --hold-out, no --budget and no --arm"
         )
 
-    from tendon_newton.diagnosis.in_time.changes_report import event_sentence, headline, steps_of
+    from tendon_newton.diagnosis.in_time.changes_report import answer_lines
     from tendon_newton.workflows.diagnosing import compare_days
 
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
-    days = compare_days(config.dataset, against, config.out, config.model, progress)
+    days = compare_days(config.dataset, against, config.model, progress, config.out)
     if config.json:
         print((config.out / "changes.json").read_text(encoding="utf-8"), end="")
         return
-    for name, changes in days.items():
-        print(f"\n{name}: {headline(changes)}")
-        for step in steps_of(changes):
-            print(f"  {step}")
-        for event in changes.events:
-            print(f"  {event_sentence(event)}")
+    print("", *answer_lines(days), sep="\n")
     print(f"\n  report          {config.out / 'changes.html'}")
     print(f"  model of today  {config.out / 'model.toml'}")
 

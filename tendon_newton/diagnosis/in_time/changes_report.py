@@ -25,7 +25,7 @@ STRANGE = 3.0
 else is the matter [1]: another command plan makes one and a half."""
 SIZE = (3.6, 1.9)
 """Width and height of the picture of a number's course [inch]."""
-Days = Mapping[str, Changes]
+DayByDay = Mapping[str, Changes]
 """Name of a day -> what changed until then, in the order of the days."""
 
 
@@ -68,6 +68,19 @@ def event_sentence(event: Event) -> str:
     words = EVENTS[event.kind].format(size=size)
     until = "" if event.end is None else f" to {event.end:.2f} s"
     return f"{words} at {event.start:.2f} s{until} in {event.recording}."
+
+
+def answer_lines(days: DayByDay) -> list[str]:
+    """Return what a terminal shows of some days."""
+    return [
+        line
+        for name, changes in days.items()
+        for line in (
+            f"{name}: {headline(changes)}",
+            *(f"  {step}" for step in steps_of(changes)),
+            *(f"  {event_sentence(event)}" for event in changes.events),
+        )
+    ]
 
 
 def headline(changes: Changes) -> str:
@@ -116,7 +129,7 @@ def to_json(changes: Changes) -> dict[str, Any]:
     }
 
 
-def write_changes(out: Path, days: Days, against: str) -> None:
+def write_changes(out: Path, days: DayByDay, against: str) -> None:
     """Write both files.
 
     Args:
@@ -154,7 +167,7 @@ def row(change: Change) -> dict[str, Any]:
     }
 
 
-def course(days: Days, place: int) -> str:
+def course(days: DayByDay, place: int) -> str:
     """Draw one number with its interval on every day that has it, beside where it stood before."""
     last = list(days.values())[-1].numbers[place]
     places = {

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main as run
+from tendon_newton.data.dataset import listed_files
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.in_time.changes import for_each_servo
 from tests.effect_bench import commanded
@@ -32,6 +33,19 @@ def test_a_folder_of_days_gives_every_number_its_course(tmp_path: Path) -> None:
     assert page.count("<figure>") == len(numbers) > 5
     assert "viscous_friction" in (out / "model.toml").read_text()  # what both days lacked
     assert {number["cause"] for number in numbers} >= {"tendon_slack", "viscous_friction"}
+
+
+def test_the_doctor_holds_one_recording_against_a_day(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The same recording: nothing to mend; one that a dataset does not list is one line."""
+    first = small_dataset(tmp_path / "first")
+    file, *_ = listed_files(first)
+    assert run(["doctor", str(first / file), "--against", str(first)]) == 0
+    assert f"{file}: Nothing has changed" in capsys.readouterr().out
+    shutil.copy(first / file, first / "other.csv")
+    assert run(["doctor", str(first / "other.csv"), "--against", str(first)]) == 2
+    assert "dataset.toml must list it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
