@@ -45,7 +45,7 @@ def go_on(
         progress: Told what is being done.
     """
     study = Study(
-        recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True, tolerant=True
+        recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
     )
     chosen, names = deciding(recordings, whole=study.kinematic), testable_effects(study)
     is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
