@@ -48,7 +48,8 @@ def copies_of(model: Any) -> ChainCopies:
 
 def are_independent(mechanism: Mechanism) -> bool:
     """Tell whether each of several servos moves a finger of its own, all of one kind."""
-    return copies_of(build_model(mechanism, 1, device="cpu")).independent
+    several = len(mechanism.tendons) > 1  # else no model need be built
+    return several and copies_of(build_model(mechanism, 1, device="cpu")).independent
 
 
 def chain_copies(topology: Topology, arms: Array) -> ChainCopies:

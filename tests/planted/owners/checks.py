@@ -46,7 +46,7 @@ def check_strings(finger: Finger, asset: str) -> None:
 
 def check_convergence(bench: Bench, faults: Faults) -> None:
     """Expect that half the step moves nothing by half of a sensor's floor."""
-    run = Run(command=commands(np.random.default_rng(1), bench.levels)[:40], faults=faults)
+    run = Run(command=commands(np.random.default_rng(1), bench.levels, 4.0)[:40], faults=faults)
     (fine,), (finer,) = (simulate(bench.finger, [run], step=step) for step in (1e-4, 5e-5))
     assert np.sqrt(np.mean((fine.angle - finer.angle) ** 2)) < 0.5 * ENCODER
     assert np.sqrt(np.mean((fine.force - finer.force) ** 2)) < 0.5 * CELL
@@ -54,7 +54,7 @@ def check_convergence(bench: Bench, faults: Faults) -> None:
 
 def check_agreement(bench: Bench, planted: Sequence[Planted]) -> None:
     """Expect that plant and simulator do the same, to the sensors' floors at each servo."""
-    command = commands(np.random.default_rng(4), bench.levels)
+    command = commands(np.random.default_rng(4), bench.levels, 2.0)
     motions = simulate(bench.finger, [Run(command=command, faults=own) for own, _ in planted])
     blank = np.zeros_like(command)
     recording = Recording(

@@ -15,7 +15,6 @@ from tests.planted.owners.plant import GAIN, ROW_RATE, Faults, Finger, Motion, R
 from tests.planted.owners.strings import Array
 from tests.planted.physics.sensors import Sensors, encoder, load_cell, speed_register
 
-DURATION = 4.0  # [s] of each recording
 TRAIN, TEST = 3, 1
 HELD = (0.25, 0.7)  # [s] a level is held
 BLEND = 0.08  # [s] in which a command moves on, so that the phalanges seldom hit their stops
@@ -98,6 +97,8 @@ class Recipe:
     servo: int | None
     """Its owner; None for all servos, the mechanism, or nobody."""
     seed: int
+    duration: float = 4.0
+    """Length of each recording [s]."""
 
     @property
     def cause(self) -> str | None:
@@ -141,8 +142,8 @@ def make_datasets(folders: Sequence[Path], chosen: Sequence[Recipe]) -> None:
     rngs = [np.random.default_rng(recipe.seed) for recipe in chosen]
     drawn = [draw(recipe, rng) for recipe, rng in zip(chosen, rngs, strict=True)]
     runs = [
-        Run(command=commands(rng, bench.levels), faults=faults)
-        for rng, (_, faults) in zip(rngs, drawn, strict=True)
+        Run(command=commands(rng, bench.levels, recipe.duration), faults=faults)
+        for recipe, rng, (_, faults) in zip(chosen, rngs, drawn, strict=True)
         for _ in range(TRAIN + TEST)
     ]
     motions = simulate(bench.finger, runs)
@@ -170,14 +171,16 @@ def draw(recipe: Recipe, rng: np.random.Generator) -> tuple[Truth, Faults]:
     return Truth(recipe=recipe, value=value), replace(Faults(), **{fault.field: each})
 
 
-def commands(rng: np.random.Generator, levels: Sequence[tuple[float, float]]) -> Array:
+def commands(
+    rng: np.random.Generator, levels: Sequence[tuple[float, float]], duration: float
+) -> Array:
     """Draw levels of all servos, each on its own, with short ramps between them [rad]."""
-    rows = round(DURATION * ROW_RATE)
+    rows = round(duration * ROW_RATE)
     time = np.arange(rows) / ROW_RATE
     columns = []
     for low, high in levels:
         starts, held = [0.0], [rng.uniform(low, high)]
-        while starts[-1] < DURATION:
+        while starts[-1] < duration:
             starts += [starts[-1] + rng.uniform(*HELD)]
             held += [rng.uniform(low, high)]
         knots = np.ravel([(start, start + BLEND) for start in starts[1:]])

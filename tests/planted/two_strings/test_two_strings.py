@@ -131,6 +131,6 @@ def test_a_fault_of_one_servo_is_never_named_on_the_other(tmp_path: Path) -> Non
 
 def test_commands_leave_a_finger_one_place_to_rest() -> None:
     """The extensor pulls little, and commands move on within some rows."""
-    command = commands(np.random.default_rng(2), TWO_STRINGS.levels)
+    command = commands(np.random.default_rng(2), TWO_STRINGS.levels, 4.0)
     assert command[:, 1].max() <= 1.0  # [rad] from 1.2 on a finger may rest in two ways
     assert np.abs(np.diff(command, axis=0)).max() < 0.5  # [rad] a row
