@@ -187,7 +187,8 @@ print(hook.read())          # what the encoders report [rad]
 ```
 
 `arm.xml` also runs alone, in MuJoCo and mujoco_warp: its controls are what the servos are told. A
-servo is then a spring as soft as its compliance with the damping of its lag. A joint's angle is
+servo is then a spring as soft as its compliance with the damping of its lag, and dry friction that
+holds it within its deadband. A joint's angle is
 that of its servo, turned round where it counts the other way, and the zero. Shapes of the arm
 neither weigh nor touch, but for the tip on its floor.
 """

@@ -119,6 +119,20 @@ def test_the_file_alone_hangs_where_the_servos_do(mechanism: Mechanism, tmp_path
     assert np.abs(missed[-1]).max() < 0.1 * COUNT
 
 
+def test_dry_friction_holds_a_servo_in_its_band_in_the_file_alone(
+    mechanism: Mechanism, tmp_path: Path
+) -> None:
+    """Deadband and play: less than half of the band is left, and without them most of it."""
+    bands = (servo("deadband", "actuator_lag"), servo("backlash", "actuator_lag"))
+    arm = stands(mechanism, *bands)
+    write_arm(tmp_path, arm)
+    motion = swings(arm.arm)
+    here, there = ours(arm, motion), replay_arm_file(tmp_path, arm.arm, motion)
+    assert np.sqrt(np.mean((there - here) ** 2)) < 0.5 * 0.01
+    bare = ours(stands(mechanism, servo("actuator_lag"), servo("actuator_lag")), motion)
+    assert np.sqrt(np.mean((bare - here) ** 2)) > 0.8 * 0.01
+
+
 def test_an_arm_of_a_diagnosis_goes_to_mujoco(
     mechanism: Mechanism, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -16,7 +16,13 @@ from tendon_newton.data.recording import Array
 from tendon_newton.exports.linking import Linker, Text
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import coverage_of, number, refuse_damaged
-from tendon_newton.exports.mujoco.mjcf_servo import add_delay, fill_history, set_affine
+from tendon_newton.exports.mujoco.mjcf_servo import (
+    FRICTION_SHAPE,
+    FRICTION_TIME,
+    add_delay,
+    fill_history,
+    set_affine,
+)
 from tendon_newton.exports.runtime import arm_stepping, commands, engine, facts, jets, rows
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.authoring.mujoco_file import (
@@ -32,7 +38,9 @@ from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, 
 FILE, PROGRAM = "arm.xml", "arm_step.py"
 RUNTIME = (jets, commands, arm_stepping, rows)
 """Modules of the program, in the order in which they are joined."""
-IN_THE_FILE = coverage_of((), ("command_delay", "actuator_lag", "position_offset"))
+IN_THE_FILE = coverage_of(
+    (), ("command_delay", "actuator_lag", "position_offset", "deadband", "backlash")
+)
 """What MJCF alone says of each effect."""
 COVERAGE = coverage_of(tuple({*POSITION_EFFECTS} - {"sample_period_error"}), ())
 """What the program says of each effect; the clock of a log is no part of an arm."""
@@ -85,6 +93,11 @@ def arm_spec(arm: IdentifiedArm) -> Any:
         set_affine(actuator, gain, -float(offset + sign * zero), gain * lag)
         if lag == 0.0:
             actuator.biasprm[2] = 1.0  # critically damped
+        # dry friction holds a spring that pulls at a joint in just such a band
+        band = number(model, "deadband", "width") + 0.5 * number(model, "backlash", "width")
+        spec.joint(joint.name).frictionloss = gain * band
+        spec.joint(joint.name).solimp_friction = FRICTION_SHAPE
+        spec.joint(joint.name).solref_friction = (FRICTION_TIME, 1.0)
         add_delay(actuator, number(model, "command_delay", "delay"), spec.option.timestep)
     return spec
 
