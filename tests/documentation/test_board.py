@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from examples.studies.board import interval, measured, scores
+from examples.studies.board import draw, floors, interval, measured, scores
 from tendon_newton.data.formats.csv_file import write_columns
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording
@@ -19,7 +19,7 @@ def predicted(folder: Path, recording: Recording, **signals: np.ndarray) -> Path
     """Write what a program predicts at instants of its own."""
     time = np.linspace(recording.time[0], recording.time[-1], 500)
     columns = {n: np.interp(time, recording.time, x) for n, x in signals.items()}
-    write_columns(folder / recording.name, {"t": time, **columns})
+    write_columns(folder / Path(recording.name).with_suffix(".csv").name, {"t": time, **columns})
     return folder
 
 
@@ -44,7 +44,7 @@ def test_a_prediction_that_cannot_be_scored_is_refused(tmp_path: Path) -> None:
     recording = run_of(PATH)
     with pytest.raises(InvalidRecording, match="a prediction is a CSV file"):
         scores((recording,), tmp_path)
-    (tmp_path / recording.name).write_text("1,2\n3,4\n")
+    (tmp_path / recording.name).with_suffix(".csv").write_text("1,2\n3,4\n")
     with pytest.raises(InvalidRecording, match="a prediction has a column t"):
         scores((recording,), tmp_path)
     with pytest.raises(InvalidRecording, match="a prediction has one of theta; it has t, torque"):
@@ -52,6 +52,20 @@ def test_a_prediction_that_cannot_be_scored_is_refused(tmp_path: Path) -> None:
     longer = run_of(np.linspace(0.0, 2.0, 161))
     with pytest.raises(InvalidRecording, match="t must reach from 0 to 2 s"):
         scores((longer,), predicted(tmp_path, recording, theta=PATH))
+
+
+def test_the_floor_is_what_repeats_differ_by_once_they_have_moved(tmp_path: Path) -> None:
+    """Twice 3 mrad either side of a mean; where a run begins is not counted."""
+    rest = np.concatenate([np.zeros(20), PATH])
+    first = replace(run_of(rest), name="first.mcap")
+    apart = np.where(np.arange(len(rest)) < 20, 0.5, 0.006)[:, None]
+    second = replace(first, name="second.mcap", motor_position=first.motor_position + apart)
+    assert floors([first]) == {}
+    assert floors([first, second]) == {"theta": pytest.approx(6.0 / np.sqrt(2.0), rel=1e-2)}
+    for run in (first, second):
+        predicted(tmp_path, run, theta=first.motor_position[:, 0])
+    draw(tmp_path / "worst.png", [first, second], tmp_path)
+    assert (tmp_path / "worst.png").is_file()
 
 
 def test_an_interval_holds_the_score() -> None:

@@ -153,6 +153,22 @@ QUICK = (
 )
 """Two training runs of each bench: a diagnosis that leaves one out still sees the bench."""
 
+REPEATED = Share(excitation="steps_held_2s", count=1, duration=16.0, split="test")
+"""Thrice in a session, once a finger has moved: what it does not repeat is a floor."""
+BOARD = (
+    Share(excitation="random_steps", count=2, duration=60.0),
+    REPEATED,
+    Share(excitation="sine", count=3, duration=30.0),
+    REPEATED,
+    Share(excitation="slow_ramps", count=1, duration=60.0),
+    Share(excitation="long_holds", count=1, duration=40.0),
+    Share(excitation="closing_sine", count=1, duration=20.0, split="test"),
+    Share(excitation="contact_ramp", count=1, duration=20.0, split="test"),
+    REPEATED,
+    Share(excitation="contact_ramp", count=1, duration=20.0, split="test", obstacle="tape_roll"),
+)
+"""One finger: 310 s to fit, and 108 s to predict, of which 20 s meet what no fit has seen."""
+
 
 def paper_plan() -> tuple[PlannedRun, ...]:
     """Return the paper's 36 minutes: 18 on the finger, 9 on each spring; 4 of them are tests."""
@@ -168,7 +184,16 @@ def quick_plan() -> tuple[PlannedRun, ...]:
     return tuple(run for bench in BENCHES for run in runs_of(bench, QUICK))
 
 
-PLANS: dict[str, Callable[[], tuple[PlannedRun, ...]]] = {"paper": paper_plan, "quick": quick_plan}
+def board_plan() -> tuple[PlannedRun, ...]:
+    """Return seven minutes on a finger, to be handed in for the board."""
+    return tuple(runs_of("finger", BOARD))
+
+
+PLANS: dict[str, Callable[[], tuple[PlannedRun, ...]]] = {
+    "paper": paper_plan,
+    "quick": quick_plan,
+    "board": board_plan,
+}
 
 
 def find_plan(name: str) -> tuple[PlannedRun, ...]:
