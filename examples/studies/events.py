@@ -17,13 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from examples.studies.unit_faults import driven
+from examples.studies.unit_faults import SETTINGS, driven
 from examples.studies.unit_score import rate
 from examples.studies.units import read
-from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
-from tendon_hardware.servos import find_servo
-from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
 from tendon_hardware.virtual_bench.physics.encoder import COUNTS_PER_RADIAN
 from tendon_hardware.virtual_bench.physics.obstacle import HAND, BenchObstacle
@@ -37,8 +34,6 @@ from tendon_newton.diagnosis.in_time.log_events import Event, calm_day, find_eve
 from tendon_newton.scheduler import JobOptions, completed
 
 Row = dict[str, Any]
-SERVO = "xc330_t288_t"
-SETTINGS = CollectSettings(loop=no_stronger(HostPositionLoop(), find_servo(SERVO)))
 KINDS = ("slip", "skip", "knock", "dip")
 BENCH, DURATION, EXCITATIONS = "finger", 20.0, ("random_steps", "sine", "ramps")
 CALM = 6
@@ -115,7 +110,7 @@ def recorded(unit: int, name: str, event: Row | None = None) -> Recording:
         if event is not None:
             befall(event, bench, since)
 
-    position, force, _ = driven(run, draw_unit(BENCH, unit), look, SETTINGS)
+    position, force, _ = driven(run, draw_unit(BENCH, unit), look)
     rate = SETTINGS.rate
     time = np.arange(len(position)) / rate
     given = np.arange(len(position)) // SETTINGS.divider * SETTINGS.divider

@@ -14,6 +14,8 @@ from tendon_hardware.benches.bench import bench_of
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun, find_plan
+from tendon_hardware.servos import find_servo
+from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.virtual_bench import LockstepBench
 from tendon_hardware.virtual_bench.emulation.truth import sensor_effects
 from tendon_hardware.virtual_bench.physics.obstacle import NOMINAL_SPOOL
@@ -24,7 +26,8 @@ from tendon_newton.data.recording import Array
 STIFF = 1.0e5
 """Stiffness of each half of a line that hardly gives [N/m]: six times a drawn one. Ten times that
 is too stiff for the plant's step."""
-SETTINGS = CollectSettings()
+SERVO = "xc330_t288_t"
+SETTINGS = CollectSettings(loop=no_stronger(HostPositionLoop(), find_servo(SERVO)))
 Signals = Mapping[str, float]
 """Signal, ``theta`` or ``force`` -> mean squared change [rad2, N2]."""
 
@@ -134,7 +137,6 @@ def driven(
     run: PlannedRun,
     unit: BenchUnit,
     befall: Callable[[LockstepBench, float], None] = lambda _bench, _since: None,
-    settings: CollectSettings = SETTINGS,
 ) -> tuple[Array, Array, Array]:
     """Return angle, force and late force of a run, without the rules that end a real one.
 
@@ -142,27 +144,26 @@ def driven(
         run: Planned run.
         unit: Constants of the bench.
         befall: Called at every row with the bench and the time since the run's first [s].
-        settings: Rates and position loop.
     """
     twin = LockstepBench(run.bench, unit.seed, unit=unit)
     twin.set_obstacle(run.obstacle)
     address = BenchAddress(bench=run.bench, port="virtual", lockstep=True)
     servo = bench_of(address, twin.servo_port(), twin.clock, [None], [None]).servo
     servo.open()
-    servo.configure(watchdog_s=settings.watchdog)
+    servo.configure(watchdog_s=SETTINGS.watchdog)
     servo.enable_torque()
-    command = run.command(settings.seed, settings.rate)
-    rest = round(settings.settle * settings.rate)
+    command = run.command(SETTINGS.seed, SETTINGS.rate)
+    rest = round(SETTINGS.settle * SETTINGS.rate)
     start, rows = twin.clock.now(), []
     for tick, angle in enumerate((*np.repeat(command[0], rest), *command)):
-        twin.clock.sleep_until(start + tick / settings.rate)
-        befall(twin, (tick - rest) / settings.rate)
+        twin.clock.sleep_until(start + tick / SETTINGS.rate)
+        befall(twin, (tick - rest) / SETTINGS.rate)
         position = servo.read_state().position
-        if tick % settings.divider == 0:
-            servo.command_duty(settings.loop.duty(float(angle), position))
+        if tick % SETTINGS.divider == 0:
+            servo.command_duty(SETTINGS.loop.duty(float(angle), position))
         rows.append((position, twin.state().tension))
     theta, tension = np.array(rows[rest:]).T
     sensors = dict(sensor_effects(unit))
     force = sensors.get("load_cell_gain", {"scale": 1.0})["scale"] * tension
-    time = np.arange(force.size) / settings.rate
+    time = np.arange(force.size) / SETTINGS.rate
     return theta, force, np.interp(time - sensors[LATE]["delay"], time, force)

@@ -231,6 +231,9 @@ class RefreshOptions(BenchPorts):
     slipped is found to some hundredths of a radian."""
     suspects: tuple[str, ...] = ()
     """Effects that may be named; by default all kinds of wear."""
+    changes: Path | None = None
+    """Folder of `diagnose --against`: what it says has changed is not looked for again, and its
+    model is trained on."""
     iterations: int = 100
     """Rounds of acting and learning of the new policy."""
     device: Literal["cpu", "cuda"] = "cpu"

@@ -13,6 +13,7 @@ from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
+from tendon_newton.diagnosis.in_time.changes_report import CHANGES
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.effects import find_effect
@@ -47,6 +48,7 @@ from tendon_train.refresh.refresh_outcome import (
     headline,
     judge_drift,
     read_drift,
+    told_drift,
     write_page,
 )
 from tendon_train.refresh.retraining import find_training, retrain
@@ -105,15 +107,24 @@ def open_ledger(options: RefreshOptions, out: Path) -> Ledger:
         "model": hashes(options.model)[options.model.name],
         "policy": file_hash(find_training(options.policy).checkpoint),
         "suspects": options.suspects,
+        "changes": None if options.changes is None else file_hash(options.changes / CHANGES),
         "port": options.port,
     }
     return Ledger(out / "refresh.json", inputs)
 
 
 def find_drift_in_logs(options: RefreshOptions, ledger: Ledger, operator: Operator) -> Drift:
-    """Hold the logs against the model."""
+    """Hold the logs against the model, unless what changed is known."""
     if (done := ledger.done("drift")) is not None:
         return read_drift(done)
+    changes = options.changes
+    drift = find_wear(options, operator) if changes is None else told_drift(changes)
+    ledger.finish("drift", asdict(drift))
+    return drift
+
+
+def find_wear(options: RefreshOptions, operator: Operator) -> Drift:
+    """Try kinds of wear on the logs."""
     model, logs = load_model(options.model), read_logs(options.logs, policy_span)
     later = fitted_parts(logs)
     suspects = options.suspects or tuple(SUSPECTS)
@@ -133,9 +144,7 @@ def find_drift_in_logs(options: RefreshOptions, ledger: Ledger, operator: Operat
     write_diagnosis(folder / "diagnosis.json", diagnosis)
     write_model(folder / "model.toml", diagnosis.model)
     write_report(folder / "report.html", diagnosis, evidence, Origin())
-    drift = judge_drift(diagnosis, reference_error, grown=grown, slip=slip)
-    ledger.finish("drift", asdict(drift))
-    return drift
+    return judge_drift(diagnosis, reference_error, grown=grown, slip=slip)
 
 
 def correct_model(
@@ -143,6 +152,10 @@ def correct_model(
 ) -> None:
     """Put what was found into the model; where nothing was, fit all its numbers to the logs."""
     if ledger.done("model") is not None:
+        return
+    if options.changes is not None:
+        write_model(options.out / "model.toml", load_model(options.changes / "model.toml"))
+        ledger.finish("model", {"fitted": "told"})
         return
     operator.announce("correcting the model ...")
     logs = fitted_parts(read_logs(options.logs, policy_span))

@@ -19,6 +19,7 @@ from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.diagnosis.result import errors_json
 
 SCHEMA = 1
+CHANGES = "changes.json"
 TEMPLATE = "changes.html.jinja"
 STRANGE = 3.0
 """Errors of the last day's model, in those of the first day's on its own day, from which something
@@ -142,7 +143,7 @@ def write_changes(out: Path, days: DayByDay, against: str) -> None:
     """
     last = list(days.values())[-1]
     table = {name: to_json(changes) for name, changes in days.items()}
-    write_json(out / "changes.json", {"schema": SCHEMA, "against": against, "days": table})
+    write_json(out / CHANGES, {"schema": SCHEMA, "against": against, "days": table})
     content = {
         "headline": headline(last),
         "subject": f"{', '.join(days)}, against {against}",

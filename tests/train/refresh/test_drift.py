@@ -6,13 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_hardware.control.operator import SilentOperator
 from tendon_newton.data.dataset import Dataset
-from tendon_newton.data.model_file import Model
+from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.in_time.changes_report import write_changes
 from tendon_newton.diagnosis.in_time.walks import walk_of
+from tendon_newton.errors import InvalidDiagnosis
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tendon_newton.workflows.options import RefreshOptions
+from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
 from tendon_train.refresh.fit_all_numbers import tune
+from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import logs_as_dataset
 from tendon_train.refresh.refresh_outcome import (
     AGREES,
@@ -21,8 +27,10 @@ from tendon_train.refresh.refresh_outcome import (
     headline,
     judge_drift,
     read_drift,
+    told_drift,
     write_page,
 )
+from tests.diagnosis.in_time.test_changes_report import SLACK, STRETCHY, day
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model, stairs
 
@@ -147,3 +155,25 @@ def test_the_page_stands_alone_and_says_what_is_the_matter(tmp_path: Path) -> No
     assert "a gear that has run dry" in page
     assert "&lt;deployments&gt;" in page
     assert "http" not in page.replace("data:", "")
+
+
+def test_what_has_changed_is_told_to_a_refresh(tmp_path: Path) -> None:
+    """The last day's moved number is the cause and its model the corrected one; no log is read."""
+    found = tmp_path / "found"
+    found.mkdir()
+    write_changes(found, {"monday": day(SLACK), "tuesday": day(SLACK, STRETCHY)}, "sunday")
+    write_model(found / "model.toml", FITTED)
+    options = RefreshOptions(
+        logs=(), model=tmp_path / "old.toml", policy=tmp_path, out=tmp_path, changes=found
+    )
+    ledger = Ledger(tmp_path / "refresh.json", {})
+    drift = find_drift_in_logs(options, ledger, SilentOperator())
+    assert (drift.verdict, [cause.name for cause in drift.causes]) == (WORN, ["tendon_compliance"])
+    assert drift.causes[0].numbers[0].startswith("The stiffness of the tendon is now")
+    correct_model(options, drift, ledger, SilentOperator())
+    assert load_model(tmp_path / "model.toml") == FITTED
+    write_changes(found, {"monday": day(SLACK)}, "sunday")
+    assert told_drift(found).verdict == AGREES
+    (found / "changes.json").write_text('{"days": {}}')
+    with pytest.raises(InvalidDiagnosis, match="must be an object"):
+        told_drift(found)

@@ -6,12 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.checked_table import read_checked
 from tendon_newton.data.parameters import with_unit
+from tendon_newton.diagnosis.in_time.changes_report import CHANGES
 from tendon_newton.diagnosis.in_time.walks import walk_of
 from tendon_newton.diagnosis.reporting.page import write_page as fill_page
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.errors import InvalidDiagnosis
 from tendon_train.refresh.slip import SLIP, SLIPS
 
+PROMISE = "what diagnose --against says is a JSON file"
 TEMPLATE = "refresh.html.jinja"
 AGREES = "no_drift"
 WORN = "worn"
@@ -102,6 +106,39 @@ def judge_drift(
         theta_rmse=diagnosis.baseline.theta_rmse,
         corrected_theta_rmse=diagnosis.extended.theta_rmse,
         reference_theta_rmse=reference_theta_rmse,
+    )
+
+
+def told_drift(folder: Path) -> Drift:
+    """Return what `diagnose --against` says of its last day.
+
+    Args:
+        folder: Where it wrote ``changes.json``.
+
+    Raises:
+        InvalidDiagnosis: The file is not what it writes.
+    """
+    days = read_checked(folder / CHANGES, InvalidDiagnosis, PROMISE).table("days")
+    last = days.table(list(days.values)[-1] if days.values else "a day")
+    moved = [number for number in last.tables("numbers") if number.values.get("moved") is True]
+    causes = tuple(
+        FoundWear(
+            name=(name := number.word("cause")),
+            words=walk_of(name).words,
+            numbers=(step,),
+            rivals=number.words("rivals"),
+        )
+        for number, step in zip(moved, last.words("next_steps"), strict=False)
+    )
+    own = last.values.get("on_its_own_day")
+    return Drift(
+        verdict=WORN if causes else CHANGED if last.word("doubt") else AGREES,
+        causes=causes,
+        theta_rmse=last.table("before").number("theta_rmse"),
+        corrected_theta_rmse=last.table("after").number("theta_rmse"),
+        reference_theta_rmse=None
+        if own is None
+        else last.table("on_its_own_day").number("theta_rmse"),
     )
 
 
