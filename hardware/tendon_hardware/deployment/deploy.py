@@ -71,6 +71,8 @@ class Deployment:
     """Gives the tension where no load cell does."""
     watch: BallWatch | None = None
     """Knows of the ball that a policy turns."""
+    state: str = ""
+    """Model file of the bench as it was last diagnosed; empty where nobody knows."""
 
     @property
     def estimates(self) -> tuple[ForceEstimate, ...]:
@@ -202,6 +204,7 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
         session |= flattened({f"host_loop_{place}": settings.loops[place]})
         calibration = drive.calibration
         session[f"calibration_{place}"] = "" if calibration is None else calibration.identifier
+    session["bench.state"] = deployment.state
     if policy is not None:
         session |= {
             "policy.file": policy.path.name,

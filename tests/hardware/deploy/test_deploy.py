@@ -22,8 +22,10 @@ from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
+from tendon_newton.data.model_file import write_model
 from tests.hardware.deploy.policies import Proportional, card_of, network, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
+from tests.physics.runs import ideal_model
 
 WORDS = ["deploy", "--port", "virtual", "--faster-than-real-time"]
 
@@ -45,10 +47,13 @@ def test_a_command_deploys_and_its_folder_is_a_dataset(
     policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Two deployments make a dataset that loads; replaying a log gives the same actions."""
-    out = tmp_path / "runs"
+    out, state = tmp_path / "runs", tmp_path / "model.toml"
+    write_model(state, ideal_model(tendon_slack={"length": 0.002}))
     words = [*WORDS, "--policy", str(policy), "--out", str(out), "--goals", "stairs"]
     assert main([*words, "--duration", "4"]) == 0
-    assert main([*words, "--duration", "3", "--split", "test"]) == 0
+    known = ["--state", str(state)]
+    assert main([*words, "--duration", "3", "--split", "test", *known]) == 0
+    assert read_session(out / "closing_1.mcap")["bench.state"] == state.read_text()
     said = capsys.readouterr().out
     assert "ended: complete" in said
     loaded = load_dataset(out)
