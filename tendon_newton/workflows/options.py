@@ -84,8 +84,7 @@ class CollectOptions(BenchOptions, ViewOptions):
     out: Path
     """Folder of the dataset; recordings are added to it."""
     plan: str | None = None
-    """Plan to record: paper (36 min), quick (1 min), or board (7 min of one finger, to hand in);
-    without one, a single run."""
+    """Plan to record: paper (36 min), quick (1 min), board (7 min); without one, a single run."""
     bench: str = "finger"
     """Bench of a single run: finger, spring_weak or spring_strong."""
     excitation: str = "random_steps"
