@@ -14,6 +14,7 @@ from tendon_train.policy.config.policy_training_config import (
     to_rsl_rl,
 )
 from tendon_train.policy.runs.curve import CurvePoint, Progress
+from tendon_train.policy.runs.kept_noise import KeptNoise
 from tendon_train.policy.runs.policy_training import Trained, train_policy
 from tendon_train.policy.runs.training_process import Process
 from tests.train.policy.small import environment, short_training
@@ -63,6 +64,28 @@ def test_exploration_and_learning_rate_fall_from_checkpoint_to_checkpoint(tmp_pa
     rate = 5e-4 + 0.75 * (1e-4 - 5e-4)  # after three of four iterations
     assert learning_rate_at(config, last) == pytest.approx(rate)
     assert algorithm.optimizer.param_groups[0]["lr"] == pytest.approx(rate)
+
+
+def test_noise_that_is_kept_has_its_deviation_in_each_step() -> None:
+    """Of 0.8 a step keeps 0.8 of the last one's and 0.64 of that before; learning moves nothing."""
+    distribution = KeptNoise(2, 0.8, init_std=3.0, learn_std=False)
+    torch.manual_seed(0)
+    distribution.update(torch.ones(20_000, 2))
+    with torch.inference_mode():
+        first, second = distribution.sample(), distribution.sample()
+    distribution.sample()
+    with torch.inference_mode():
+        third = distribution.sample()
+    noise = torch.stack([each.ravel() - 1.0 for each in (first, second, third)])
+    torch.testing.assert_close(noise.std(dim=1), torch.full((3,), 3.0), rtol=0.02, atol=0.0)
+    shares = torch.corrcoef(noise)[0, 1:]
+    torch.testing.assert_close(shares, torch.tensor([0.8, 0.64]), rtol=0.0, atol=0.02)
+
+
+def test_a_memory_of_all_noise_is_refused() -> None:
+    """Nothing would be new."""
+    with pytest.raises(InvalidParameter, match="exploration_memory must be from 0 to below 1; it"):
+        PolicyTrainingConfig(exploration_memory=1.0)
 
 
 def test_actor_and_critic_have_the_layers_of_the_paper(tmp_path: Path) -> None:

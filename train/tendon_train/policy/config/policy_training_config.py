@@ -62,6 +62,9 @@ class PolicyTrainingConfig:
     exploration_end: float | None = None
     """Last exploration [rad], reached evenly from checkpoint to checkpoint, so that the policy gets
     precise at last; none keeps it."""
+    exploration_memory: float = 0.0
+    """Share of a step's noise that the next step keeps [1]. What takes several steps, such as a
+    finger's stroke, is hardly ever found by noise that is new in each."""
     gradient_limit: float = 1.0
     """Longest gradient of an update."""
     hidden: tuple[int, ...] = (128, 64, 32)
@@ -83,6 +86,10 @@ class PolicyTrainingConfig:
                 raise InvalidParameter(
                     f"{name} must be between 0 and 1; it is {getattr(self, name)}"
                 )
+        if not 0.0 <= self.exploration_memory < 1.0:
+            raise InvalidParameter(
+                f"exploration_memory must be from 0 to below 1; it is {self.exploration_memory}"
+            )
         for name in ("exploration_end", "learning_rate_end"):
             end = getattr(self, name)
             if end is not None and not 0.0 < end < 1.0e9:
@@ -127,7 +134,8 @@ def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:
         "obs_normalization": True,
     }
     actions = {
-        "class_name": "GaussianDistribution",
+        "class_name": "tendon_train.policy.runs.kept_noise:KeptNoise",
+        "memory": config.exploration_memory,
         "init_std": config.exploration,
         "learn_std": False,
     }

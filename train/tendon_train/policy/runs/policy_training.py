@@ -120,8 +120,10 @@ def make_runner(environment: FingerEnvironment, config: PolicyTrainingConfig, de
 
 
 def explore(runner: Any, deviation: float) -> None:
-    """Set the standard deviation of the actions [rad]; no gradient reaches it."""
-    runner.alg.actor.distribution.std_param.data.fill_(deviation)
+    """Set the standard deviation of the actions [rad], which gets no gradient, for fresh noise."""
+    distribution = runner.alg.actor.distribution
+    distribution.std_param.data.fill_(deviation)
+    distribution.forget()
 
 
 def learn_at(runner: Any, rate: float) -> None:
