@@ -50,11 +50,9 @@ def test_the_given_deviation_gets_no_gradient_and_stays(tmp_path: Path) -> None:
     assert not any(torch.equal(start[name], end[name]) for name in learned)
 
 
-def test_exploration_and_learning_rate_fall_from_checkpoint_to_checkpoint(tmp_path: Path) -> None:
+def test_exploration_and_learning_rate_fall_from_iteration_to_iteration(tmp_path: Path) -> None:
     """As the number of iterations done says, so that a training that goes on learns alike."""
-    config = short_training(
-        exploration=0.5, exploration_end=0.1, learning_rate_end=1e-4, checkpoint_every=1
-    )
+    config = short_training(exploration=0.5, exploration_end=0.1, learning_rate_end=1e-4)
     assert exploration_at(config, 0) == pytest.approx(0.5)
     assert exploration_at(config, config.iterations) == pytest.approx(0.1)
     algorithm = train(config, tmp_path).runner.alg

@@ -46,7 +46,7 @@ class PolicyTrainingConfig:
     learning_rate: float = 5.0e-4
     """Learning rate of Adam."""
     learning_rate_end: float | None = None
-    """Last learning rate, reached evenly from checkpoint to checkpoint; none keeps it. The less a
+    """Last learning rate, reached evenly from iteration to iteration; none keeps it. The less a
     policy explores, the more a change of its weights does to the probability of an action."""
     schedule: Literal["fixed", "adaptive"] = "fixed"
     """Whether the learning rate stays, or follows how far an update moves the policy."""
@@ -60,7 +60,7 @@ class PolicyTrainingConfig:
     """Standard deviation of the actions in training [rad]; it is given, and not learned. Less than
     what breaks a gear's friction loose hardly moves a finger, and teaches nothing."""
     exploration_end: float | None = None
-    """Last exploration [rad], reached evenly from checkpoint to checkpoint, so that the policy gets
+    """Last exploration [rad], reached evenly from iteration to iteration, so that the policy gets
     precise at last; none keeps it."""
     exploration_memory: float = 0.0
     """Share of a step's noise that the next step keeps [1]. What takes several steps, such as a

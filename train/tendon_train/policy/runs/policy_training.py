@@ -96,12 +96,14 @@ def train_policy(
     try:
         while (done := len(logger.points)) < config.iterations:
             environment.reset(seed=process.seed_draws(config.seed, done))
+            runner.alg.actor.distribution.forget()
             ahead = config.checkpoint_every - done % config.checkpoint_every
-            runner.current_learning_iteration = done
-            explore(runner, exploration_at(config, done))
-            if config.learning_rate_end is not None:
-                learn_at(runner, learning_rate_at(config, done))
-            runner.learn(min(ahead, config.iterations - done))
+            for iteration in range(done, min(done + ahead, config.iterations)):
+                runner.current_learning_iteration = iteration
+                explore(runner, exploration_at(config, iteration))
+                if config.learning_rate_end is not None:
+                    learn_at(runner, learning_rate_at(config, iteration))
+                runner.learn(1)
             if first:
                 save_checkpoint(out / "checkpoints", settings, logger.points, runner.alg)
     finally:
@@ -120,10 +122,8 @@ def make_runner(environment: FingerEnvironment, config: PolicyTrainingConfig, de
 
 
 def explore(runner: Any, deviation: float) -> None:
-    """Set the standard deviation of the actions [rad], which gets no gradient, for fresh noise."""
-    distribution = runner.alg.actor.distribution
-    distribution.std_param.data.fill_(deviation)
-    distribution.forget()
+    """Set the standard deviation of the actions [rad]; no gradient reaches it."""
+    runner.alg.actor.distribution.std_param.data.fill_(deviation)
 
 
 def learn_at(runner: Any, rate: float) -> None:
