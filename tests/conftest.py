@@ -1,17 +1,27 @@
 """Fixtures that every test may use."""
 
+import gc
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
+from tendon_newton.cli import COLLECT_AFTER
+
 # the same examples in every run, and no verdict by the clock of a busy machine
 settings.register_profile("steady", derandomize=True, deadline=None, database=None)
 settings.load_profile("steady")
 
+gc.set_threshold(*COLLECT_AFTER)  # as every verb does: all libraries together are a million objects
+
 SEED = 20260101
 SHARED = Path(__file__).resolve().parents[2] / "shared"
+
+
+def pytest_collection_finish() -> None:
+    """Take what all modules have loaded out of every later search for dead objects."""
+    gc.freeze()
 
 
 @pytest.fixture

@@ -31,9 +31,16 @@ def test_five_seconds_under_packet_loss(tmp_path: Path) -> None:
     assert outcome.pacing.ticks + outcome.pacing.overruns >= 400
 
 
+LOADING = {"evaluate-policy", "investigate", "refresh"}
+"""Verbs that load the simulator first, for seconds; they drive as `deploy` and `collect` do."""
+
+
 @pytest.mark.parametrize(
-    "way",  # a refresh climbs as `evaluate-policy` does
-    [*sorted(WAYS.keys() - {"refresh"}), pytest.param("refresh", marks=pytest.mark.slow)],
+    "way",
+    [
+        *sorted(WAYS.keys() - LOADING),
+        *(pytest.param(way, marks=pytest.mark.slow) for way in sorted(LOADING)),
+    ],
 )
 def test_a_killed_program_leaves_a_motor_without_force(tmp_path: Path, way: str) -> None:
     """The servo's bus watchdog stops it 250 ms after ``kill -9`` at the latest, whoever drove."""
