@@ -66,7 +66,13 @@ def held_force(mechanism: Mechanism, run: Trajectory, row: int, direction: Array
     return float(arms @ torque / (arms @ arms))
 
 
-@pytest.mark.parametrize("obstacle", [ball, block], ids=["ball", "block"])
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        pytest.param(ball, id="ball"),
+        pytest.param(block, id="block", marks=pytest.mark.slow),  # compiles for half a minute
+    ],
+)
 def test_a_closing_finger_meets_an_obstacle_alike(obstacle: Callable[..., Obstacle]) -> None:
     """The same way in, the same hold, the same way out, and the same torques while it lasts."""
     mechanism, ours, theirs = closing_pair("finger", obstacle(friction=0.0, stiffness=STIFF))
