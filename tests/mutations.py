@@ -136,7 +136,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="usual-error-is-an-event",
         file="tendon_newton/diagnosis/in_time/log_events.py",
-        old="if abs(out[peak]) <= FALL_MARGIN * calm.pulse:",
+        old="if abs(out[peak]) <= PULSE_MARGIN * calm.pulse:",
         new="if abs(out[peak]) <= 0.5 * calm.pulse:",
         tests=f"{EVENTS} silent",
     ),
@@ -144,7 +144,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         name="step-is-no-event",
         file="tendon_newton/diagnosis/in_time/log_events.py",
         old="if step > LASTS * calm.step else",
-        new="if step > 100.0 * calm.step else",
+        new="if step > 500.0 * calm.step else",
         tests=f"{EVENTS} slipped",
     ),
     Mutation(

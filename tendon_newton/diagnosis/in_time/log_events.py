@@ -23,15 +23,17 @@ from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 Kind = Literal["slip", "skip", "knock", "dip"]
-MARGIN, FALL_MARGIN = 1.5, 2.5
+MARGIN, PULSE_MARGIN, FALL_MARGIN = 1.5, 2.5, 4.0
 """How many times larger an event must be than anything on the day that the model knows [1]: a dip,
-and a fall of the tension or a pulse, which a few rows make."""
+a pulse, and a fall of the tension. A finger that meets its end stop on another day only makes 3.8
+times the falls; chosen on six virtual units, as the next ones are."""
 LIVELIER = 2.0
 """How much more lively a command may be that makes no larger jumps and falls [1]: on a calm day few
 steps are of one size."""
-LASTS = 2.5
-"""How many times larger the step of a slip must be than that of a calm day [1]: else what jerked
-the tension was a knock."""
+LASTS = 5.0
+"""How many times larger the step of a slip must be than a calm day's as a rule [1]: else what
+jerked the tension was a knock. On six virtual units slips have 6 and more, and all
+but one knock below 5."""
 SIDE = 2.0
 """Time either side of a step, at least [s]: twice a knock, and more."""
 PULSE = 1.0
@@ -137,7 +139,7 @@ class CalmDay:
     fall: Usual
     """Falls of the tension there [N]."""
     step: float
-    """Greatest step of the offset that is found there [rad]."""
+    """Step of the offset that is found there, RMS [rad]."""
     pulse: float
     """Greatest pulse of the offset there [rad]."""
     missing: float | None
@@ -174,7 +176,7 @@ def calm_day(recordings: Sequence[Recording], model: Model) -> CalmDay:
         usual=usual_error(calm),
         jump=jump,
         fall=usual([(falls(own), own.turns) for own in calm]),
-        step=float(np.abs(found).max()),
+        step=float(np.sqrt(np.mean(np.square(found)))),
         pulse=max(float(np.abs(pulses(own)).max()) for own in unseen),
         missing=missing,
     )
@@ -326,7 +328,7 @@ def events_of(own: Balance, calm: CalmDay) -> list[Event]:
         return [slip(own, at, step, above) if step > LASTS * calm.step else knock(own, at, above)]
     out = pulses(own.less(calm.usual))
     peak = int(np.argmax(np.abs(out)))
-    if abs(out[peak]) <= FALL_MARGIN * calm.pulse:
+    if abs(out[peak]) <= PULSE_MARGIN * calm.pulse:
         return []
     at, _ = stretch(out / out[peak] >= ONSET, peak)
     return [knock(own, at, float(abs(out[peak])) / calm.pulse)]
