@@ -7,9 +7,10 @@ nothing. Each number that the plant states for it lies inside its interval on so
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
 from statistics import median
 from typing import Any
+
+from tendon_lab.exam.exam_rates import at_least
 
 Truth = Mapping[str, Sequence[Mapping[str, float]]]
 """Effect -> its numbers on each bench of the plant."""
@@ -30,8 +31,6 @@ MATTERS = 0.1
 """Share of the squared error from which a fault matters [1]."""
 SURE = 0.9
 """Probability from which a name is told as sure [1]."""
-NORMAL = 1.645
-"""Quantile of a one-sided bound at 95 %."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,7 +228,4 @@ def rate(hit: int, count: int) -> dict[str, float]:
     """Return a rate with Wilson's lower bound at 95 %, one-sided."""
     if count == 0:
         return {"hits": 0, "of": 0}
-    share, spread = hit / count, NORMAL**2 / count
-    middle = (share + spread / 2.0) / (1.0 + spread)
-    half = sqrt(share * (1.0 - share) * spread + spread**2 / 4.0) / (1.0 + spread)
-    return {"hits": hit, "of": count, "rate": share, "at_least": middle - half}
+    return {"hits": hit, "of": count, "rate": hit / count, "at_least": at_least(hit, count)}

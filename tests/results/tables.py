@@ -220,6 +220,52 @@ def unit_rates(kept: Records) -> str:
     return table(("", "count", "rate", "at least, 95 %"), lines)
 
 
+SECTIONS = {
+    "single": "one cause",
+    "pair": "two causes",
+    "many": "three to five causes",
+    "clean": "nothing planted",
+    "outside": "a cause outside the catalogue",
+    "form": "one cause, second form of the plant",
+    "cell": "one cause, no load cell",
+    "weak": "one cause of a tenth of the size",
+    "other": "the second plant",
+}
+"""Sections of the exam, with their words."""
+SHOWN = (
+    ("single", "single: true cause first or in its class"),
+    ("single", "single: nothing else named"),
+    ("cell", "single: true cause first or in its class"),
+    ("form", "single: true cause first or in its class"),
+    ("other", "single: true cause first or in its class"),
+    ("pair", "pair: both found"),
+    ("many", "many: recall"),
+    ("many", "many: precision"),
+    ("clean", "clean: no cause named"),
+    ("other", "clean: no cause named"),
+    ("outside", "outside: no wrong name"),
+)
+"""Rates of the exam that its users read first: a section, and what is counted there."""
+
+
+def exam_rows(kept: Records, chosen: Iterable[tuple[str, str]] | None = None) -> str:
+    """Return rates of the exam with their lower bounds; all of them unless some are chosen."""
+    sections = kept["exam"].figures["sections"]
+    shown = chosen or [(section, name) for section in SECTIONS for name in sections[section]]
+    rows = [
+        (
+            SECTIONS[section],
+            name.split(": ")[-1],
+            f"{round(rate['value'] * rate['cases'])} of {rate['cases']}",
+            f"{rate['value']:.0%}",
+            f"{rate['at_least']:.0%}",
+        )
+        for section, name in shown
+        if (rate := sections[section][name])["at_least"] is not None
+    ]
+    return table(("sets", "right is", "count", "rate", "at least, 95 %"), rows)
+
+
 def own_logs(record: Record) -> str:
     """Return what was planted in each stranger's logs, and what its diagnosis names."""
     rows = []
@@ -258,6 +304,8 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     ),
     "units": ("docs/virtual_bench.md", unit_rows),
     "names": ("docs/lab/exams.md", unit_rates),
+    "exam": ("docs/diagnosis.md", lambda kept: exam_rows(kept, SHOWN)),
+    "all sections": ("docs/lab/exams.md", exam_rows),
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
 """File and maker of each table, by the name in its marks."""

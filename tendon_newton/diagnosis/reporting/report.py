@@ -95,7 +95,7 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         **finding_rows(train, evidence.test.wholes),
         "notes": [*doubts(diagnosis), *diagnosis.notes],
         "model": model_rows(diagnosis, evidence),
-        "details": detail_rows(diagnosis, evidence, origin.command),
+        "details": detail_rows(diagnosis, evidence, comparisons, origin.command),
     }
 
 

@@ -5,16 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
+import numpy as np
+
 from tendon_newton.data.checks.finding import SEVERITIES, Finding
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import Mask, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.diagnose import Evidence
+from tendon_newton.diagnosis.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report_causes import Row
 from tendon_newton.diagnosis.result import Diagnosis
 
 NEARLY_ALL = 0.9995
 """Shares above round to 100.0 %."""
+AT_REST = 0.02
+"""Share of the greatest speed up to which a servo is at rest [1]."""
+SLACK = 5.0
+"""Noise floors of force up to which a string that never pushes is slack [1]."""
 PACKAGES = ("tendon-newton", "newton", "warp-lang", "numpy")
 
 
@@ -139,8 +147,50 @@ def starting_value(evidence: Evidence, owner: str, key: str) -> tuple[str | None
     return None, "m" if key == "spool_radius" else "1"
 
 
+def regimes(recording: Recording, noise: float | None) -> dict[str, Mask]:
+    """Return the rows (T,) of each regime: each row is in one.
+
+    Args:
+        recording: A held-out recording.
+        noise: Noise floor of its force [N]; None without a load cell.
+    """
+    speed = np.abs(recording.motor_velocity[:, 0])
+    off = ~recording.enabled
+    slack = np.zeros_like(off)
+    if recording.force is not None and noise and recording.force.min() > -SLACK * noise:
+        slack = ~off & (recording.force[:, 0] < SLACK * noise)
+    still = ~off & ~slack & (speed <= AT_REST * speed.max())
+    return {"motor off": off, "string slack": slack, "at rest": still,
+            "in motion": ~(off | slack | still)}  # fmt: skip
+
+
+def regime_rows(
+    diagnosis: Diagnosis, comparisons: Sequence[HeldOutComparison]
+) -> list[tuple[str, str]]:
+    """Return the angle's error by regime, before and after, with its share of the rows."""
+    masks = [regimes(c.recording, diagnosis.noise_force) for c in comparisons]
+    total = sum(c.time.size for c in comparisons)
+    rows: list[tuple[str, str]] = []
+    for name in masks[0]:
+        share = sum(int(mask[name].sum()) for mask in masks) / total
+        if share > 0.0:
+            pair = (
+                np.concatenate(
+                    [c.theta[k][m[name]] for c, m in zip(comparisons, masks, strict=True)]
+                )
+                for k in ((0, 1) if diagnosis.effects else (0,))
+            )
+            change = " → ".join(number(1e3 * rms(residual)) for residual in pair)
+            rows.append((f"RMS error of the angle, {name}",
+                         f"{change} mrad, {percent(share)} % of the rows"))  # fmt: skip
+    return rows
+
+
 def detail_rows(
-    diagnosis: Diagnosis, evidence: Evidence, command: str | None
+    diagnosis: Diagnosis,
+    evidence: Evidence,
+    comparisons: Sequence[HeldOutComparison],
+    command: str | None,
 ) -> list[tuple[str, str]]:
     """Return the numbers for the curious."""
     pair = (diagnosis.baseline, diagnosis.extended) if diagnosis.effects else (diagnosis.baseline,)
@@ -150,6 +200,7 @@ def detail_rows(
         ("verdict", diagnosis.verdict.replace("_", " ")),
         ("effects tried", str(len(diagnosis.candidates))),
         ("mean absolute error of the angle", f"{mean} mrad"),
+        *regime_rows(diagnosis, comparisons),
         ("recordings to learn from", ", ".join(r.name for r in evidence.train.wholes)),
         ("recordings held out", ", ".join(r.name for r in evidence.test.wholes)),
         ("wall time", f"{diagnosis.wall_time_s:.0f} s"),

@@ -11,12 +11,15 @@ import pytest
 
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
+from tendon_newton.diagnosis.held_out import HeldOutComparison
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.reporting.report_causes import cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
+from tendon_newton.diagnosis.reporting.report_tables import regime_rows, regimes
 from tendon_newton.diagnosis.reporting.report_words import SENTENCES, cause_sentence, headline
 from tendon_newton.diagnosis.result import Errors, Estimate, Rival, Verdict
 from tendon_newton.effects import EFFECTS, find_effect
@@ -245,6 +248,32 @@ def test_a_shaft_has_no_tendon_and_no_newtons(with_force: Evidence, tmp_path: Pa
     assert "tendon force" not in text
     assert "[N]" not in text
     assert "shaft torque [N m]" in text
+
+
+def test_each_row_is_in_one_regime_and_its_error_stands_apart(pages: dict[str, str]) -> None:
+    """Off, slack, at rest, in motion: an error while a motor is off is that of its own rows."""
+    speed = np.array([0.0, 1.0, 1.0, 0.01, 0.0, 2.0])
+    force = np.array([4.0, 4.0, 0.01, 4.0, 4.0, 0.0])
+    measured = Recording(
+        name="a.csv",
+        bench="spring_weak",
+        time=0.01 * np.arange(6.0),
+        motor_position=np.zeros((6, 1)),
+        motor_velocity=speed[:, None],
+        command=np.zeros((6, 1)),
+        force=force[:, None],
+        enabled=np.array([False, True, True, True, True, True]),
+    )
+    rows = {name: np.flatnonzero(mask).tolist() for name, mask in regimes(measured, 0.02).items()}
+    assert rows == {"motor off": [0], "string slack": [2, 5], "at rest": [3, 4], "in motion": [1]}
+    pushed = replace(measured, force=force[:, None] - 1.0)
+    assert not regimes(pushed, 0.02)["string slack"].any()
+    error = np.array([3e-3, 1e-3, 0.0, 0.0, 0.0, 0.0])
+    compared = HeldOutComparison(recording=measured, theta=(error, 0.5 * error), force=None)
+    told = regime_rows(replace(diagnosis("explained"), noise_force=0.02), [compared])
+    assert told[0] == ("RMS error of the angle, motor off", "3.00 → 1.50 mrad, 17 % of the rows")
+    assert told[3] == ("RMS error of the angle, in motion", "1.00 → 0.500 mrad, 17 % of the rows")
+    assert "RMS error of the angle, at rest" in pages["explained"]
 
 
 def test_a_dataset_speaks_for_itself(with_force: Evidence, tmp_path: Path) -> None:
