@@ -1,13 +1,19 @@
 """The comparison's tables, and its baseline."""
 
+import json
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from examples.studies.comparison import bam
 from examples.studies.comparison.four_numbers import Grid, fitted, simulate
+from examples.studies.comparison.splits import Split
 from examples.studies.comparison.table import OURS, REPEATS, TOLD, ratios, shares_of_arm, tables
+from tests.physics.runs import ideal_model
 
 
 def test_a_row_that_was_not_made_waits() -> None:
@@ -76,3 +82,32 @@ def test_a_motor_that_is_off_stays() -> None:
     command = np.ones((50, 1))
     off = Grid(command=command, position=0.0 * command, enabled=0.0 * command, valid=command)
     assert np.all(simulate(off, np.array([0.05, 0.0, 0.0, 0.0])) == 0.0)
+
+
+def test_a_rival_that_fits_worse_than_a_model_that_it_contains_is_no_result(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each model begins where those that it contains ended, and may not end above them."""
+    started: list[dict[str, Any]] = []
+
+    def run(python: Path, *words: Any) -> None:
+        after = dict(pairwise(words))
+        if "--model" in words:
+            started.extend(
+                json.loads(Path(w).read_text()) for w in words[words.index("--known") + 1 :]
+            )
+            found = {"found": {"kt": 1.0}, "trials": 64, "searches": 6}
+            Path(after["--out"]).write_text(json.dumps(found | {"converged": False}))
+        elif "--json" in words:
+            left = 0.03 if "train" in str(after["--logdir"]) else 0.04
+            Path(after["--json"]).write_text(json.dumps({"m4": {"mean": left}}))
+
+    monkeypatch.setattr(bam, "run", run)
+    empty = Split(servo="xl330", name="", train=(), test=(), start=ideal_model(), floor=None)
+    rows = [{"trained": 31.0, "found": {"kt": 2.0}}, {"trained": 32.0, "found": {"kt": 3.0}}]
+    row = bam.fit(empty, "m4", Path("python"), 1.0, rows)
+    assert started == [{"kt": 2.0}, {"kt": 3.0}]
+    assert (row["trained"], row["held_out"]) == (pytest.approx(30.0), pytest.approx(40.0))
+    assert row["says"] == "64 trials in 6 searches, not converged"
+    with pytest.raises(AssertionError, match="m4 contains a model that fits better"):
+        bam.fit(empty, "m4", Path("python"), 1.0, [{"trained": 29.0, "found": {}}])

@@ -34,7 +34,7 @@ CONTAINS: Mapping[str, tuple[str, ...]] = {
 STEP = "0.005"
 """Step of their simulation [s]."""
 ROUNDING = 0.05
-"""What a start's numbers in a larger model move the error by: they are rounded [mrad]."""
+"""What logs' last rows move the error by: a search goes as far as the shortest log [mrad]."""
 SEARCH = Path(__file__).with_name("bam_search.py")
 
 
@@ -70,7 +70,7 @@ def fit(
         took, search = time.monotonic() - begun, json.loads(out.read_text())
         described = {"model": model, "actuator": split.servo, **search["found"]}
         (params / f"{model}.json").write_text(json.dumps(described))
-        trained = 1e3 * search["error"]
+        trained = tested(python, params, place / "train", model)
         least = min((row["trained"] for row in contained), default=trained)
         assert trained <= least + ROUNDING, f"{model} contains a model that fits better"
         return {

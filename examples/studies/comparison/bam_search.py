@@ -24,14 +24,12 @@ from cmaes import CMA  # pyright: ignore[reportMissingImports]
 SIDE_BY_SIDE, POPULATION = 4, 16
 LEVEL = 1.01
 """Ratio of errors up to which two searches ended alike [1]."""
-STARTS = 6
+STARTS = 4
 """Searches that end before a model may have converged."""
 PATIENCE, WORTH = 40, 1.001
 """Generations in which a search must get better by that ratio, or it ends [1]."""
-FINER = 0.05
-"""Spread of a search that begins at a contained model, over the ranges; others have 0.3 [1]."""
-RETRIED = 8
-"""Best searches whose ends are tried alone."""
+WIDE, FINE = 1.0 / 6.0, 0.05
+"""Spread of a search over the ranges; of one that begins at a contained model [1]."""
 CONTAINED = {
     "load_friction_motor": "load_friction_base",
     "load_friction_external": "load_friction_base",
@@ -49,13 +47,20 @@ ABSENT = (
 """Numbers that vanish in a smaller model without them."""
 
 
+class Kept(np.ndarray):
+    """Values that ``+=`` leaves alone, as it does a number: their friction adds to a parameter."""
+
+    def __iadd__(self, other: Any) -> np.ndarray:
+        """Return the sum, and stay."""
+        return self + other
+
+
 class Objective:
     """Mean absolute error of one of their models on some logs, for many candidates at once."""
 
     def __init__(self, logdir: Path, actuator: str, model: str) -> None:
         logs = Logs(str(logdir))
-        self.logs = list(logs.logs)
-        self.count = len(self.logs)
+        self.count = len(logs.logs)
         logs.logs = logs.logs * (SIDE_BY_SIDE * POPULATION)
         self.batch = logs.make_batch()
         self.positions = np.array([entry["position"] for entry in self.batch["entries"]])
@@ -70,26 +75,12 @@ class Objective:
         """Return the error [rad] of each candidate, (64, N) shares of the ranges."""
         values = np.repeat(self.low + self.span * places, self.count, axis=0)
         for number, own in zip(self.numbers.values(), values.T, strict=True):
-            number.value = own
+            number.value = own.view(Kept)
         with np.errstate(all="ignore"):
             rolled = Simulator(self.model).rollout_log(self.batch, simulate_control=True)
             missed = np.abs(np.array(rolled[0]) - self.positions).mean(axis=0)
         left = missed.reshape(-1, self.count).mean(axis=1)
         return np.where(np.isfinite(left), left, 1e3)
-
-    def alone(self, place: np.ndarray) -> float:
-        """Return the error [rad] at a place as their `bam.mae` has it: log after log, all rows.
-
-        Some motions turn on the last bit: what is best side by side may not be it alone.
-        """
-        for number, value in zip(self.numbers.values(), self.low + self.span * place, strict=True):
-            number.value = float(value)
-        left = []
-        for log in self.logs:
-            rolled = Simulator(self.model).rollout_log(log, simulate_control=True)
-            measured = [entry["position"] for entry in log["entries"]]
-            left.append(np.abs(np.array(rolled[0]) - measured).mean())
-        return float(np.mean(left))
 
     def place(self, known: dict[str, float]) -> np.ndarray:
         """Return where the ranges hold the numbers of a contained model; others stay in between."""
@@ -115,7 +106,7 @@ def search(objective: Objective, known: list[dict[str, float]], seconds: float) 
     ended: list[Descent] = []
     while time.monotonic() - begun < seconds and not converged(ended):
         while len(running) < SIDE_BY_SIDE:
-            mean, spread = (waiting.pop(0), FINER) if waiting else (rng.random(size), 0.3)
+            mean, spread = (waiting.pop(0), FINE) if waiting else (middle(rng, size), WIDE)
             running.append(Descent(mean, spread, int(rng.integers(2**31))))
         left = objective(np.concatenate([one.ask() for one in running]))
         trials += left.size
@@ -123,16 +114,23 @@ def search(objective: Objective, known: list[dict[str, float]], seconds: float) 
             one.tell(left[k * POPULATION : (k + 1) * POPULATION])
         ended += [one for one in running if one.over]
         running = [one for one in running if not one.over]
-    best = sorted([*ended, *running], key=lambda one: one.least)[:RETRIED]
-    places = [*starts, *(one.best for one in best)]
-    place = min(places, key=objective.alone)
+    every = [*ended, *running]
+    known_places = np.resize([*starts, np.full(size, 0.5)], (SIDE_BY_SIDE * POPULATION, size))
+    ends = [(one.least, one.best) for one in every]
+    ends += zip(objective(known_places)[: len(starts)].tolist(), starts, strict=True)
+    error, place = min(ends, key=lambda end: end[0])
     return {
         "found": objective.named(place),
-        "error": objective.alone(place),
+        "error": error,
         "trials": trials,
         "searches": len(ended),
         "converged": converged(ended),
     }
+
+
+def middle(rng: np.random.Generator, size: int) -> np.ndarray:
+    """Draw where a search begins: in the middle half of each range."""
+    return rng.uniform(0.25, 0.75, size)
 
 
 class Descent:
