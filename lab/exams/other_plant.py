@@ -6,8 +6,8 @@ Plain NumPy; no law, command, sensor or number is shared with the simulator or w
 - friction is that of LuGre, whose bristles bend by 150 um before they slide;
 - end stops and obstructions are spheres (Hertz), which rebound (Hunt and Crossley);
 - a motor nears its limit by a power law, and friction falls with speed as 1 / (1 + v);
-- masses, lengths and dampers are up to 10 % off their drawing, one moment arm up to 5 %: further
-  off, an arm is a cause of its own by what is stated of drawings;
+- masses and lengths are up to 10 % off their drawing, one moment arm up to 5 %: further off, an arm
+  is a cause of its own by what is stated of drawings, and so is a damper;
 - rows come 100 times a second with a jitter of 0.2 ms, from an encoder that is not quite round and
   truncates to 14 bit, and a load cell with hum and counts of 10 mN.
 """
@@ -95,14 +95,11 @@ DRAWINGS: Mapping[str, Drawing] = {
 def as_built(rng: np.random.Generator, name: str, share: float = 0.1) -> Drawing:
     """Return a bench that is off its drawing by up to a share, one moment arm by half of that."""
     drawn = DRAWINGS[name]
-    off = 1.0 + share * rng.uniform(-1.0, 1.0, size=(4, 2, 1))
+    off = 1.0 + share * rng.uniform(-1.0, 1.0, size=(3, 2, 1))
     arm = drawn.arm.copy()
     if name == "finger":
-        arm[int(rng.integers(2))] *= 0.5 * (1.0 + off[3, 0])
-    return replace(
-        drawn, mass=drawn.mass * off[0], length=drawn.length * off[1],
-        damping=drawn.damping * off[2], arm=arm,
-    )  # fmt: skip
+        arm[int(rng.integers(2))] *= 0.5 * (1.0 + off[2, 0])
+    return replace(drawn, mass=drawn.mass * off[0], length=drawn.length * off[1], arm=arm)
 
 
 def side_by_side(benches: Sequence[Drawing]) -> Drawing:

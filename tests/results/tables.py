@@ -251,17 +251,17 @@ SHOWN = (
 def exam_rows(kept: Records, chosen: Iterable[tuple[str, str]] | None = None) -> str:
     """Return rates of the exam with their lower bounds; all of them unless some are chosen."""
     sections = kept["exam"].figures["sections"]
-    shown = chosen or [(section, name) for section in SECTIONS for name in sections[section]]
+    shown = chosen or [(s, name) for s in SECTIONS for name in sections.get(s, ())]
     rows = [
         (
             SECTIONS[section],
-            name.split(": ")[-1],
+            name if chosen is None else name.split(": ")[-1],
             f"{round(rate['value'] * rate['cases'])} of {rate['cases']}",
             f"{rate['value']:.0%}",
             f"{rate['at_least']:.0%}",
         )
         for section, name in shown
-        if (rate := sections[section][name])["at_least"] is not None
+        if (rate := sections.get(section, {}).get(name)) and rate["at_least"] is not None
     ]
     return table(("sets", "right is", "count", "rate", "at least, 95 %"), rows)
 

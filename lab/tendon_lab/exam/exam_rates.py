@@ -71,7 +71,7 @@ def rates(marks: Sequence[Mark]) -> tuple[Rate, ...]:
 
     add("single: true cause named first", single, lambda m: m.exact)
     add("single: true cause first or in its class", single, lambda m: m.in_class)
-    add("single: confidently wrong", single, confidently_wrong)
+    add("single: not confidently wrong", single, lambda m: not confidently_wrong(m))
     add("single: nothing else named", single, lambda m: len(m.said) == m.found)
     add("weak: true cause named first", weak, lambda m: m.exact)
     add("weak: true cause first or in its class", weak, lambda m: m.in_class)
