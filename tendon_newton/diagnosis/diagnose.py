@@ -20,16 +20,13 @@ from tendon_newton.diagnosis.evaluation import (
     explained_fraction,
     fraction_interval,
 )
-from tendon_newton.diagnosis.explanation import (
-    Explanation,
-    OpenClass,
-    model_without,
-    settings_of,
-)
+from tendon_newton.diagnosis.explanation import settings_of
 from tendon_newton.diagnosis.findings import Findings, Found
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
-from tendon_newton.diagnosis.next_experiment.separation import propose
-from tendon_newton.diagnosis.posterior import Posterior
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.planned_runs import settings_to_try
+from tendon_newton.diagnosis.next_experiment.separating_run import separating_run
+from tendon_newton.diagnosis.posterior import FittedSet, Posterior
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Diagnosis,
@@ -279,7 +276,11 @@ def described(
     out = []
     for (effect, found), errors in zip(causes.items(), without, strict=True):
         rivals = findings.classes.get(effect, ())
-        question = open_class(study, found, effect, rivals, model) if rivals else None
+        proposal = None
+        if rivals and study.takes_commands:
+            settings = settings_to_try(settings_of(study.wholes), None)
+            sets = open_sets(study, (found, *(rival for _, rival in rivals)), model)
+            proposal = separating_run(sets, settings, (effect, *(name for name, _ in rivals)))
         out.append(
             NamedEffect(
                 name=effect,
@@ -287,10 +288,7 @@ def described(
                 parameters=estimates(study, found, study.table.columns(effect)),
                 without=errors.pooled(),
                 indistinguishable_from=tuple(name for name, _ in rivals),
-                separating_experiment=propose(question)[0].text()
-                if question and study.takes_commands
-                else None,
-                explanations=question.explanations if question else (),
+                separating_experiment=proposal,
                 criteria=findings.criteria.get(effect, ()),
                 reason=why_suspected(findings, effect),
                 probability=findings.probabilities.get(effect),
@@ -299,28 +297,14 @@ def described(
     return tuple(out)
 
 
-def open_class(
-    study: Study, final: Found, effect: str, rivals: Sequence[tuple[str, Found]], model: Model
-) -> OpenClass:
-    """Gather what an experiment must know that tells an effect from its rivals."""
-    extended = extended_model(study, model, final.values, final.effects)
-    return OpenClass(
-        explanations=tuple(explain(study, fit, cause) for cause, fit in ((effect, final), *rivals)),
-        without=model_without(extended, effect),
-        settings=settings_of(study.wholes),
-        noise=study.noise,
-        scale=study.scale,
+def open_sets(study: Study, fits: Sequence[Found], model: Model) -> OpenSets:
+    """Gather what an experiment must know that tells sets of causes apart, all equally likely."""
+    sets = (
+        FittedSet(weight=1.0, causes=f.effects, numbers=f.numbers, covariance=f.covariance)
+        for f in fits
     )
-
-
-def explain(study: Study, found: Found, cause: str) -> Explanation:
-    """Describe a fit by the cause that it stands for, and all its numbers."""
-    built = {*study.tolerated_columns, *undoubted_columns(study, found.effects)}
-    columns = [column for column in found.values if column not in built]
-    owners = dict.fromkeys(study.table.owners[column][0] for column in columns)
-    return Explanation(
-        cause=cause,
-        numbers={owner: estimates(study, found, study.table.columns(owner)) for owner in owners},
+    return OpenSets(
+        posterior=Posterior(sets=tuple(sets)), model=model, noise=study.noise, scale=study.scale
     )
 
 

@@ -7,10 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from tendon_newton.data.bench_overrides import BenchOverrides, write_bench_overrides
-from tendon_newton.data.model_file import Model
-from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
-from tendon_newton.identification.noise_floor import NoiseFloor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,29 +32,6 @@ class Estimate:
         }  # fmt: skip
         out |= {key: True for key in ("at_bound", "flat") if getattr(self, key)}
         return out
-
-
-Numbers = Mapping[str, Mapping[str, Estimate]]
-"""Effect or actuator -> number -> what was fitted."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Explanation:
-    """One cause that may be the true one, with every number of the fit that has it."""
-
-    cause: str
-    """Name of the effect."""
-    numbers: Numbers
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it for the file."""
-        return {
-            "cause": self.cause,
-            "numbers": {
-                owner: {name: estimate.to_json() for name, estimate in numbers.items()}
-                for owner, numbers in self.numbers.items()
-            },
-        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,20 +62,6 @@ class Setting:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class OpenClass:
-    """A class of causes that a diagnosis could not tell apart, and what it was made from."""
-
-    explanations: tuple[Explanation, ...]
-    """The named cause first."""
-    without: Model
-    """The extended model less the named cause."""
-    settings: tuple[Setting, ...]
-    noise: NoiseFloor
-    scale: BenchScale = field(default_factory=BenchScale)
-    """How large the benches are."""
-
-
 def settings_of(recordings: Sequence[Recording]) -> tuple[Setting, ...]:
     """Return each way in which the benches were set up once, with the time recorded so."""
     found: list[Setting] = []
@@ -118,12 +78,3 @@ def settings_of(recordings: Sequence[Recording]) -> tuple[Setting, ...]:
             new = replace(new, seconds=same.seconds + new.seconds)
         found.append(new)
     return tuple(found)
-
-
-def model_without(model: Model, name: str) -> Model:
-    """Return a model less one effect."""
-    return Model(
-        actuator=model.actuator,
-        effects=tuple(effect for effect in model.effects if effect.cause != name),
-        bench_overrides=model.bench_overrides,
-    )

@@ -190,6 +190,7 @@ def read_set(table: CheckedTable) -> FittedSet:
         table.refuse("weight", "> 0")
     try:
         covariance = np.array(table.values.get("covariance"), dtype=float)
+        covariance = covariance if covariance.size else covariance.reshape(0, 0)
     except (TypeError, ValueError):
         covariance = np.zeros(0)
     if covariance.shape != (len(numbers),) * 2 or not np.isfinite(covariance).all():

@@ -16,7 +16,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of, servo_of
-from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
+from tendon_newton.diagnosis.explanation import Estimate, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.posterior import Posterior, write_posterior
 from tendon_newton.diagnosis.unexplained.remainder_structure import RemainderStructure
@@ -72,8 +72,6 @@ class NamedEffect:
     """Effects that this data cannot tell from it."""
     separating_experiment: str | None = None
     """What to record to tell them apart."""
-    explanations: tuple[Explanation, ...] = ()
-    """The cause and its rivals with all numbers of their fits; none where it has no rivals."""
     criteria: tuple[Criterion, ...] = ()
     """What it had to pass."""
     reason: str = ""
@@ -320,7 +318,6 @@ def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
         "indistinguishable_from": list(effect.indistinguishable_from),
         "separating_experiment": effect.separating_experiment,
         **({"reason": effect.reason} if effect.reason else {}),
-        "explanations": [explanation.to_json() for explanation in effect.explanations],
         **account_json(effect.criteria, effect.probability),
     }
 

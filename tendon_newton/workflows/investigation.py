@@ -20,8 +20,8 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     with_answer,
     write_log,
 )
-from tendon_newton.diagnosis.next_experiment.open_class_file import FILE, read_noise, read_scale
-from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
+from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE, read_noise, read_scale
 from tendon_newton.diagnosis.posterior import (
     ENDING,
     Posterior,
@@ -44,10 +44,6 @@ from tendon_newton.workflows.options import InvestigateOptions
 
 LOG, REPORT = "investigation.json", "investigation.html"
 """What stands in the folder of an investigation, beside recordings and diagnoses."""
-
-
-MOST_SETS = 5
-"""Likeliest sets of causes for which a run is designed: each takes a simulation a number."""
 
 
 def investigate(
@@ -233,7 +229,7 @@ def open_sets(log: InvestigationLog, options: InvestigateOptions) -> OpenSets | 
         return None
     table = diagnosis_table(last / FILE)
     return OpenSets(
-        posterior=Posterior(sets=posterior.sets[:MOST_SETS]),
+        posterior=likeliest(posterior),
         model=starting_model(options),
         noise=read_noise(table),
         scale=read_scale(table),

@@ -13,8 +13,8 @@ from tendon_newton.diagnosis.next_experiment.by_hand import Worth, best_by_hand
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast, plan_of
 from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
 from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
-from tendon_newton.diagnosis.next_experiment.separation import Plan
 from tendon_newton.diagnosis.next_experiment.task_file import read_task
 from tendon_newton.diagnosis.next_experiment.worst_case import Designs
 from tendon_newton.workflows.options import InvestigateOptions

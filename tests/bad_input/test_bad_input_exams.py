@@ -6,9 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tendon_newton.cli import main
+from tendon_newton.diagnosis.posterior import FittedSet, Posterior, write_posterior
 from tests.bad_input.damage import Damage, junk, refusal, replaced, swap, text
 from tests.importers.logs import dataset, model
 
@@ -35,26 +37,15 @@ ANSWER: dict[str, Any] = {
         }
     ],
 }
-NUMBER = {"value": 1.49, "ci95": [1.4, 1.6], "unit": "N s/rad"}
+SETS = Posterior(
+    sets=tuple(
+        FittedSet(weight=0.5, causes=(name,), numbers=(), covariance=np.zeros((0, 0)))
+        for name in ("viscous_friction", "load_dependent_friction")
+    )
+)
 OPEN: dict[str, Any] = {
     **ANSWER,
     "noise_floor": {"force": 0.05, "theta": 0.0009},
-    "effects": [
-        {
-            **ANSWER["effects"][0],
-            "indistinguishable_from": ["load_dependent_friction"],
-            "explanations": [
-                {
-                    "cause": "viscous_friction",
-                    "numbers": {"viscous_friction": {"coefficient": NUMBER}},
-                },
-                {
-                    "cause": "load_dependent_friction",
-                    "numbers": {"load_dependent_friction": {"coefficient": NUMBER}},
-                },
-            ],
-        }
-    ],
     "recorded": [{"bench": "finger", "seconds": 30.0, "bench_overrides": {"mass": [0.01, 0.01]}}],
 }
 TRUTH_FILE = "exam/truth/c001.json"
@@ -227,8 +218,8 @@ CLASSES: dict[str, tuple[Damage, tuple[str, ...]]] = {
         ("model.toml: a model is a TOML file; no such file",),
     ),
     "an older release": (
-        open_class(effects=[{**ANSWER["effects"][0], "indistinguishable_from": ["actuator_lag"]}]),
-        ("explanations must be a list of objects; it is missing", "diagnose the data again"),
+        lambda folder: (folder / "diagnosis.posterior.json").unlink(),
+        ("diagnosis.posterior.json: worlds are drawn from", "diagnose the data again"),
     ),
     "no noise": (open_class(noise_floor=None), ("noise_floor must be an object; it is None",)),
     "noise in words": (
@@ -252,6 +243,7 @@ def test_a_broken_diagnosis_is_refused_by_the_experiment_in_one_line(
     damage, said = CLASSES[case]
     model(tmp_path / "model.toml")
     (tmp_path / "diagnosis.json").write_text(json.dumps(OPEN))
+    write_posterior(tmp_path / "diagnosis.json", SETS)
     damage(tmp_path)
     line = refusal(["experiment", str(tmp_path), "--out", str(tmp_path / "run.csv")], capsys)
     assert [words for words in said if words not in line] == []

@@ -14,9 +14,9 @@ from tendon_newton.data.servo_names import name_of
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
 from tendon_newton.diagnosis.next_experiment.first_plan import prior_question
+from tendon_newton.diagnosis.next_experiment.planned_runs import blank_recording, library_plans
 from tendon_newton.diagnosis.next_experiment.run_design import usual_task
-from tendon_newton.diagnosis.next_experiment.separation import blank_recording, library_plans
-from tendon_newton.diagnosis.next_experiment.separation_files import write_command
+from tendon_newton.diagnosis.next_experiment.run_files import write_command
 from tendon_newton.diagnosis.owner import with_owner
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.floors import floors_of

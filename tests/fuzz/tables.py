@@ -18,8 +18,9 @@ from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.diagnosis.next_experiment.open_class_file import read_open_class
-from tests.bad_input.test_bad_input_exams import ANSWER, OPEN, TRUTH
+from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
+from tendon_newton.diagnosis.posterior import write_posterior
+from tests.bad_input.test_bad_input_exams import ANSWER, OPEN, SETS, TRUTH
 from tests.fuzz.mutations import table_changer
 from tests.hardware.deploy.policies import card_of
 from tests.hardware.load_cells.test_calibration import fit, points
@@ -86,15 +87,16 @@ def read_truth_file(path: Path) -> None:
 
 
 def open_folder(folder: Path) -> Path:
-    """Write a diagnosis that leaves a class open, with its model."""
+    """Write a diagnosis that leaves two sets open, with its model."""
     model_file(folder)
     (folder / "diagnosis.json").write_text(json.dumps(OPEN))
+    write_posterior(folder / "diagnosis.json", SETS)
     return folder / "diagnosis.json"
 
 
-def read_class(path: Path) -> None:
-    """Read the class that a diagnosis left open."""
-    read_open_class(path.parent)
+def read_left_open(path: Path) -> None:
+    """Read the sets that a diagnosis left open."""
+    read_open_sets(path.parent)
 
 
 def calibration_file(folder: Path) -> Path:

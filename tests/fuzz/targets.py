@@ -103,7 +103,7 @@ def settings() -> dict[str, Target]:
         "class": Target(
             prepare=tables.open_folder,
             change=table_changer(tables.OPEN, json.dumps),
-            read=tables.read_class,
+            read=tables.read_left_open,
         ),
         "calibration": Target(
             prepare=tables.calibration_file,

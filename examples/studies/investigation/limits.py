@@ -30,8 +30,8 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.diagnosis_file import diagnosis_table
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast, plan_of
-from tendon_newton.diagnosis.next_experiment.open_class_file import FILE, read_noise, read_scale
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE, read_noise, read_scale
 from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
 from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase
 from tendon_newton.diagnosis.posterior import read_posterior

@@ -18,7 +18,7 @@ from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, read_log
-from tendon_newton.diagnosis.next_experiment.open_class_file import FILE
+from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.effects import EFFECTS

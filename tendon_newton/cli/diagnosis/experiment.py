@@ -1,4 +1,4 @@
-"""Write the command of the run that separates causes which a diagnosis could not tell apart."""
+"""Write the command of the run that tells most about what a diagnosis leaves open."""
 
 from __future__ import annotations
 
@@ -11,31 +11,36 @@ import tyro
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from tendon_newton.diagnosis.next_experiment.separation import Prediction
+    from tendon_newton.diagnosis.next_experiment.expected_run import Expected
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExperimentConfig:
-    """Write the command file of the run that separates causes a diagnosis could not tell apart.
+    """Write the command file of the run that tells most about what a diagnosis leaves open.
 
-    Every excitation of the library is simulated on every bench with every cause of the class. An
-    imitator may refit its numbers as far as the data at hand leave them open; what it still cannot
-    imitate counts. Writes FILE (CSV: t, theta_d), and beside it .toml (bench, repeats and what is
-    expected of every run that was tried) and .png. Record the command on that bench, add the
-    recording to the dataset with split = "train", and diagnose again. Where the diagnosis told all
-    its causes apart the verb says so and writes nothing.
+    This is one step of the verb investigate. Commands of the library, and others that are varied,
+    are simulated on every bench with every set of causes that is left. A set may refit its numbers
+    as far as the data at hand leave them open. Writes FILE (CSV: t, theta_d), and beside it .toml
+    (bench, and what is expected) and .png. Record the command on that bench, add the recording to
+    the dataset with split = "train", and diagnose again. Where one set is left the verb says so and
+    writes nothing.
     """
 
     diagnosis: Annotated[Path, tyro.conf.Positional]
     """Folder that the verb diagnose wrote."""
     out: Path
     """Command file to write, ending in .csv; its folder is made if it is not there."""
-    cause: str | None = None
-    """Named cause whose class to separate; by default the first whose class a run separates."""
     benches: tuple[str, ...] = ()
     """Benches that you have; by default those of the data, and for a tendon all of the assets."""
+    task: Path | None = None
+    """Recording, or CSV file with t and theta_d, whose motion a model shall predict. By default
+    steps to random angles on the first bench."""
     duration: float = 12.0
     """Length of the run [s]."""
+    force_limit: float = 24.0
+    """Tension that the run may not reach in simulation [N]; a torque where a shaft is turned."""
+    seed: int = 0
+    """Seed of all draws."""
 
 
 def main(config: ExperimentConfig) -> None:
@@ -46,58 +51,69 @@ def main(config: ExperimentConfig) -> None:
 
     if not 2.0 <= config.duration <= 120.0:
         raise InvalidParameter(f"--duration must be 2 to 120 s; it is {config.duration:g}")
+    if not config.force_limit > 0.0:
+        raise InvalidParameter(f"--force-limit must be above 0; it is {config.force_limit:g}")
     if config.out.suffix != ".csv":
         raise InvalidOutput(f"{config.out}: a command file is a CSV file, NAME.csv")
     quiet_warp()
 
-    from tendon_newton.diagnosis.next_experiment.open_class_file import read_open_class
-    from tendon_newton.diagnosis.next_experiment.separation import SEEDS, propose
-    from tendon_newton.diagnosis.next_experiment.separation_files import (
-        draw_prediction,
+    import numpy as np
+
+    from tendon_newton.diagnosis.next_experiment.by_hand import best_by_hand
+    from tendon_newton.diagnosis.next_experiment.expected_run import SETS_WORTH, Forecast
+    from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
+    from tendon_newton.diagnosis.next_experiment.planned_runs import settings_to_try
+    from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
+    from tendon_newton.diagnosis.next_experiment.run_files import (
+        draw_command,
         write_command,
-        write_prediction,
+        write_setting,
     )
+    from tendon_newton.diagnosis.next_experiment.task_file import read_task
 
     try:
-        question = read_open_class(config.diagnosis, config.cause)
+        question, recorded = read_open_sets(config.diagnosis)
     except NothingToSeparate as answer:
         print(f"no run is needed: {answer}")
         return
-    make_folder(config.out.parent)
-    names = [explanation.cause for explanation in question.explanations]
-    print(f"  simulating {', '.join(names)} ...", flush=True)
-    predictions = propose(
-        question, benches=config.benches or None, seeds=SEEDS, duration=config.duration
+    settings = settings_to_try(recorded, config.benches or None)
+    task = usual_task(settings[0], config.duration)
+    if config.task is not None:
+        task = read_task(config.task, settings[0])
+    forecast = Forecast(question, [], task, SETS_WORTH)
+    found = design(
+        forecast,
+        settings,
+        np.random.default_rng(config.seed),
+        duration=config.duration,
+        force_limit=config.force_limit,
+        progress=lambda text: print(f"  {text} ...", flush=True),
     )
-    write_command(config.out, predictions[0].plan)
-    write_prediction(config.out.with_suffix(".toml"), predictions)
-    draw_prediction(config.out.with_suffix(".png"), predictions)
-    print(table(predictions))
-    print(f"\n{advice(predictions[0])}")
+    if not found.runs:
+        print(
+            f"every run that was tried may pull harder than {config.force_limit:g} "
+            f"{question.scale.force_unit}, the calmest with {min(found.refused):.3g}; give another "
+            "--force-limit if the bench takes more"
+        )
+        return
+    make_folder(config.out.parent)
+    best = found.runs[0]
+    write_command(config.out, best.plan)
+    write_setting(config.out.with_suffix(".toml"), best)
+    draw_command(config.out.with_suffix(".png"), best.plan)
+    print(table(found.runs, forecast.entropy))
+    if (worth := best_by_hand(forecast)) is not None:
+        print(f"\nby hand: {worth.text()}")
     for suffix, what in ((".csv", "command"), (".toml", "bench and figures"), (".png", "picture")):
         print(f"  {what:18s} {config.out.with_suffix(suffix)}")
 
 
-def table(predictions: Sequence[Prediction]) -> str:
-    """Return the best runs as a table."""
-    head = f"  {'bench':16s} {'excitation':14s} {'noise floors':>12s} {'mrad':>9s} {'N':>8s}  runs"
-    rows = ["", head]
-    for p in predictions:
-        like = p.hardest
-        force = "-" if like.force is None else f"{like.force:.3g}"
-        rows.append(
-            f"  {p.plan.place:16s} {p.plan.excitation:14s} {like.separation:12.2f} "
-            f"{1e3 * like.theta:9.3g} {force:>8s}  {p.repeats or 'not enough'}"
-        )
+def table(found: Sequence[Expected], entropy: float) -> str:
+    """Return the best run of each bench as a table."""
+    rows = ["", f"  {entropy:.1f} bits about names are open; expected of the best run of a bench:"]
+    rows += [f"  {'bench':16s} {'command':14s} {'names':>6s} {'task':>6s}"]
+    rows += [
+        f"  {e.plan.place:16s} {e.plan.excitation:14s} {e.told.names:6.2f} {e.told.task:6.2f}"
+        for e in found
+    ]
     return "\n".join(rows)
-
-
-def advice(best: Prediction) -> str:
-    """Say what to do."""
-    if best.repeats is None:
-        return (
-            "No run of the library separates them, not even repeated: what differs is below the\n"
-            "noise of the sensors on every bench that was tried. It takes another bench, a load\n"
-            "or a sensor that only one of them moves. The command below comes closest."
-        )
-    return f"To separate them, {best.text()}."

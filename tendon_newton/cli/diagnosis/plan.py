@@ -74,7 +74,7 @@ def main(config: PlanConfig) -> None:
 
     from tendon_newton.diagnosis.explanation import Setting
     from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
-    from tendon_newton.diagnosis.next_experiment.separation_files import (
+    from tendon_newton.diagnosis.next_experiment.run_files import (
         write_command,
         write_setting,
     )
@@ -97,7 +97,7 @@ def main(config: PlanConfig) -> None:
     out = make_folder(config.out)
     for number, step in enumerate(plan.steps, start=1):
         write_command(out / f"run_{number}.csv", step.plan)
-        write_setting(out / f"run_{number}.toml", step.plan)
+        write_setting(out / f"run_{number}.toml", step)
     print(table(plan))
     print(f"\n  commands  {out}" if plan.steps else "\n  no command was written")
 

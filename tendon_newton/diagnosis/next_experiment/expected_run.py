@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 from scipy.linalg import block_diag
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.excitations import RATE
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import Setting
@@ -18,8 +19,9 @@ from tendon_newton.diagnosis.next_experiment.open_sets import (
     moved_sets,
     play,
 )
-from tendon_newton.diagnosis.next_experiment.separation import Plan
+from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
 from tendon_newton.diagnosis.search.search_worlds import INDEPENDENT
+from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.intervals import WIDENING
 
 QUIET = 0.1
@@ -66,7 +68,8 @@ class Forecast:
 
     Args:
         question: The sets.
-        known: Runs at hand: what they tell already is no news.
+        known: Runs at hand: what they tell already is no news. Without them the sets' own
+            covariances count.
         task: The run whose prediction matters to the user.
         row_worth: Independent witnesses per row in place of what the runs at hand say [1].
     """
@@ -78,14 +81,22 @@ class Forecast:
         task: Plan,
         row_worth: float | None = None,
     ) -> None:
+        if find_actuator(question.model.actuator.name).leads:
+            raise InvalidParameter(
+                "runs are designed as commands of a servo, and here a shaft is led along a path: "
+                "lead it more slowly and under other loads, and diagnose that with the recordings "
+                "at hand"
+            )
         self.question, self.weights = question, question.weights
         self.sets = moved_sets(question, question.study([task]))
         self._task, *seen = play(question, [task, *known])
         told = [sum((p.slopes[k][k] for p in seen), np.zeros_like(own.prior))
                 for k, own in enumerate(self.sets)]  # fmt: skip
         self._worth = self._row_worth(told[0]) if row_worth is None else row_worth
-        self._covariances = [informed(own.prior, self._worth * rows)
-                             for own, rows in zip(self.sets, told, strict=True)]  # fmt: skip
+        self._covariances = [own.covariance for own in self.sets]
+        if known:
+            self._covariances = [informed(own.prior, self._worth * rows)
+                                 for own, rows in zip(self.sets, told, strict=True)]  # fmt: skip
 
     @property
     def entropy(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording, by_run
+from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, blank_recording, by_run
 from tendon_newton.diagnosis.posterior import QUARTERS, Coordinate, FittedSet, Posterior
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
@@ -19,6 +19,8 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study
 
+MOST_SETS = 4
+"""Likeliest sets of causes for which runs are designed: each number takes a simulation."""
 STRIDE = 0.003
 """Step of a difference, as a share of a coordinate and of a typical size besides [1]. Over longer
 ones what bends looks like another direction, and would seem to tell sets apart."""
@@ -50,6 +52,11 @@ class OpenSets:
         """
         runs = [blank_recording(plan, self.noise.force is not None) for plan in plans]
         return Study(runs, self.model, tuple(EFFECTS), time_step=step, scale=self.scale)
+
+
+def likeliest(posterior: Posterior) -> Posterior:
+    """Return the sets for which runs are designed."""
+    return Posterior(sets=posterior.sets[:MOST_SETS])
 
 
 class MovedSet:

@@ -12,7 +12,7 @@ from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import RUN_LENGTHS
-from tendon_newton.diagnosis.next_experiment.separation import Plan
+from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
 from tendon_newton.errors import InvalidRecording, shown
 
 PROMISE = "a task is a recording, or a CSV file with the columns t [s] and theta_d [rad]"

@@ -15,7 +15,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, ranked
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, moved_sets
-from tendon_newton.diagnosis.next_experiment.separation import Plan, by_run
+from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, by_run
 
 LOOKED_AT, TOGETHER = 8, 1
 """Runs of a bench that are simulated together while commands are varied, and at the end."""

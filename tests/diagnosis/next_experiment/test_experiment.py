@@ -3,8 +3,6 @@
 import csv
 import json
 import tomllib
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +11,16 @@ import pytest
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.excitations import LARGEST_COMMAND
-from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
-from tendon_newton.diagnosis.imitation import Likeness
-from tendon_newton.diagnosis.next_experiment.open_class_file import read_open_class
-from tendon_newton.diagnosis.next_experiment.separation import NO_RUN, propose, repeats_needed
-from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
+from tendon_newton.diagnosis.next_experiment.separating_run import separating_run
+from tendon_newton.diagnosis.posterior import (
+    Coordinate,
+    FittedSet,
+    OpenNumber,
+    Posterior,
+    write_posterior,
+)
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.physics.bench import BENCHES
 from tests.planted.physics.causes import Causes
@@ -29,8 +31,9 @@ from tests.planted.recordings import Slot, record
 # A tilted rail pulls a slider with a constant force, and so would a spring whose zero has moved:
 # on one spring a small tilt is the same but for the noise, and only a finger tells them apart.
 TILTED = Recipe(effects=("gravity_misalignment",), seed=2, mix="W", duration=(4.0, 5.0), size=0.12)
-MODEL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))
-NOISE = NoiseFloor(theta=0.00044, force=0.05)
+TILT, OFFSET = ("gravity_misalignment", "angle", 0.08), ("position_offset", "angle", 0.013)
+"""About alike on a weak spring."""
+WORDS = ("--duration", 4, "--benches", "finger", "spring_weak")
 
 
 def run_verb(*words: object) -> None:
@@ -75,11 +78,16 @@ def test_the_proposed_run_settles_a_class(tmp_path: Path, rng: np.random.Generat
     assert settled["indistinguishable_from"] == []
 
 
-def test_a_command_file_stays_inside_the_servos_range(tmp_path: Path) -> None:
-    """Two columns, even steps from 0, and angles that the servo accepts."""
+def test_a_command_file_stays_inside_the_servos_range(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two columns, even steps from 0, and angles that the servo accepts; what is expected is said.
+
+    A weak spring cannot tell these two: the run is one of the finger.
+    """
     path = tmp_path / "run.csv"
-    write_open_class(tmp_path, ("gravity_misalignment", "angle"), ("position_offset", "angle"))
-    run_verb("experiment", tmp_path, "--out", path, "--duration", 5, "--benches", "finger")
+    write_open_sets(tmp_path, TILT, OFFSET)
+    run_verb("experiment", tmp_path, "--out", path, *WORDS)
     with path.open(encoding="utf-8") as file:
         header, *rows = csv.reader(file)
     table = np.array(rows, dtype=float)
@@ -88,108 +96,59 @@ def test_a_command_file_stays_inside_the_servos_range(tmp_path: Path) -> None:
     assert np.diff(table[:, 0]) == pytest.approx(1.0 / 80.0, abs=1e-6)  # rounded to microseconds
     assert table[:, 1].min() >= 0.0
     assert table[:, 1].max() <= LARGEST_COMMAND + 1e-6
-    assert tomllib.loads(path.with_suffix(".toml").read_text(encoding="utf-8"))["bench"] == "finger"
+    setting = tomllib.loads(path.with_suffix(".toml").read_text(encoding="utf-8"))
+    assert setting["bench"] == "finger"
+    assert setting["expected_bits"]["names"] > 0.5
+    assert "1.0 bits about names are open" in capsys.readouterr().out
 
 
-def test_a_diagnosis_without_a_class_needs_no_run(
+def test_a_diagnosis_that_leaves_one_set_needs_no_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """One line that says what there is; nothing is written, and nothing went wrong."""
-    write_open_class(tmp_path, ("gravity_misalignment", "angle"))
+    write_open_sets(tmp_path, TILT)
     assert main(["experiment", str(tmp_path), "--out", str(tmp_path / "run.csv")]) == 0
     (line,) = capsys.readouterr().out.splitlines()
     assert not (tmp_path / "run.csv").exists()
     assert line.startswith("no run is needed")
     assert "gravity_misalignment" in line
-    assert "leaves none of them open" in line
+    assert "leaves no other set open" in line
 
 
-def question(*causes: tuple[str, str, float]) -> OpenClass:
-    """A class of causes on a weak spring, each with one number that the data know well."""
-    return OpenClass(
-        explanations=tuple(
-            Explanation(
-                cause=name,
-                numbers={name: {parameter: Estimate(value=v, ci95=(0.99 * v, 1.01 * v), unit="1")}},
+def test_what_predicts_the_same_everywhere_is_not_promised_a_run(tmp_path: Path) -> None:
+    """A cause against itself: no run of the library; against another that a finger tells: one."""
+    spring, finger = Setting(bench="spring_weak"), Setting(bench="finger")
+    for others, settings, words in (
+        (TILT, (spring,), "no run of the library does; the best is to record 4 s of"),
+        (OFFSET, (spring, finger), "record 4 s of"),
+    ):
+        write_open_sets(tmp_path, TILT, others)
+        question, _ = read_open_sets(tmp_path)
+        text = separating_run(question, settings, ("a", "b"), duration=4.0)
+        assert text.startswith(words)
+        assert "of 1.0 bits about whether a or b is there are expected" in text
+    assert "on bench finger" in text
+
+
+def sets_of(*shares: tuple[tuple[str, str, float], float]) -> Posterior:
+    """Sets of one cause each, whose number is known to a hundredth of a radian."""
+    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=-1.5, upper=1.5)
+    return Posterior(
+        sets=tuple(
+            FittedSet(
+                weight=share,
+                causes=(owner,),
+                numbers=(OpenNumber(owner=owner, name=name, coordinate=scale, place=value),),
+                covariance=np.array([[(0.01 / 1.96) ** 2]]),
             )
-            for name, parameter, v in causes
-        ),
-        without=MODEL,
-        settings=(Setting(bench="spring_weak", seconds=60.0),),
-        noise=NOISE,
+            for (owner, name, value), share in shares
+        )
     )
 
 
-def test_what_predicts_the_same_everywhere_is_not_promised_a_run() -> None:
-    """A cause against itself: no run of the library, however often."""
-    same = question(("coulomb_friction", "force", 1.0), ("coulomb_friction", "force", 1.0))
-    best = propose(same, benches=("spring_weak",), duration=4.0)[0]
-    assert best.repeats is None
-    assert best.open == (("coulomb_friction", "coulomb_friction"),)
-    assert best.text().startswith("no run of the library does")
-
-
-def test_an_imitator_may_refit_its_numbers() -> None:
-    """A number that the data leave open imitates more than one that they have pinned."""
-    pinned = question(("coulomb_friction", "force", 1.0), ("viscous_friction", "coefficient", 1.0))
-    free = replace(
-        pinned, explanations=tuple(widened(explanation) for explanation in pinned.explanations)
-    )
-    left = [
-        sum(p.hardest.behind for p in propose(q, benches=("spring_weak",), duration=4.0))
-        for q in (pinned, free)
-    ]
-    assert left[1] < left[0]
-
-
-def widened(explanation: Explanation) -> Explanation:
-    """The same cause with intervals as wide as its numbers."""
-    return replace(
-        explanation,
-        numbers={
-            owner: {name: replace(e, ci95=(0.0, 2.0 * e.value)) for name, e in numbers.items()}
-            for owner, numbers in explanation.numbers.items()
-        },
-    )
-
-
-def test_more_data_at_hand_need_more_repeats() -> None:
-    """What differs in the new run must count beside all that the cause explains in the old ones."""
-    like = Likeness(
-        pair=("a", "b"),
-        theta=0.01,
-        force=None,
-        separation=20.0,
-        behind=100.0,
-        scatter=1.0,
-        gain=500.0,
-    )
-    needed = [repeats_needed(like, recorded) for recorded in (0.0, 10_000.0, 40_000.0)]
-    # 3 % of 10,000 over 100 - 3 % of 500 is 3.5; four times as much needs 14.1
-    assert needed == [1, 4, 15]
-    assert repeats_needed(replace(like, behind=10.0), 0.0) is None
-
-
-def test_the_class_that_a_run_separates_comes_first(tmp_path: Path) -> None:
-    """Not the first one, of which the diagnosis says itself that no run tells it."""
-    write_open_class(tmp_path, ("tendon_slack", "length"), ("backlash", "width"))
-    file = tmp_path / "diagnosis.json"
-    table = json.loads(file.read_text())
-    (first,) = table["effects"]
-    second = first | {"name": "backlash", "explanations": first["explanations"][::-1]}
-    first["separating_experiment"] = f"{NO_RUN}; the best is to record for ever"
-    second["separating_experiment"] = "record 12 s of chirp on bench finger"
-    file.write_text(json.dumps(table | {"effects": [first, second]}))
-    assert read_open_class(tmp_path).explanations[0].cause == "backlash"
-    assert read_open_class(tmp_path, "tendon_slack").explanations[0].cause == "tendon_slack"
-    second["separating_experiment"] = first["separating_experiment"]
-    file.write_text(json.dumps(table | {"effects": [first, second]}))
-    assert read_open_class(tmp_path).explanations[0].cause == "tendon_slack"
-
-
-def write_open_class(folder: Path, *causes: Sequence[str]) -> None:
-    """Write a diagnosis that names the first cause and leaves the others open."""
-    estimates = [{"value": 0.3, "ci95": [0.29, 0.31], "unit": "rad"} for _ in causes]
+def write_open_sets(folder: Path, *causes: tuple[str, str, float]) -> None:
+    """Write a diagnosis that names the first cause and leaves sets with the others open."""
+    names = [name for name, *_ in causes]
     table = {
         "schema": 1,
         "verdict": "explained",
@@ -198,19 +157,17 @@ def write_open_class(folder: Path, *causes: Sequence[str]) -> None:
         "recorded": [{"bench": "spring_weak", "seconds": 60.0}],
         "effects": [
             {
-                "name": causes[0][0],
+                "name": names[0],
                 "side": "mechanism",
-                "parameters": {causes[0][1]: estimates[0]},
-                "indistinguishable_from": [name for name, _ in causes[1:]],
+                "parameters": {causes[0][1]: {"value": 0.3, "ci95": [0.29, 0.31], "unit": "rad"}},
+                "indistinguishable_from": names[1:],
                 "separating_experiment": None,
-                "explanations": [
-                    {"cause": name, "numbers": {name: {parameter: estimate}}}
-                    for (name, parameter), estimate in zip(causes, estimates, strict=True)
-                ],
             }
         ],
     }
     (folder / "diagnosis.json").write_text(json.dumps(table), encoding="utf-8")
+    shares = [(cause, 1.0 / len(causes)) for cause in causes]
+    write_posterior(folder / "diagnosis.json", sets_of(*shares))
     (folder / "model.toml").write_text(
         '[actuator]\nkind = "ideal"\ngain = 4.2\nspool_radius = 0.0125\n', encoding="utf-8"
     )

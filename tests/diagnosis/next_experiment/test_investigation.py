@@ -23,22 +23,21 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     with_answer,
     write_log,
 )
-from tendon_newton.diagnosis.next_experiment.separation import plan_run
-from tendon_newton.diagnosis.next_experiment.separation_files import write_command
+from tendon_newton.diagnosis.next_experiment.planned_runs import plan_run
+from tendon_newton.diagnosis.next_experiment.run_files import write_command
 from tendon_newton.diagnosis.next_experiment.task_file import read_task
-from tendon_newton.diagnosis.posterior import (
-    Coordinate,
-    FittedSet,
-    OpenNumber,
-    Posterior,
-    write_posterior,
-)
+from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.errors import InvalidOutput, InvalidRecording, TendonNewtonError
 from tendon_newton.workflows import investigation
 from tendon_newton.workflows.investigation_check import binding, check
 from tendon_newton.workflows.investigation_choice import SPENT, choose_next, reason_to_end
 from tendon_newton.workflows.options import InvestigateOptions
-from tests.diagnosis.next_experiment.test_experiment import write_open_class
+from tests.diagnosis.next_experiment.test_experiment import (
+    OFFSET,
+    TILT,
+    sets_of,
+    write_open_sets,
+)
 from tests.faults import injections as on
 from tests.faults.collecting import BEGIN
 from tests.faults.injections import LONG, let
@@ -48,7 +47,6 @@ STEP = Step(name="run_0", bench="finger", seconds=12.0, why="first")
 QUIET = replace(STEP, verdict="no_gap", probabilities={})
 OPEN = replace(STEP, probabilities={"a": 0.6})
 OPTIONS = {"seed": 3, "benches": ["finger"]}
-TILT, OFFSET = ("gravity_misalignment", "angle"), ("position_offset", "angle")
 
 
 def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
@@ -100,7 +98,7 @@ def test_a_cause_is_as_likely_as_the_sets_that_hold_it() -> None:
     step = with_answer(STEP, SETS, None)
     assert step.probabilities == {TILT[0]: 0.75, OFFSET[0]: 0.25}
     value, low, high = step.causes[TILT[0]][TILT[1]]
-    assert (value, low, high) == pytest.approx((0.3, 0.29, 0.31), abs=1e-4)
+    assert (value, low, high) == pytest.approx((0.08, 0.07, 0.09), abs=1e-4)
     assert step.text() == "run_0: carried on, gravity_misalignment 75%, position_offset 25%"
 
 
@@ -121,22 +119,6 @@ def test_it_ends_for_a_reason(steps: tuple[Step, ...], words: str | None) -> Non
     assert reason is None if words is None else str(reason).startswith(words)
 
 
-def sets_of(*shares: tuple[tuple[str, str], float]) -> Posterior:
-    """Sets of one cause each at 0.3 rad, which is known to a hundredth."""
-    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=-1.5, upper=1.5)
-    return Posterior(
-        sets=tuple(
-            FittedSet(
-                weight=share,
-                causes=(owner,),
-                numbers=(OpenNumber(owner=owner, name=name, coordinate=scale, place=0.3),),
-                covariance=np.array([[(0.01 / 1.96) ** 2]]),
-            )
-            for (owner, name), share in shares
-        )
-    )
-
-
 SETS = sets_of((TILT, 0.75), (OFFSET, 0.25))
 
 
@@ -152,8 +134,7 @@ def diagnosing(monkeypatch: pytest.MonkeyPatch, killed: int | None = None) -> li
     def answer(out: Path, dataset: Any, *_: Any, **__: Any) -> None:
         ask("diagnose", len(dataset.train))
         out.mkdir(exist_ok=True)
-        write_open_class(out, TILT)
-        write_posterior(out / "diagnosis.json", SETS)
+        write_open_sets(out, TILT, OFFSET)
 
     def carry(recordings: Any, _: Any, known: Posterior, **__: Any) -> Posterior:
         ask("carry on", len(recordings))

@@ -21,8 +21,8 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
 from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, design, usual_task
-from tendon_newton.diagnosis.next_experiment.separation import Plan, library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.worst_case import DRAWS, WorstCase, within_limit
 from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
 from tendon_newton.effects import find_effect

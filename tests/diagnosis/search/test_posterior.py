@@ -84,6 +84,15 @@ def test_draws_stay_within_ranges_and_are_fixed_by_their_seed() -> None:
     assert not np.array_equal(drawn[FORCE], BOTH.sample(COUNT, 3)[FORCE])
 
 
+def test_a_set_without_a_number_comes_back_from_its_file(tmp_path: Path) -> None:
+    """Of several servos nothing is stated with a tolerance: no cause is no number there."""
+    none = FittedSet(weight=1.0, causes=(), numbers=(), covariance=np.zeros((0, 0)))
+    write_posterior(tmp_path / "diagnosis.json", Posterior(sets=(none,)))
+    (own,) = read_posterior(tmp_path / "diagnosis.json").sets
+    assert (own.causes, own.numbers, own.covariance.shape) == ((), (), (0, 0))
+    assert own.at(np.zeros((3, 0))).shape == (3, 0)
+
+
 def test_a_posterior_comes_back_from_its_file(tmp_path: Path) -> None:
     """To the bit; a file that is none is refused in one line that says how to mend it."""
     path = tmp_path / "diagnosis.json"

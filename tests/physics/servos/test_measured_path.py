@@ -9,8 +9,11 @@ import pytest
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.explanation import OpenClass
-from tendon_newton.diagnosis.next_experiment.separation import propose
+from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.planned_runs import plan_run
+from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.diagnosis.search.fixed_set import fit_set
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
@@ -140,11 +143,11 @@ def test_what_needs_a_command_refuses_a_path() -> None:
     path = led(TRIANGLE, np.full(len(TRIANGLE), -LOAD))
     with pytest.raises(InvalidParameter, match="leads a shaft along a path"):
         simulate([path], model_of({}), solver="mujoco")
-    question = OpenClass(
-        explanations=(), without=model_of({}), settings=(), noise=NoiseFloor(theta=1e-3, force=1.0)
+    question = OpenSets(
+        posterior=Posterior(), model=model_of({}), noise=NoiseFloor(theta=1e-3, force=1.0)
     )
     with pytest.raises(InvalidParameter, match="lead it more slowly"):
-        propose(question)
+        Forecast(question, [], plan_run(Setting(bench="finger"), "ramps", 0, 4.0))
 
 
 def test_a_path_needs_what_is_compared() -> None:

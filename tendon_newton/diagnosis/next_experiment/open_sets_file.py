@@ -1,0 +1,96 @@
+"""Read from a diagnosis the sets of causes that it leaves open."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from tendon_newton.data.bench_overrides import read_bench_overrides
+from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.model_file import load_model
+from tendon_newton.data.parameters import BenchScale
+from tendon_newton.diagnosis.diagnosis_file import diagnosis_table, state_diagnosis
+from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
+from tendon_newton.diagnosis.posterior import read_posterior
+from tendon_newton.errors import (
+    InvalidDiagnosis,
+    NothingToSeparate,
+    TendonNewtonError,
+    listed,
+)
+from tendon_newton.identification.noise_floor import NoiseFloor
+
+FILE = "diagnosis.json"
+
+
+def read_open_sets(folder: Path) -> tuple[OpenSets, tuple[Setting, ...]]:
+    """Read the sets of causes that a diagnosis leaves open, and the benches that were recorded.
+
+    Args:
+        folder: Holds ``diagnosis.json``, the file of its sets beside it, and ``model.toml``.
+
+    Raises:
+        NothingToSeparate: One set is left, or none.
+        InvalidDiagnosis: A file is broken.
+    """
+    path = folder / FILE
+    table = diagnosis_table(path)
+    stated, settings = state_diagnosis(table), read_recorded(table)
+    question = OpenSets(
+        posterior=likeliest(read_posterior(path)),
+        model=load_model(folder / "model.toml"),
+        noise=read_noise(table),
+        scale=read_scale(table),
+    )
+    sets = question.posterior.sets
+    if len(sets) < 2:
+        raise NothingToSeparate(
+            f"{path}: an experiment separates sets of causes that a diagnosis leaves open; it "
+            f"names {listed([e.name for e in stated.effects])}, and leaves no other set open"
+        )
+    causes = {cause for own in sets for cause in own.causes}
+    kept = tuple(effect for effect in question.model.effects if effect.cause not in causes)
+    return replace(question, model=replace(question.model, effects=kept)), settings
+
+
+def read_recorded(table: CheckedTable) -> tuple[Setting, ...]:
+    """Return how the benches were set up, of which there must be some."""
+    hint = "A diagnosis by this release lists them: diagnose the data again"
+    rows = table.tables("recorded", hint=hint) or table.refuse(
+        "recorded", "a list of objects", hint
+    )
+    return tuple(map(read_setting, rows))
+
+
+def read_setting(row: CheckedTable) -> Setting:
+    """Read how a bench was set up."""
+    try:
+        bench = read_bench_overrides(row.values.get("bench_overrides", {}))
+    except TendonNewtonError as error:
+        raise InvalidDiagnosis(f"{row.where}: {error}") from error
+    return Setting(
+        bench=row.word("bench"),
+        seconds=row.number("seconds"),
+        bench_overrides=bench,
+        actuator_overrides=row.numbers("actuator_overrides") if "actuator_overrides" in row else {},
+    )
+
+
+def read_scale(table: CheckedTable) -> BenchScale:
+    """Read how large the benches are; without a word they are of the nominal size."""
+    if "scale" not in table:
+        return BenchScale()
+    own = table.table("scale")
+    numbers = {key: own.number(key) for key in ("force", "travel", "turn") if key in own}
+    for key, value in numbers.items():
+        if value <= 0.0:
+            own.refuse(key, "> 0")
+    return BenchScale(**numbers, is_shaft=own.values.get("is_shaft") is True)
+
+
+def read_noise(table: CheckedTable) -> NoiseFloor:
+    """Read the noise of the sensors."""
+    floor = table.table("noise_floor")
+    has_force = floor.values.get("force") is not None
+    return NoiseFloor(
+        theta=floor.number("theta"), force=floor.number("force") if has_force else None
+    )

@@ -1,0 +1,47 @@
+"""Which run of the library would tell a cause from those that look like it, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.next_experiment.expected_run import SETS_WORTH, Forecast
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.planned_runs import library_plans
+from tendon_newton.diagnosis.next_experiment.run_design import SEED, usual_task
+
+DURATION = 12.0
+"""Length of a proposed run [s]."""
+LITTLE = 0.1
+"""A run that is expected to tell less tells nothing [bit]."""
+NO_RUN = "no run of the library does"
+"""Beginning of the proposal where no run tells the causes apart."""
+
+
+def separating_run(
+    question: OpenSets,
+    settings: Sequence[Setting],
+    names: Sequence[str],
+    *,
+    duration: float = DURATION,
+) -> str:
+    """Say which run tells causes apart, without a full stop.
+
+    Every set is simulated on every bench with every excitation. A set may refit its numbers within
+    what the data leave open, so that only what it cannot imitate counts.
+
+    Args:
+        question: The sets, equally likely, one for each cause.
+        settings: Benches that may be used.
+        names: The causes.
+        duration: Length of the run [s].
+    """
+    forecast = Forecast(question, [], usual_task(settings[0], duration), SETS_WORTH)
+    found = forecast.runs(library_plans(settings, (SEED,), duration))
+    best = max(found, key=lambda expected: expected.told.names)
+    sentence = (
+        f"record {duration:.0f} s of {best.plan.excitation.replace('_', ' ')} on bench "
+        f"{best.plan.place}: {best.told.names:.1f} of {forecast.entropy:.1f} bits about whether "
+        f"{' or '.join(names)} is there are expected"
+    )
+    return sentence if best.told.names >= LITTLE else f"{NO_RUN}; the best is to {sentence}"
