@@ -21,7 +21,7 @@ from tendon_newton.identification.study import Study
 
 MOST_SETS = 4
 """Likeliest sets of causes for which runs are designed: each number takes a simulation."""
-STRIDE = 0.003
+STRIDE = 0.001
 """Step of a difference, as a share of a coordinate and of a typical size besides [1]. Over longer
 ones what bends looks like another direction, and would seem to tell sets apart."""
 
