@@ -47,7 +47,7 @@ def read_info(folder: Path) -> LeRobotInfo:
         InvalidRecording: It is none, or no joint is both commanded and measured.
     """
     path = folder / INFO
-    promise = "a LeRobotDataset describes itself in a JSON file"
+    promise = "a LeRobotDataset is a folder with this JSON file in it"
     table = read_json(path, InvalidRecording, promise, size_limit=SIZE_LIMIT)
     features = table.get("features")
     if not is_table(features):
