@@ -45,6 +45,7 @@ RECIPE = PolicyTrainingConfig(
     environment=EnvironmentConfig(
         task="turn", force="examples/studies/turning_models/diagnosed.toml", randomise=RANDOMISE,
         worlds=512, max_step=2.5e-3, history=8, episode=10.0, smooth_weight=0.003, action_clip=9.0,
+        action_unit=9.0,
     ),
 )  # fmt: skip
 COLUMNS = ("iteration", "seconds", "turning_rad_per_s", "reward")
@@ -86,7 +87,7 @@ def main() -> None:
     words.out.mkdir(parents=True, exist_ok=True)
     environment, learners = trained(config, words.seeds)
     for learner in learners:
-        network = PolicyNetwork(learner.alg.get_policy()).eval()
+        network = PolicyNetwork(learner.alg.get_policy(), own.action_unit).eval()
         draft = words.out / f"seed_{learner.config.seed}.draft"
         write_policy_onnx(draft, network, make_card(environment, learner.config, ()))
         draft.replace(draft.with_suffix(".onnx"))

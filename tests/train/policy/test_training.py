@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 import torch
+from tensordict import TensorDict
 
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
 from tendon_train.policy.config.policy_training_config import (
+    OBSERVED,
     PolicyTrainingConfig,
     exploration_at,
     learning_rate_at,
@@ -15,9 +17,10 @@ from tendon_train.policy.config.policy_training_config import (
 )
 from tendon_train.policy.runs.curve import CurvePoint, Progress
 from tendon_train.policy.runs.kept_noise import KeptNoise
+from tendon_train.policy.runs.policy_export import PolicyNetwork
 from tendon_train.policy.runs.policy_training import Trained, train_policy
 from tendon_train.policy.runs.training_process import Process
-from tests.train.policy.small import environment, short_training
+from tests.train.policy.small import environment, random_actions, short_training
 
 
 def train(config: PolicyTrainingConfig, out: Path) -> Trained:
@@ -84,6 +87,18 @@ def test_a_memory_of_all_noise_is_refused() -> None:
     """Nothing would be new."""
     with pytest.raises(InvalidParameter, match="exploration_memory must be from 0 to below 1; it"):
         PolicyTrainingConfig(exploration_memory=1.0)
+
+
+def test_a_larger_unit_of_action_changes_what_outputs_mean_and_no_more(tmp_path: Path) -> None:
+    """Half the outputs in units of 2 rad act alike, explore alike, and leave as radians."""
+    plain, coarse = environment(), environment(action_unit=2.0)
+    for action in random_actions(4):
+        assert torch.equal(plain.step(action)[1], coarse.step(0.5 * action)[1])
+    config = short_training(iterations=1, exploration=0.5, action_unit=2.0)
+    actor = train(config, tmp_path).runner.alg.get_policy()
+    assert float(actor.distribution.std_param.detach()) == 0.25
+    seen = TensorDict({OBSERVED: torch.randn(5, 150)}, batch_size=[5])
+    assert torch.allclose(PolicyNetwork(actor, 2.0)(seen[OBSERVED]), 2.0 * actor(seen))
 
 
 def test_actor_and_critic_have_the_layers_of_the_paper(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from tendon_train.policy.config.turning_config import TurningConfig
 FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}
 """Default finger of each task."""
 ObstacleChoice = Literal["none", "sphere", "box", "plane"]
-POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "max_step")
+POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "action_unit", "max_step")
 NOT_NEGATIVE = (
     "joint_friction",
     "goal_weight",
@@ -71,6 +71,9 @@ class EnvironmentConfig:
     action_clip: float = 3.0
     """Greatest offset of the command from the motor [rad]: at 4.2 N/rad the finger needs 2.5 rad to
     hold the greatest goal with springs that are 30 % too stiff."""
+    action_unit: float = 1.0
+    """Offset that an output of 1 of the network asks for [rad]. An update moves outputs as far
+    whatever they mean, so that a task of large offsets is learned sooner with a large unit."""
     goal_weight: float = 5.0
     """Price of the distance between tip and goal [1/m]."""
     smooth_weight: float = 0.001

@@ -111,8 +111,9 @@ class PolicyTrainingConfig:
 
 
 def exploration_at(config: PolicyTrainingConfig, done: int) -> float:
-    """Return the standard deviation of the actions [rad] after so many iterations."""
-    return on_the_way(config.exploration, config.exploration_end, done / config.iterations)
+    """Return the standard deviation of a network's outputs after so many iterations."""
+    deviation = on_the_way(config.exploration, config.exploration_end, done / config.iterations)
+    return deviation / config.environment.action_unit
 
 
 def learning_rate_at(config: PolicyTrainingConfig, done: int) -> float:
@@ -136,7 +137,7 @@ def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:
     actions = {
         "class_name": "tendon_train.policy.runs.kept_noise:KeptNoise",
         "memory": config.exploration_memory,
-        "init_std": config.exploration,
+        "init_std": exploration_at(config, 0),
         "learn_std": False,
     }
     critic = [OBSERVED] if config.environment.task == "tip" else [OBSERVED, HIDDEN]

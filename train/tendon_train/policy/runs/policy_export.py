@@ -45,15 +45,17 @@ class PolicyNetwork(nn.Module):
 
     Args:
         actor: rsl-rl's model.
+        unit: Action that an output of 1 of the model means [rad].
     """
 
-    def __init__(self, actor: Any) -> None:
+    def __init__(self, actor: Any, unit: float) -> None:
         super().__init__()
         self.deterministic = actor.as_jit().cpu().eval()
+        self.unit = unit
 
     def forward(self, observation: Tensor) -> Tensor:
         """Return the actions, not yet cut."""
-        return self.deterministic(observation)
+        return self.unit * self.deterministic(observation)
 
 
 def export_policy(out: Path, trained: Trained, config: PolicyTrainingConfig) -> ExportedPolicy:
@@ -63,7 +65,8 @@ def export_policy(out: Path, trained: Trained, config: PolicyTrainingConfig) -> 
         InvalidOutput: A file cannot be written.
     """
     card = make_card(trained.environment, config, trained.points)
-    network = PolicyNetwork(trained.runner.alg.get_policy()).eval()
+    unit = config.environment.action_unit
+    network = PolicyNetwork(trained.runner.alg.get_policy(), unit).eval()
     exported = ExportedPolicy(onnx=out / "policy.onnx", torchscript=out / "policy.pt", card=card)
     write_policy_onnx(exported.onnx, network, card)
     write_network(exported.torchscript, network, card)

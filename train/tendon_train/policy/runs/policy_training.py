@@ -122,7 +122,7 @@ def make_runner(environment: FingerEnvironment, config: PolicyTrainingConfig, de
 
 
 def explore(runner: Any, deviation: float) -> None:
-    """Set the standard deviation of the actions [rad]; no gradient reaches it."""
+    """Set the standard deviation of the network's outputs; no gradient reaches it."""
     runner.alg.actor.distribution.std_param.data.fill_(deviation)
 
 

@@ -187,7 +187,7 @@ class FingerEnvironment(VecEnv):
         neither seeks nor fears it; `divergences` names it.
 
         Args:
-            actions: Offsets of the commands from the motors [rad], shape (W, D).
+            actions: Offsets of the commands from the motors, in `action_unit`, shape (W, D).
 
         Returns:
             Observations, rewards (W,), whether an episode ended (W,), and for rsl-rl ``time_outs``
@@ -197,7 +197,7 @@ class FingerEnvironment(VecEnv):
             SimulationDiverged: More than half of all worlds diverged at once.
         """
         asked = actions.detach().to(self.device, torch.float32)
-        asked = asked.reshape(self.num_envs, self.num_actions)
+        asked = self.config.action_unit * asked.reshape(self.num_envs, self.num_actions)
         change = self._apply(asked)
         self.steps += 1
         self.episode_length_buf += 1
