@@ -30,7 +30,7 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.diagnosis_file import diagnosis_table
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast, plan_of
-from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
 from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE, read_noise, read_scale
 from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
 from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase
@@ -105,7 +105,7 @@ def search(folder: Path, bench: str, seed: int, length: float) -> list[Peak]:
     known = recordings[: int(folder.name.rpartition("_")[2])]
     table, model = diagnosis_table(folder / FILE), folder.parent / RECORDINGS / "model.toml"
     question = OpenSets(
-        posterior=read_posterior(folder / FILE),
+        posterior=likeliest(read_posterior(folder / FILE)),
         model=load_model(model),
         noise=read_noise(table),
         scale=read_scale(table),
