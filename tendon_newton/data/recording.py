@@ -65,7 +65,7 @@ class Recording:
     force: Array | None = None
     """Tendon tension at the load cell [N] (a torque [N m] on the pendulum), shape (T, D)."""
     joint_position: Array | None = None
-    """Angle of the only joint at an encoder of its own [rad], shape (T,)."""
+    """Angle or place of the only joint at an encoder of its own [rad, m], shape (T,)."""
     joint_load: Array | None = None
     """Torque on that joint from outside [N m], positive the way its angle grows, shape (T,)."""
     tip: Array | None = None

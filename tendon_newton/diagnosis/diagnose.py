@@ -410,6 +410,11 @@ def notes(study: Study) -> tuple[str, ...]:
     """Say what a reader must know before trusting the numbers."""
     out = list(untested_sides(study))
     recordings = study.recordings
+    if len(study.at_servos) < len(recordings):
+        out.append(
+            "The encoder of the joint was compared as well, from a zero of its own; the reported "
+            "errors are the servo's."
+        )
     untrusted = sum(int((~study.timeline(i).trusted).sum()) for i in range(len(recordings)))
     if untrusted:
         out.append(

@@ -49,7 +49,7 @@ def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list
     """Simulate held-out recordings with some models, each given as parameter column -> value."""
     residuals = study.residuals(*replacements(models))
     parts: list[list[dict[str, Array]]] = [[] for _ in models]
-    for recording, residual in zip(study.recordings, residuals, strict=True):
+    for recording, residual in ((study.recordings[k], residuals[k]) for k in study.at_servos):
         block = ((recording.time - recording.time[0]) / BLOCK).astype(int)
         count = int(block[-1]) + 1
         rows = np.bincount(block, minlength=count).astype(np.float64)

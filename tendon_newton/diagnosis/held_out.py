@@ -64,10 +64,8 @@ class Window:
 def compare(evidence: Evidence) -> tuple[HeldOutComparison, ...]:
     """Simulate the held-out recordings with the starting and the extended model."""
     residuals = evidence.test.residuals(*replacements((evidence.baseline, evidence.extended)))
-    return tuple(
-        comparison_of(recording, residual)
-        for recording, residual in zip(evidence.test.recordings, residuals, strict=True)
-    )
+    study = evidence.test
+    return tuple(comparison_of(study.recordings[k], residuals[k]) for k in study.at_servos)
 
 
 def comparison_of(recording: Recording, residual: Residual) -> HeldOutComparison:

@@ -79,7 +79,8 @@ def layout(study: Study) -> Layout:
             block.append(count + place[trusted])
             is_force.append(np.full(int(trusted.sum()), force))
             servo.append(np.full(int(trusted.sum()), own))
-        count += int(place[-1]) + 1 if own == study.servos - 1 else 0
+        last = study.sources[index + 1 : index + 2] != ((whole, own + 1),)
+        count += int(place[-1]) + 1 if last else 0
     return Layout(
         recording=np.concatenate(recording),
         block=np.concatenate(block),

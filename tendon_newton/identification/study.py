@@ -104,11 +104,16 @@ class Study:
             recordings = all_segments([benches[r.bench] for r in recordings], recordings)
         self.wholes = tuple(without_estimates(r, model) for r in recordings)
         """Recordings as they are simulated, R."""
-        views = [(i, d) for i in range(len(self.wholes)) for d in range(self.servos)]
+        self._gears = tuple(joint_gear(r, benches[r.bench]) for r in self.wholes)
+        """What the motor turns for the joint of each whole recording [rad/rad, rad/m], 0 where no
+        encoder is on it."""
+        views = [(i, d) for i, gear in enumerate(self._gears) for d in self._views(gear)]
         self.sources = tuple(views)
-        """Whole recording and servo of each of those that are compared."""
-        self.recordings = tuple(of_servo(self.wholes[i], d) for i, d in views)
-        """Recordings as they are compared: those of one servo after the other, R D."""
+        """Whole recording and servo of each of those that are compared; the number after the last
+        servo is the encoder of the joint."""
+        self.recordings = tuple(self._view(i, d) for i, d in views)
+        """Recordings as they are compared: those of one servo after the other, R D, and of an
+        encoder on the joint."""
         self.time_step = time_step
         """Step of its simulations unless another is asked for [s]."""
         self.unknown = like.unknown if like else unknown_numbers(model, benches, self.wholes)
@@ -119,7 +124,7 @@ class Study:
             self.tolerated = tolerated_numbers(model, benches, self.wholes) if tolerant else ()
         """Numbers of benches that may differ a little from what is stated."""
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
-        self.noise = estimate_noise_floor(self.recordings)
+        self.noise = estimate_noise_floor([self.recordings[k] for k in self.at_servos])
         self.mechanisms: list[Mechanism] = []
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
         causes, shared = causes_of(effects, self.servos, independent=self.independent)
@@ -145,6 +150,22 @@ class Study:
         self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
         self.noise = self._with_driving_noise(self.noise)
         self._cells = [find_cell(r, self.timeline(i)) for i, r in enumerate(self.recordings)]
+
+    @property
+    def at_servos(self) -> tuple[int, ...]:
+        """Places among its recordings of those of a servo: all but those of a joint's encoder."""
+        return tuple(k for k, (_, d) in enumerate(self.sources) if d < self.servos)
+
+    def _views(self, gear: float) -> range:
+        """Return the numbers of a recording's views, by the gear of its joint."""
+        return range(self.servos + (gear > 0.0))
+
+    def _view(self, index: int, servo: int) -> Recording:
+        """Return what is compared of one servo, or of the encoder of the joint."""
+        whole = self.wholes[index]
+        if servo == self.servos:
+            return of_joint(whole, self._gears[index])
+        return of_servo(whole, servo)
 
     def _scale_of(
         self, recordings: Sequence[Recording], benches: Mapping[str, Mechanism]
@@ -272,11 +293,14 @@ class Study:
             for n, row in enumerate(columns):
                 for f in np.flatnonzero(row >= 0):
                     vectors[n, :, row[f]] = values[n, members, f] if per_recording else values[n, f]
-            rows = rollout.run_rows(vectors, time_step, (compared_signal(rollout), "force"))
+            signals = dict.fromkeys((compared_signal(rollout), "force", "joints"))
+            if not any(self._gears[whole] for whole in members):
+                signals = dict.fromkeys((compared_signal(rollout), "force"))
+            rows = rollout.run_rows(vectors, time_step, tuple(signals))
             return {
                 (whole, servo): self._compare((whole, servo), rollout, place, rows)
                 for place, whole in enumerate(members)
-                for servo in range(self.servos)
+                for servo in self._views(self._gears[whole])
             }
 
         # what one group prepares and compares takes place while kernels of another run
@@ -317,6 +341,8 @@ class Study:
         index, (_, servo) = self.sources.index(source), source
         recording, timeline = self.recordings[index], rollout.timelines[place]
         span = rollout.rows_of(place)
+        if servo == self.servos:
+            return self._compare_joint(recording, timeline, rows["joints"][:, span, 0], source[0])
         theta = finite(rows[compared_signal(rollout)][:, span, servo])[:, timeline.measured]
         force = None
         if compares_force(recording) and recording.force is not None:
@@ -329,6 +355,15 @@ class Study:
             force=force,
             trusted=timeline.trusted,
         )
+
+    def _compare_joint(
+        self, recording: Recording, timeline: Timeline, joint: Array, whole: int
+    ) -> Residual:
+        """Compare the encoder of a joint, (N, S) as simulated; its zero is not known."""
+        turned = self._gears[whole] * finite(joint)[:, timeline.measured]
+        theta = recording.compared_angle[None, :] - turned
+        theta -= theta[:, timeline.trusted].mean(axis=1, keepdims=True)
+        return Residual(theta=theta, force=None, trusted=timeline.trusted)
 
 
 def refuse_unknown_tolerances(model: Model, table: ParameterTable) -> None:
@@ -411,6 +446,28 @@ def of_servo(recording: Recording, servo: int) -> Recording:
 def compared_signal(rollout: Rollout) -> str:
     """Return the simulated signal that an angle is compared with: a joint's on a given path."""
     return "joints" if rollout.driven_by == "path" else "angle"
+
+
+def joint_gear(recording: Recording, mechanism: Mechanism) -> float:
+    """Return what the motor turns for the only joint [rad/rad, rad/m]; 0 without its encoder."""
+    if recording.driven_by != "command" or recording.joint_position is None:
+        return 0.0
+    (tendon, *_), (_, *others) = mechanism.tendons, mechanism.joints
+    return 0.0 if others else float(abs(tendon.moment_arm[0])) / tendon.spool_radius
+
+
+def of_joint(recording: Recording, gear: float) -> Recording:
+    """Return what the encoder of a joint says of the motor, by its gear [rad/rad, rad/m]."""
+    assert recording.joint_position is not None
+    angle = gear * recording.joint_position[:, None]
+    return replace(
+        recording,
+        name=f"{recording.name}, joint",
+        motor_position=angle,
+        motor_velocity=np.gradient(angle, recording.time, axis=0),
+        force=None,
+        joint_position=None,
+    )
 
 
 def compares_force(recording: Recording) -> bool:

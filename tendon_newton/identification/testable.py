@@ -87,7 +87,7 @@ def turns(angle: Array, reach: float) -> int:
 
 def untested_sides(study: Study) -> tuple[str, ...]:
     """Say which sides of the load cell the recordings cannot test, one sentence each."""
-    recordings = study.recordings
+    recordings = [study.recordings[k] for k in study.at_servos]
     driven = [recording for recording in recordings if recording.driven_by == "force"]
     out = []
     if driven:

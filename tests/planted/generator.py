@@ -66,6 +66,8 @@ class Recipe:
     """Whether the plant's bristles, knees and contacts have its other laws."""
     without_force: bool = False
     """Whether the bench has no load cell."""
+    on_joint: bool = False
+    """Whether a slider has an encoder of its own."""
 
 
 def make_dataset(out: Path, recipe: Recipe) -> Truth:
@@ -95,8 +97,9 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
     motions = simulate([*runs, *twins(recipe, base, slots[TRAIN_COUNT:], runs[TRAIN_COUNT:])])
     true, spared, modelled = held_out_motions(motions)
     sensors = Sensors(
-        force_noise=recipe.force_noise, noise_colour=recipe.noise_colour, cell_rate=recipe.cell_rate
-    )
+        force_noise=recipe.force_noise, noise_colour=recipe.noise_colour,
+        cell_rate=recipe.cell_rate, on_joint=recipe.on_joint,
+    )  # fmt: skip
     recordings = tuple(
         record(rng, slot, run, motion, sensors, gaps=recipe.gaps)
         for slot, run, motion in zip(slots, runs, motions[: len(runs)], strict=True)

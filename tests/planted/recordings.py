@@ -84,6 +84,8 @@ def record(
     """Pass a motion through the sensors."""
     theta, speed = encoder(motion.angle).round(6), speed_register(rng, motion.speed).round(3)
     force = load_cell(rng, motion.cell, sensors).round(4)
+    place = motion.coordinates[:, 0]
+    joint = (place - place[0]).round(6) if sensors.on_joint else None
     tip = None if motion.tip is None else camera(rng, motion.tip).round(5)
     kept = kept_rows(rng, run.time.size) if gaps else np.arange(run.time.size)
     return Recording(
@@ -94,6 +96,7 @@ def record(
         motor_position=theta[kept, None],
         motor_velocity=speed[kept, None],
         force=force[kept, None],
+        joint_position=None if joint is None else joint[kept],
         tip=None if tip is None else tip[kept],
         load_cell_rate=sensors.cell_rate,
     )

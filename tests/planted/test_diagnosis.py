@@ -6,6 +6,7 @@ breaks the diagnosis must not pass.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -88,6 +89,29 @@ def test_every_effect_of_the_table_is_found_when_it_is_planted(hidden: str, tmp_
     """The same for each, unasked, with full recordings of all benches or of one that shows it."""
     recipe = Recipe(effects=(hidden,), seed=2, mix=BENCHES.get(hidden, "S"))
     assert_found(*diagnosed(tmp_path, recipe), LOOSE)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_an_encoder_on_the_joint_tells_the_spool_where_no_cell_does(
+    seed: int, tmp_path: Path
+) -> None:
+    """The motor's angle alone names nothing, or leaves the servo's gain open beside the spool."""
+    plain = Recipe(
+        effects=("spool_radius_error",), seed=seed, mix="W", duration=SHORT, without_force=True
+    )
+    answer, _ = diagnosed(tmp_path / "motor", plain)
+    assert [e["indistinguishable_from"] for e in answer["effects"]] in ([], [["gain_error"]])
+    answer, truth = diagnosed(tmp_path / "both", replace(plain, on_joint=True))
+    assert_found(answer, truth, {"spool_radius_error": 0.01})
+    (found,) = answer["effects"]
+    assert (found["name"], found["indistinguishable_from"]) == ("spool_radius_error", [])
+
+
+def test_an_encoder_on_the_joint_of_a_complete_model_is_silent(tmp_path: Path) -> None:
+    """Its zero is its own, and no cause."""
+    recipe = Recipe(seed=1, mix="W", duration=SHORT, without_force=True, on_joint=True)
+    answer, _ = diagnosed(tmp_path, recipe)
+    assert (answer["verdict"], answer["effects"]) == ("no_gap", [])
 
 
 @pytest.mark.parametrize("known_friction", [False, True])

@@ -53,7 +53,8 @@ def fingers_of(
 ) -> Mapping[str, Any]:
     """Draw what was measured beside what the models make of it."""
     recording = window.comparison.recording
-    place = next(i for i, r in enumerate(evidence.test.recordings) if r is recording)
+    views = zip(evidence.test.recordings, evidence.test.sources, strict=True)
+    place = next(whole for r, (whole, _) in views if r is recording)
     rows = frame_rows(window)
     motions: list[tuple[str, str, list[Bones]]] = [
         ("measured", "measured", [postures.bones(q) for q in measured(recording, postures, rows)])

@@ -95,13 +95,13 @@ def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainde
     residuals = study.residuals(*replacements([values]))
     rows = [
         RemainderRows(
-            recording=recording,
+            recording=study.recordings[index],
             index=index,
-            kept=residual.trusted,
+            kept=(residual := residuals[index]).trusted,
             theta=residual.theta[0],
             force=None if residual.force is None else residual.force[0],
         )
-        for index, (recording, residual) in enumerate(zip(study.recordings, residuals, strict=True))
+        for index in study.at_servos
     ]
     both = [r for r in rows if r.force is not None and r.recording.command is not None]
     if len(both) < len(rows):

@@ -26,6 +26,8 @@ class Sensors:
     """Correlation of the load cell's noise from one row to the next [1]."""
     cell_rate: float | None = None
     """Readings of the load cell per second [Hz], filled in linearly; None is one per row."""
+    on_joint: bool = False
+    """Whether a slider has an encoder of its own, of 1 um; its zero is where it was switched on."""
 
 
 def coloured_noise(rng: np.random.Generator, rows: int, colour: float) -> Array:
