@@ -107,6 +107,21 @@ def test_an_encoder_on_the_joint_tells_the_spool_where_no_cell_does(
     assert (found["name"], found["indistinguishable_from"]) == ("spool_radius_error", [])
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", ["spool_radius_error", "gain_error"])
+@pytest.mark.parametrize("seed", range(2, 8))
+def test_an_encoder_on_the_joint_names_spool_and_gain_alone(
+    hidden: str, seed: int, tmp_path: Path
+) -> None:
+    """Without a load cell they are a class, or nothing is named; the joint tells them apart."""
+    recipe = Recipe(
+        effects=(hidden,), seed=seed, mix="W", duration=SHORT, without_force=True, on_joint=True
+    )
+    answer, truth = diagnosed(tmp_path, recipe)
+    assert_found(answer, truth, {hidden: 0.01})
+    assert [e["indistinguishable_from"] for e in answer["effects"]] == [[]]
+
+
 def test_an_encoder_on_the_joint_of_a_complete_model_is_silent(tmp_path: Path) -> None:
     """Its zero is its own, and no cause."""
     recipe = Recipe(seed=1, mix="W", duration=SHORT, without_force=True, on_joint=True)
