@@ -129,8 +129,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="an-angle-skips-unseen",
         file="tendon_newton/diagnosis/in_time/log_events.py",
-        old="driven = [without(skipped, recording) for recording in with_cell(recordings)]",
-        new="driven = with_cell(recordings)",
+        old="if shares[at] <= LEAST_JUMP:",
+        new="if shares[at] <= 3.0 * LEAST_JUMP:",
         tests=f"{EVENTS} skipped",
     ),
     Mutation(
@@ -149,10 +149,10 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="a-beginning-is-calm",
-        file="tendon_newton/diagnosis/in_time/log_events.py",
+        file="tendon_newton/diagnosis/in_time/balance.py",
         old="pace = np.full_like(command, np.ptp(command))",
         new="pace = np.zeros_like(command)",
-        tests=f"{EVENTS} knocked",
+        tests=f"{EVENTS} beginning",
     ),
     Mutation(
         name="a-knock-is-no-force",
@@ -160,6 +160,20 @@ MUTATIONS: tuple[Mutation, ...] = (
         old="more[there, servo] = force",
         new="more[there, servo] = 0.5 * force",
         tests=f"{EVENTS} knocked",
+    ),
+    Mutation(
+        name="what-is-told-is-looked-for",
+        file="tendon_newton/workflows/refreshing.py",
+        old="drift = find_wear(options, operator) if changes is None else told_drift(changes)",
+        new="drift = find_wear(options, operator)",
+        tests="tests/train/refresh/test_drift.py -k told",
+    ),
+    Mutation(
+        name="any-file-is-a-recording",
+        file="tendon_newton/workflows/diagnosing.py",
+        old="own = tuple(r for r in (*day.train, *day.test) if r.name == path.name)",
+        new="own = day.train",
+        tests="tests/diagnosis/in_time/test_comparing_days.py -k doctor",
     ),
     Mutation(
         name="short-runs-tell-of-steps",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.diagnosis.in_time.log_events import turned
+from tendon_newton.diagnosis.in_time.balance import turned
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.diagnosis.in_time.balance import turns
 from tendon_newton.diagnosis.in_time.changes_report import event_sentence
 from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_events
 from tendon_newton.identification.cutting import beginning
@@ -108,6 +109,14 @@ def test_a_supply_that_never_moved_still_has_its_steps() -> None:
     steady = [replace(own, voltage=np.full(960, 9.0)) for own in calm()]
     blip = np.where(np.arange(960) == 500, 8.9, 9.0)
     assert find_events(calm_day(steady, FIRST), [replace(steady[0], voltage=blip)], FIRST) == ()
+
+
+def test_a_beginning_is_as_lively_as_a_step_over_all_that_is_asked_for() -> None:
+    """A bench that starts from rest jerks then; a ramp changes its pace nowhere else."""
+    ramp = np.linspace(0.0, 2.0, 160)
+    found = turns(np.arange(160) / 80.0, ramp)
+    assert (found[0], found[-1]) == (2.0, 2.0)
+    assert found[40:-40] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_without_a_load_cell_or_a_calm_day_nothing_is_told() -> None:

@@ -16,7 +16,7 @@ from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset, write_dataset
 from tendon_newton.data.recording import BenchOverrides, Recording
-from tendon_newton.diagnosis.in_time.log_events import turned
+from tendon_newton.diagnosis.in_time.balance import turned
 from tendon_newton.errors import InvalidDataset
 from tendon_train.actuator.fitting.training import train_network
 from tendon_train.actuator.prediction import predict
