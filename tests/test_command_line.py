@@ -45,6 +45,16 @@ def test_a_shell_that_is_not_known_is_one_line(capsys: pytest.CaptureFixture[str
     assert "known: bash, tcsh, zsh" in line
 
 
+def test_a_wheel_reads_the_formats_that_anybody_may_have(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a lab those of single data sets are not known, and the others are named."""
+    words = ["import", "bam", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
+    monkeypatch.setattr("tendon_newton.cli.find_spec", lambda _: None)
+    assert main(words) == 2
+    assert "known: lerobot, mapped" in capsys.readouterr().err
+
+
 def test_a_quiet_verb_prints_nothing_but_warnings_and_errors(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
