@@ -117,15 +117,15 @@ def test_normalisation_travels_inside(of_set: str, kind: str) -> None:
 
 @every_kind
 def test_a_training_learns_the_ideal_source(kind: str, tmp_path: Path) -> None:
-    """From 4,096 windows of F = P (theta_d - theta), an error of a third of the force's spread.
+    """From 2,048 windows of F = P (theta_d - theta), an error of a third of the force's spread.
 
     The law needs only the last sample, which the order of the window decides.
     """
     rng = np.random.default_rng(4)
-    inputs = (rng.normal(size=(8192, 3)) * [1.0, 0.3, 1.0] + [2.0, 0.5, 0.0]).astype(np.float32)
+    inputs = (rng.normal(size=(4096, 3)) * [1.0, 0.3, 1.0] + [2.0, 0.5, 0.0]).astype(np.float32)
     force = (4.2 * (inputs[:, 0] - inputs[:, 1])).astype(np.float32)
-    rows = np.arange(4096)[:, None] + np.arange(30)[None]
-    data = Windows(inputs=inputs, force=force, rows=rows, source=np.zeros(4096, dtype=np.intp))
+    rows = np.arange(2048)[:, None] + np.arange(30)[None]
+    data = Windows(inputs=inputs, force=force, rows=rows, source=np.zeros(2048, dtype=np.intp))
     config = TrainingConfig(network=kind, set="matched", epochs=8, batch=64, disturb=False)
     network, done = train_network(config, data, data, tmp_path / "n.checkpoint", law=NO_LAW)
     assert done.best_error < float(force.std()) / 3.0

@@ -73,7 +73,12 @@ def same(one: dict[str, torch.Tensor], other: dict[str, torch.Tensor]) -> bool:
 
 
 @pytest.mark.parametrize(
-    ("kind", "window"), [("mlp", 30), ("rnn", 30), ("transformer", 30), ("rnn", 60)]
+    ("kind", "window"),
+    [
+        ("transformer", 30),
+        ("rnn", 60),
+        *(pytest.param(kind, 30, marks=pytest.mark.slow) for kind in ("mlp", "rnn")),
+    ],
 )
 def test_every_network_learns_a_force_with_memory(tmp_path: Path, kind: str, window: int) -> None:
     """On a recording it never saw, a short training beats the best ideal source by far.
