@@ -152,7 +152,7 @@ def costs(results: Results, keys: Sequence[str]) -> str:
                 "Rhoban/bam, each of its models",
                 span([cells["numbers"] for cells in theirs]),
                 f"{span([cells['seconds'] for cells in theirs])} s",
-                str(theirs[0]["says"]),
+                f"{span([int(str(cells['says']).split()[0]) for cells in theirs])} trials",
             ]
         )
     lines += [
