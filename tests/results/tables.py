@@ -57,13 +57,14 @@ def units(kept: Records) -> tuple[str, str]:
 
 
 def ball(kept: Records) -> tuple[str, str]:
-    """Return what policies turn that were trained on a diagnosed motor, and on the data sheet's."""
+    """Return what policies turn that were trained on a diagnosed motor with numbers drawn."""
     record = kept["turning_hands"]
-    names = ("cpu_diagnosed_{}", "cpu_nominal_{}")
-    both = [[hands(record, name.format(seed)) for seed in record.seeds] for name in names]
-    ours, sheet = (about([mean(turned) for turned in seeds], 0) for seeds in both)
-    off = [mean(abs(one - 60.0) for turned in seeds for one in turned) for seeds in both]
-    return f"{ours} rad/min", f"data sheet: {sheet}; away from 60: {off[0]:.0f} and {off[1]:.0f}"
+    seeds = [hands(record, f"drawn_{seed}") for seed in record.seeds]
+    means = [mean(turned) for turned in seeds]
+    near = sum(abs(one - 60.0) <= 9.0 for one in means)
+    away = mean(abs(one - 60.0) for turned in seeds for one in turned)
+    beside = f"{near} of {len(means)} seeds within 15 %; a hand is {away:.0f} away from 60"
+    return f"{about(means, 0)} rad/min", beside
 
 
 def fingers(kept: Records) -> tuple[str, str]:
@@ -90,7 +91,7 @@ README: dict[str, tuple[str, Cells]] = {
     ),
     "[Virtual fingers](docs/virtual_bench.md#from-this-bench-to-named-causes), twenty faults each:"
     " squared error removed": ("units", units),
-    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), 60 rad/min asked, five seeds": (
+    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), 60 rad/min asked, ten seeds": (
         "turning_hands",
         ball,
     ),
@@ -120,6 +121,10 @@ TURNING = {
     ("diagnosis", "one core, 27 min"): ["cpu_diagnosed_0_longer"],
     ("diagnosis", "one H200, 160 s"): ["cuda_diagnosed_0_longer"],
     ("diagnosis", "one H200, 213 s, batches of 16,384"): [f"diagnosed_{k}" for k in range(3)],
+    ("diagnosis, seven numbers drawn", "one H100, 194 s"): ["drawn_alone"],
+    ("diagnosis, seven numbers drawn", "ten seeds on one H100, 290 s"): [
+        f"drawn_{k}" for k in range(10)
+    ],
 }
 """Policies of a table row by the motor and the length of their training."""
 
