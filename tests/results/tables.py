@@ -145,8 +145,7 @@ def turning(kept: Records) -> str:
 
 TRAINED_ON = {
     "posterior": "what its diagnosis leaves open",
-    "intervals": "intervals of its causes, each by itself",
-    "diagnosed": "diagnosed model, nothing drawn",
+    "truth": "the unit's own numbers, nothing drawn",
     "ranges": "data sheet, default ranges",
     "nominal": "data sheet, nothing drawn",
 }
