@@ -1,13 +1,20 @@
 """What every actuator model declares."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from tendon_newton.data.parameters import Parameter
+from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.structs import Tendon
+from tendon_newton.device_code.templates import DeviceCode
+
+__all__ = ["Actuator", "Jet", "Parameter", "ParameterVector", "Tendon", "real"]
 
 
-class Actuator:
+class Actuator(DeviceCode):
     """How a servo turns a position error into a force at its spool.
 
     Subclasses are never instantiated: an actuator is its declaration, and its numbers live in a
@@ -16,9 +23,6 @@ class Actuator:
 
     name: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
-    force: ClassVar[Callable[..., Any]]
-    """Device function (error: Jet, tendon, p) -> Jet: force at the spool [N], or torque [N m] of a
-    direct drive."""
     held: ClassVar[bool] = False
     """Whether its force [N] is decided outside the kernels once per control step, and held."""
     kinematic: ClassVar[bool] = False
@@ -35,8 +39,16 @@ class Actuator:
     """Device function (error: Jet, tendon, p) -> Jet: the duty cycle that it asks for [1]."""
     driven: ClassVar[Callable[..., Any]]
     """Device function (duty: Jet, tendon, p) -> Jet: its force at a duty cycle."""
-    armature: ClassVar[Callable[..., Any]]
-    """Device function (p) -> real: inertia of rotor and gear at the spool [kg m2]."""
+
+    @staticmethod
+    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+        """Return the force at the spool [N], torque [N m] of a direct drive; 0 if none is known."""
+        return Jet(real(0.0), real(0.0), real(0.0))
+
+    @staticmethod
+    def armature(p: ParameterVector) -> real:
+        """Return the inertia of rotor and gear at the spool [kg m2]; 0 where none shows."""
+        return real(0.0)
 
     @classmethod
     def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
@@ -48,6 +60,9 @@ class Actuator:
             radius: Radius of the spool [m]; a shaft counts as 1 m.
 
         Returns:
-            The force before the limit of the bench's servo; infinite where nothing tells.
+            The force before the limit of the bench's servo; infinite where nothing tells, 0 where
+            positions are all that is known.
         """
+        if cls.kinematic:
+            return 0.0
         return math.inf if cls.stiffness is None else float(values[cls.stiffness]) * error

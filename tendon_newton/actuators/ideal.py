@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.actuators.actuator_type import Actuator
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
+from tendon_newton.actuators.actuator_type import Actuator, Jet, Parameter, ParameterVector, Tendon
 
 
 class Ideal(Actuator):
@@ -27,13 +23,6 @@ class Ideal(Actuator):
     )
 
     @staticmethod
-    @device_template
     def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = P (theta_d - theta)."""
         return error * p[0]
-
-    @staticmethod
-    @device_template
-    def armature(p: ParameterVector) -> real:
-        """Neglected."""
-        return real(0.0)

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from tendon_newton.actuators.actuator_type import Actuator
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
+from tendon_newton.actuators.actuator_type import Actuator, Parameter
 
 
 class IdealPosition(Actuator):
@@ -31,20 +25,3 @@ class IdealPosition(Actuator):
         ).since("an STS3215 sags by 0.175 rad/(N m) at its gain 4, by 0.0155 at 32"),
     )
     kinematic = True
-
-    @classmethod
-    def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
-        """None is known."""
-        return 0.0
-
-    @staticmethod
-    @device_template
-    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
-        """None is known."""
-        return Jet(real(0.0), real(0.0), real(0.0))
-
-    @staticmethod
-    @device_template
-    def armature(p: ParameterVector) -> real:
-        """None is known."""
-        return real(0.0)

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.actuators.actuator_type import Actuator
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import HELD_MEMORY, TENDONS, Jet, ParameterVector, real
-from tendon_newton.device_code.structs import Tendon
+from tendon_newton.actuators.actuator_type import (
+    Actuator,
+    Jet,
+    Parameter,
+    ParameterVector,
+    Tendon,
+    real,
+)
+from tendon_newton.device_code.placeholders import HELD_MEMORY, TENDONS
 from tendon_newton.device_code.templates import device_template
 
 AT_REST = 1.0e6
@@ -60,7 +65,6 @@ class Learned(Actuator):
     held = True
 
     @staticmethod
-    @device_template
     def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = s (F_k - K (theta - theta_k) - D (theta_dot - theta_dot_k)); at rest F = s F_k."""
         place = wp.static(HELD_MEMORY) + tendon.index
@@ -70,9 +74,3 @@ class Learned(Actuator):
             since = Jet(tendon.memory[place + TENDONS], real(0.0), real(0.0))
             held = held + since - hold_answer(p, angle, tendon.angle_rate)
         return held * p[2]
-
-    @staticmethod
-    @device_template
-    def armature(p: ParameterVector) -> real:
-        """None: what a rotor does to the tension, the network has learned with the rest."""
-        return real(0.0)

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from tendon_newton.actuators.actuator_type import Actuator
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
+from tendon_newton.actuators.actuator_type import Actuator, Parameter
 
 
 class MeasuredPath(Actuator):
@@ -36,20 +30,3 @@ class MeasuredPath(Actuator):
     )
     kinematic = True
     leads = True
-
-    @classmethod
-    def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
-        """None is known before the load is."""
-        return 0.0
-
-    @staticmethod
-    @device_template
-    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
-        """None is known before the load is."""
-        return Jet(real(0.0), real(0.0), real(0.0))
-
-    @staticmethod
-    @device_template
-    def armature(p: ParameterVector) -> real:
-        """None shows."""
-        return real(0.0)

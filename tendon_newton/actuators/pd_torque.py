@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tendon_newton.actuators.actuator_type import Actuator
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
+from tendon_newton.actuators.actuator_type import (
+    Actuator,
+    Jet,
+    Parameter,
+    ParameterVector,
+    Tendon,
+    real,
+)
 
 
 class PdTorque(Actuator):
@@ -49,7 +52,6 @@ class PdTorque(Actuator):
         return torque / radius
 
     @staticmethod
-    @device_template
     def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = clip(k_p (theta_d - theta) - k_d theta_dot) / r."""
         torque = error * p[0] - tendon.angle_rate * p[1]
@@ -60,7 +62,6 @@ class PdTorque(Actuator):
         return torque * (tendon.enabled / tendon.spool_radius)
 
     @staticmethod
-    @device_template
     def armature(p: ParameterVector) -> real:
         """Inertia of the rotor at the spool [kg m2]."""
         return p[3]

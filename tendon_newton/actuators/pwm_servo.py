@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tendon_newton.actuators.actuator_type import Actuator
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
-from tendon_newton.device_code.structs import Tendon
+from tendon_newton.actuators.actuator_type import (
+    Actuator,
+    Jet,
+    Parameter,
+    ParameterVector,
+    Tendon,
+    real,
+)
 from tendon_newton.device_code.templates import device_template
 
 
@@ -83,25 +87,21 @@ class PwmServo(Actuator):
         return known["torque_constant"] * current / radius
 
     @staticmethod
-    @device_template
     def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = k_t (u V - k_t theta_dot) / (R r)."""
         return motor_force(error * p[0] + Jet(p[6], real(0.0), real(0.0)), tendon, p)
 
     @staticmethod
-    @device_template
     def duty(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """Return u = k_u (theta_d - theta) + u_0."""
         return error * p[0] + Jet(p[6], real(0.0), real(0.0))
 
     @staticmethod
-    @device_template
     def driven(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = k_t (u V - k_t theta_dot) / (R r)."""
         return motor_force(duty, tendon, p)
 
     @staticmethod
-    @device_template
     def armature(p: ParameterVector) -> real:
         """Inertia of rotor and gear at the spool [kg m2]."""
         return p[5]

@@ -16,12 +16,9 @@ from tendon_newton.errors import InvalidDeviceCode
 class FieldUse:
     """A place where a device function reads or writes a field of a struct."""
 
-    struct: type
-    """Declaration of the struct."""
-    field: str
-    """Name of the field."""
-    place: str
-    """File and line."""
+    struct: type  # Declaration of the struct
+    field: str  # Name of the field
+    place: str  # File and line
 
 
 @cache

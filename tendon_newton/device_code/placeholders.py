@@ -158,135 +158,85 @@ def constant() -> Any:
     return Constant()
 
 
-JOINTS: int = constant()
-"""Number of coordinates J."""
+JOINTS: int = constant()  # Number of coordinates J
+# Number of the mechanism's own joints; J counts the spools that have a coordinate as well
 LINKS: int = constant()
-"""Number of the mechanism's own joints; J counts the spools that have a coordinate as well."""
-TENDONS: int = constant()
-"""Number of tendons D."""
-ROWS: int = constant()
-"""Number of rows R."""
-PARENT: tuple[int, ...] = constant()
-"""Parent of each coordinate, -1 for the base."""
-REVOLUTE: tuple[bool, ...] = constant()
-"""Whether each coordinate turns."""
-MOVES: tuple[tuple[bool, ...], ...] = constant()
-"""Whether coordinate j carries link k."""
-PLANAR: bool = constant()
-"""Whether the chain moves in one plane."""
-FREE_SPOOL: bool = constant()
-"""Whether each spool has a coordinate of its own."""
-HAS_ROTOR: bool = constant()
-"""Whether a rotor's inertia stands between the motor and the load cell."""
-MAY_HOLD: bool = constant()
-"""Whether any effect of the kernel holds a tendon at a speed."""
+TENDONS: int = constant()  # Number of tendons D
+ROWS: int = constant()  # Number of rows R
+PARENT: tuple[int, ...] = constant()  # Parent of each coordinate, -1 for the base
+REVOLUTE: tuple[bool, ...] = constant()  # Whether each coordinate turns
+MOVES: tuple[tuple[bool, ...], ...] = constant()  # Whether coordinate j carries link k
+PLANAR: bool = constant()  # Whether the chain moves in one plane
+FREE_SPOOL: bool = constant()  # Whether each spool has a coordinate of its own
+HAS_ROTOR: bool = constant()  # Whether a rotor's inertia stands between the motor and the load cell
+MAY_HOLD: bool = constant()  # Whether any effect of the kernel holds a tendon at a speed
+# Whether any effect acts on the share of all it has which a servo gives
 HAS_DUTY: bool = constant()
-"""Whether any effect acts on the share of all it has which a servo gives."""
+# Where the strengths of the tendons' dry frictions stand among the parameters
 DRY_OFFSETS: tuple[int, ...] = constant()
-"""Where the strengths of the tendons' dry frictions stand among the parameters."""
-REST: float = constant()
-"""Speed below which a dry friction may stick [m/s, rad/s]."""
-STRIDE: float = constant()
-"""Longest step towards an equilibrium [rad, m]."""
+REST: float = constant()  # Speed below which a dry friction may stick [m/s, rad/s]
+STRIDE: float = constant()  # Longest step towards an equilibrium [rad, m]
 
-FUNCTIONS: tuple[Any, ...] = constant()
-"""Device functions of the effects of a stage."""
-OFFSETS: tuple[int, ...] = constant()
-"""Where their parameters start."""
+FUNCTIONS: tuple[Any, ...] = constant()  # Device functions of the effects of a stage
+OFFSETS: tuple[int, ...] = constant()  # Where their parameters start
+# How much further those of the next tendon start; 0 where all tendons have the same
 STRIDES: tuple[int, ...] = constant()
-"""How much further those of the next tendon start; 0 where all tendons have the same."""
-MEMORIES: tuple[int, ...] = constant()
-"""Where their memories start, -1 for none."""
+MEMORIES: tuple[int, ...] = constant()  # Where their memories start, -1 for none
+# Where the second of two memories starts, -1 for none
 SECOND_MEMORIES: tuple[int, ...] = constant()
-"""Where the second of two memories starts, -1 for none."""
-PLACES: tuple[int, ...] = constant()
-"""Where the results of functions that renew a memory start."""
-BITS: tuple[int, ...] = constant()
-"""Places of these functions in `Drive.asleep`."""
+PLACES: tuple[int, ...] = constant()  # Where the results of functions that renew a memory start
+BITS: tuple[int, ...] = constant()  # Places of these functions in `Drive.asleep`
 
+# Whether effects whose parameters are all null are passed over. A tape asks for their derivatives
+# there
 SKIPS: bool = constant()
-"""Whether effects whose parameters are all null are passed over. A tape asks for their derivatives
-there."""
-TAPED: bool = constant()
-"""Whether a tape walks the kernel back."""
-EFFECT_COUNT: int = constant()
-"""How many it has."""
-FIRST_OWN: int = constant()
-"""Where the first parameter of an effect stands, behind the actuator's."""
+TAPED: bool = constant()  # Whether a tape walks the kernel back
+EFFECT_COUNT: int = constant()  # How many it has
+FIRST_OWN: int = constant()  # Where the first parameter of an effect stands, behind the actuator's
+# For each parameter of the effects, its effect's place in `Drive.asleep`
 OWN_BITS: tuple[int, ...] = constant()
-"""For each parameter of the effects, its effect's place in `Drive.asleep`."""
-OWN_NULLS: tuple[float, ...] = constant()
-"""Null value of each of these parameters."""
+OWN_NULLS: tuple[float, ...] = constant()  # Null value of each of these parameters
 
-HAS_MEMORY: bool = constant()
-"""Whether any effect of the kernel has internal state."""
-MEMORY_SIZE: int = constant()
-"""Numbers S in a world's memory."""
+HAS_MEMORY: bool = constant()  # Whether any effect of the kernel has internal state
+MEMORY_SIZE: int = constant()  # Numbers S in a world's memory
+# Where the first parameters of the effects with memory stand, those of each tendon
 MEMORY_OFFSETS: tuple[int, ...] = constant()
-"""Where the first parameters of the effects with memory stand, those of each tendon."""
-MEMORY_NULLS: tuple[float, ...] = constant()
-"""Null values of these parameters."""
-HAS_LOAD: bool = constant()
-"""Whether the load on the joint is an input."""
+MEMORY_NULLS: tuple[float, ...] = constant()  # Null values of these parameters
+HAS_LOAD: bool = constant()  # Whether the load on the joint is an input
+# Whether the actuator's force is decided outside the kernel and held
 HOLDS_FORCE: bool = constant()
-"""Whether the actuator's force is decided outside the kernel and held."""
+# Where the held forces stand in a world's memory; what each is reckoned from stands behind
 HELD_MEMORY: int = constant()
-"""Where the held forces stand in a world's memory; what each is reckoned from stands behind."""
-HAS_SLOW_CELL: bool = constant()
-"""Whether any effect of the kernel makes the load cell late or lag."""
-CELL_MEMORY: int = constant()
-"""Where the lagging cells' readings stand in a world's memory."""
+HAS_SLOW_CELL: bool = constant()  # Whether any effect of the kernel makes the load cell late or lag
+CELL_MEMORY: int = constant()  # Where the lagging cells' readings stand in a world's memory
 
-ROUTED: bool = constant()
-"""Whether any tendon's moment arms follow from its path."""
-HOLDS_ROUTED: bool = constant()
-"""Whether such a tendon may be held at a speed."""
-POINT_BODY: Any = constant()
-"""Link of each path point, -1 for the base."""
-FIRST_SPAN: tuple[int, ...] = constant()
-"""First span of each tendon, and the number of all spans."""
+ROUTED: bool = constant()  # Whether any tendon's moment arms follow from its path
+HOLDS_ROUTED: bool = constant()  # Whether such a tendon may be held at a speed
+POINT_BODY: Any = constant()  # Link of each path point, -1 for the base
+FIRST_SPAN: tuple[int, ...] = constant()  # First span of each tendon, and the number of all spans
+# Start, end and pulley of each span among the path points; -1 for no pulley
 SPAN_TABLE: Any = constant()
-"""Start, end and pulley of each span among the path points; -1 for no pulley."""
-START_WAY: Any = constant()
-"""Way from a span's observer to its start; see `routes`."""
-END_WAY: Any = constant()
-"""Way from a span's observer to its end."""
+START_WAY: Any = constant()  # Way from a span's observer to its start; see `routes`
+END_WAY: Any = constant()  # Way from a span's observer to its end
 
-TOUCHES: bool = constant()
-"""Whether links may meet obstacles."""
-CARRIES: Any = constant()
-"""1 where a joint carries a link, else 0, shape (J, J)."""
-CONTACTS: int = constant()
-"""Number of contacts that may be."""
+TOUCHES: bool = constant()  # Whether links may meet obstacles
+CARRIES: Any = constant()  # 1 where a joint carries a link, else 0, shape (J, J)
+CONTACTS: int = constant()  # Number of contacts that may be
+# Capsule, obstacle, place on the capsule, shape of the obstacle and link of each contact
 CONTACT_TABLE: Any = constant()
-"""Capsule, obstacle, place on the capsule, shape of the obstacle and link of each contact."""
-CONTACT_MEMORY: int = constant()
-"""Where the contacts' stretches stand in a world's memory."""
-CAPSULES: int = constant()
-"""Number of capsules C."""
-CAPSULE_LINK: tuple[int, ...] = constant()
-"""Link that carries each capsule."""
-HAS_SPHERE: bool = constant()
-"""Whether any obstacle is a sphere."""
-HAS_BOX: bool = constant()
-"""Whether any obstacle is a box."""
-HAS_PLANE: bool = constant()
-"""Whether any obstacle is a plane."""
-HAS_PAIRS: bool = constant()
-"""Whether links may meet links."""
-MET_CAPSULE: Any = constant()
-"""Capsule that each obstacle is, -1 for one that is no link."""
-MET_LINK: Any = constant()
-"""Link that carries it."""
-CHAINS: int = constant()
-"""Equal chains of a world, which meet the same obstacles."""
-HAS_BODY: bool = constant()
-"""Whether an obstacle is free to move."""
-SHARES_BODY: bool = constant()
-"""Whether several chains move it."""
-BODY: int = constant()
-"""Which of the obstacles that is."""
-BODY_SHAPE: int = constant()
-"""Shape of the free body."""
+CONTACT_MEMORY: int = constant()  # Where the contacts' stretches stand in a world's memory
+CAPSULES: int = constant()  # Number of capsules C
+CAPSULE_LINK: tuple[int, ...] = constant()  # Link that carries each capsule
+HAS_SPHERE: bool = constant()  # Whether any obstacle is a sphere
+HAS_BOX: bool = constant()  # Whether any obstacle is a box
+HAS_PLANE: bool = constant()  # Whether any obstacle is a plane
+HAS_PAIRS: bool = constant()  # Whether links may meet links
+MET_CAPSULE: Any = constant()  # Capsule that each obstacle is, -1 for one that is no link
+MET_LINK: Any = constant()  # Link that carries it
+CHAINS: int = constant()  # Equal chains of a world, which meet the same obstacles
+HAS_BODY: bool = constant()  # Whether an obstacle is free to move
+SHARES_BODY: bool = constant()  # Whether several chains move it
+BODY: int = constant()  # Which of the obstacles that is
+BODY_SHAPE: int = constant()  # Shape of the free body
+# Where its six coordinates begin: how far it has moved [m] and turned [rad] in a step
 FIRST_BODY: int = constant()
-"""Where its six coordinates begin: how far it has moved [m] and turned [rad] in a step."""

@@ -33,6 +33,15 @@ def device_template(function: Function) -> Function:
     return function
 
 
+class DeviceCode:
+    """A class that is never instantiated, and whose static methods are device code."""
+
+    def __init_subclass__(cls) -> None:
+        for member in vars(cls).values():
+            if isinstance(member, staticmethod):
+                device_template(member.__func__)
+
+
 def is_device_template(value: Any) -> bool:
     """Tell whether something is device code with placeholders."""
     return getattr(value, _TEMPLATE, False) is True

@@ -6,11 +6,8 @@ import math
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 UNLIMITED = 1.0e30
 """A limit [rad/s2] from which on there is none."""
@@ -82,7 +79,6 @@ class AccelerationLimit(Effect):
     )
 
     @staticmethod
-    @device_template
     def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Reckon the error from the goal in place of the command."""
         out = error
@@ -92,7 +88,6 @@ class AccelerationLimit(Effect):
         return out
 
     @staticmethod
-    @device_template
     def remember(error: Jet, tendon: Tendon, values: Values) -> real:
         """The goal."""
         out = tendon.command
@@ -102,7 +97,6 @@ class AccelerationLimit(Effect):
         return out
 
     @staticmethod
-    @device_template
     def remember_second(error: Jet, tendon: Tendon, values: Values) -> real:
         """Rate of what is remembered."""
         out = real(0.0)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 
 class ActuatorLag(Effect):
@@ -36,7 +32,6 @@ class ActuatorLag(Effect):
     )
 
     @staticmethod
-    @device_template
     def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """The lag's answer to a demand that moved in a straight line since the memory was true."""
         taken = real(1.0) - share_kept(tendon.elapsed, values[0])
@@ -45,7 +40,6 @@ class ActuatorLag(Effect):
         return Jet(value, taken * force[1], taken * force[2])
 
     @staticmethod
-    @device_template
     def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """The motor's force."""
         return force[0]

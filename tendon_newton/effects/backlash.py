@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class Backlash(Effect):
@@ -34,7 +30,6 @@ class Backlash(Effect):
     )
 
     @staticmethod
-    @device_template
     def angle(angle: Jet, tendon: Tendon, values: Values) -> Jet:
         """The drive rests on its command inside the gap."""
         half = real(0.5) * values[0]
@@ -49,7 +44,6 @@ class Backlash(Effect):
         return out
 
     @staticmethod
-    @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Nothing is in touch inside the gap."""
         out = force

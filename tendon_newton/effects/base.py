@@ -7,6 +7,11 @@ from enum import Enum
 from typing import Any, ClassVar, Literal
 
 from tendon_newton.data.parameters import Parameter
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Joint, Tendon
+from tendon_newton.device_code.templates import DeviceCode
+
+__all__ = ["Effect", "Jet", "Joint", "Parameter", "Stage", "Tendon", "Values", "real"]
 
 
 class Stage(Enum):
@@ -67,7 +72,7 @@ class Stage(Enum):
     """(force: real, time: real, values) -> real: what the load cell makes of a force [N]."""
 
 
-class Effect:
+class Effect(DeviceCode):
     """One physical cause of a gap between a simulation and its bench.
 
     Subclasses are never instantiated: an effect is its declaration, and its numbers live in a

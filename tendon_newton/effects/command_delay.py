@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class CommandDelay(Effect):
@@ -31,7 +28,6 @@ class CommandDelay(Effect):
     )
 
     @staticmethod
-    @device_template
     def clock(time: real, values: Values) -> real:
         """The instant at which the command was given that acts now."""
         return time - values[0]

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class CoulombFriction(Effect):
@@ -32,7 +28,6 @@ class CoulombFriction(Effect):
     )
 
     @staticmethod
-    @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - F_C s."""
         return force - Jet(values[0] * tendon.direction, real(0.0), real(0.0))

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class Deadband(Effect):
@@ -31,7 +27,6 @@ class Deadband(Effect):
     )
 
     @staticmethod
-    @device_template
     def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Take the band off either side of the error."""
         out = Jet(real(0.0), real(0.0), real(0.0))

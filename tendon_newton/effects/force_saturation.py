@@ -6,11 +6,7 @@ import math
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 STRAIGHT = 36.0
 """Distance from the limit [knees] at which nothing is missing: exp(-36) is less than a digit."""
@@ -45,7 +41,6 @@ class ForceSaturation(Effect):
     )
 
     @staticmethod
-    @device_template
     def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Keep the force below the limit; what is clipped does not depend on anything any more."""
         limit = values[0]

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class GainDrift(Effect):
@@ -30,7 +26,6 @@ class GainDrift(Effect):
     )
 
     @staticmethod
-    @device_template
     def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Scale the error that the gain multiplies by what is left of the gain."""
         return error * (real(1.0) - values[0] * tendon.time)

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 
 
 class GainError(Effect):
@@ -31,7 +27,6 @@ class GainError(Effect):
     )
 
     @staticmethod
-    @device_template
     def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Scale the error that the gain multiplies."""
         return error * values[0]

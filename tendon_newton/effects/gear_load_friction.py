@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 from tendon_newton.effects.loaded_gear import gear_loaded
 
 
@@ -41,7 +37,6 @@ class GearLoadFriction(Effect):
     )
 
     @staticmethod
-    @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = ((1 - K s') F_m - C s) / (1 + K s')."""
         return gear_loaded(force, values[0], tendon)

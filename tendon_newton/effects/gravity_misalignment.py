@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class GravityMisalignment(Effect):
@@ -31,7 +28,6 @@ class GravityMisalignment(Effect):
     )
 
     @staticmethod
-    @device_template
     def tilt(angle: real, values: Values) -> real:
         """Add to the angle by which the bench is tipped."""
         return angle + values[0]

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 ALIKE = 1.0e-3
 """Difference of an exponent from 1 below which both are the same [1]."""
@@ -88,7 +85,6 @@ class Hysteresis(Effect):
     )
 
     @staticmethod
-    @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - F_h."""
         out = force
@@ -97,7 +93,6 @@ class Hysteresis(Effect):
         return out
 
     @staticmethod
-    @device_template
     def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """The friction."""
         out = real(0.0)

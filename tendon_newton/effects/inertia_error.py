@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class InertiaError(Effect):
@@ -29,7 +26,6 @@ class InertiaError(Effect):
     )
 
     @staticmethod
-    @device_template
     def inertia(scale: real, values: Values) -> real:
         """Scale what resists acceleration."""
         return scale * values[0]

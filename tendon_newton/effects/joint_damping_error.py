@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values
-from tendon_newton.device_code.structs import Joint
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Joint, Parameter, Values
 
 
 class JointDampingError(Effect):
@@ -30,7 +26,6 @@ class JointDampingError(Effect):
     )
 
     @staticmethod
-    @device_template
     def damping(torque: Jet, joint: Joint, values: Values) -> Jet:
         """Scale the damper's torque."""
         return torque * values[0]

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.structs import Joint
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Joint, Parameter, Values, real
 
 
 class JointDryFriction(Effect):
@@ -30,7 +26,6 @@ class JointDryFriction(Effect):
     )
 
     @staticmethod
-    @device_template
     def joint_friction(limit: real, joint: Joint, values: Values) -> real:
         """Add to the greatest torque that dry friction gives."""
         return limit + values[0] * joint.stiffness * (joint.upper - joint.rest)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class LoadCellGain(Effect):
@@ -28,7 +25,6 @@ class LoadCellGain(Effect):
     )
 
     @staticmethod
-    @device_template
     def cell(force: real, time: real, values: Values) -> real:
         """Scale the reading."""
         return force * values[0]

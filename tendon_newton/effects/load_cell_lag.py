@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class LoadCellLag(Effect):
@@ -29,7 +26,6 @@ class LoadCellLag(Effect):
     )
 
     @staticmethod
-    @device_template
     def cell_lag(time_constant: real, values: Values) -> real:
         """Add to the cell's time constant."""
         return time_constant + values[0]

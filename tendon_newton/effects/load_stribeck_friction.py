@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 from tendon_newton.effects.loaded_gear import gear_loaded
 
 
@@ -43,7 +39,6 @@ class LoadStribeckFriction(Effect):
     )
 
     @staticmethod
-    @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = ((1 - K(v) s') F_m - C s) / (1 + K(v) s')."""
         coefficient = values[0]

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class Obstruction(Effect):
@@ -42,7 +38,6 @@ class Obstruction(Effect):
     )
 
     @staticmethod
-    @device_template
     def transmission(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Lose what the contact takes; it never pulls."""
         depth = tendon.length - values[1] * tendon.nominal_radius

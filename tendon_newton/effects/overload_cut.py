@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 RESTED = 1.0e6
 """Time [s] without a load after which no protection acts."""
@@ -44,7 +40,6 @@ class OverloadCut(Effect):
     )
 
     @staticmethod
-    @device_template
     def duty(duty: Jet, tendon: Tendon, values: Values) -> Jet:
         """Cut the duty on the side that was overloaded."""
         out = duty
@@ -54,7 +49,6 @@ class OverloadCut(Effect):
         return out
 
     @staticmethod
-    @device_template
     def remember(duty: Jet, tendon: Tendon, values: Values) -> real:
         """The time [s] for which the load has lasted, with the sign of its side."""
         lasted = values[3]

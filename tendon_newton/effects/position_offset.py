@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class PositionOffset(Effect):
@@ -31,7 +27,6 @@ class PositionOffset(Effect):
     )
 
     @staticmethod
-    @device_template
     def angle(angle: Jet, tendon: Tendon, values: Values) -> Jet:
         """Shift the angle that the encoder reports."""
         return angle + Jet(values[0], real(0.0), real(0.0))

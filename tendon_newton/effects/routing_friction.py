@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 from tendon_newton.effects.loaded_gear import load_side
 
 
@@ -38,7 +34,6 @@ class RoutingFriction(Effect):
     )
 
     @staticmethod
-    @device_template
     def transmission(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """T_out = T_in exp(-mu s); what pushes loses as well, and a string never does."""
         return force * wp.exp(-values[0] * load_side(force[0], tendon))

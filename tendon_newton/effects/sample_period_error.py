@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class SamplePeriodError(Effect):
@@ -29,7 +26,6 @@ class SamplePeriodError(Effect):
     )
 
     @staticmethod
-    @device_template
     def period(scale: real, values: Values) -> real:
         """Seconds per second of the log's clock."""
         return scale * values[0]

@@ -6,10 +6,7 @@ import math
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class SpeedLimit(Effect):
@@ -34,7 +31,6 @@ class SpeedLimit(Effect):
     )
 
     @staticmethod
-    @device_template
     def speed(limit: real, values: Values) -> real:
         """The lower of two bounds."""
         return wp.min(limit, values[0])

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Values, real
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 
 class SpoolRadiusError(Effect):
@@ -32,7 +29,6 @@ class SpoolRadiusError(Effect):
     )
 
     @staticmethod
-    @device_template
     def radius(radius: real, values: Values) -> real:
         """Scale the spool's radius."""
         return radius * values[0]

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Joint
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Joint, Parameter, Values, real
 
 
 class SpringStiffening(Effect):
@@ -31,7 +27,6 @@ class SpringStiffening(Effect):
     )
 
     @staticmethod
-    @device_template
     def spring(torque: Jet, joint: Joint, values: Values) -> Jet:
         """Scale the torque by 1 + beta (q / q_max)^2."""
         slope = values[0] / (joint.upper * joint.upper)

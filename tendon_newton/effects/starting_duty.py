@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class StartingDuty(Effect):
@@ -33,7 +29,6 @@ class StartingDuty(Effect):
     )
 
     @staticmethod
-    @device_template
     def duty(duty: Jet, tendon: Tendon, values: Values) -> Jet:
         """Add the least duty on the side of the demand."""
         out = duty

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class StribeckFriction(Effect):
@@ -41,7 +37,6 @@ class StribeckFriction(Effect):
     )
 
     @staticmethod
-    @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - (F_C + (F_S - F_C) exp(-(v / (r v_s))^2)) s."""
         level = values[0]

@@ -6,12 +6,8 @@ import math
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 
 class TendonCompliance(Effect):
@@ -46,13 +42,11 @@ class TendonCompliance(Effect):
     )
 
     @staticmethod
-    @device_template
     def string(stiffness: real, values: Values) -> real:
         """The softer of two strings."""
         return wp.min(stiffness, values[0])
 
     @staticmethod
-    @device_template
     def stretch(length: Jet, tendon: Tendon, values: Values) -> Jet:
         """Add the stretch under the tension before this step."""
         out = length
@@ -61,7 +55,6 @@ class TendonCompliance(Effect):
         return out
 
     @staticmethod
-    @device_template
     def spool_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Solve for the force that stretches the tendon by as much as it lets the servo turn."""
         stiffness = values[0]
@@ -76,7 +69,6 @@ class TendonCompliance(Effect):
         return Jet(value, taken * force[1], taken * force[2])
 
     @staticmethod
-    @device_template
     def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """That force; a string cannot push."""
         kept = tendon.least_tension

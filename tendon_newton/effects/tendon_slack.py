@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 
 class TendonSlack(Effect):
@@ -39,7 +35,6 @@ class TendonSlack(Effect):
     )
 
     @staticmethod
-    @device_template
     def angle(angle: Jet, tendon: Tendon, values: Values) -> Jet:
         """The angle of a taut tendon."""
         out = angle
@@ -48,7 +43,6 @@ class TendonSlack(Effect):
         return out
 
     @staticmethod
-    @device_template
     def encoder(angle: Jet, tendon: Tendon, values: Values) -> Jet:
         """Without tension the spool rests on its command between the loose and the taut end."""
         out = angle

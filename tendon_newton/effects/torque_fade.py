@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import share_kept
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 
 @device_template
@@ -66,14 +63,12 @@ class TorqueFade(Effect):
     )
 
     @staticmethod
-    @device_template
     def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 + rho)."""
         rho = built_up(values[3], force[0], tendon.elapsed, values)
         return force * (real(1.0) / (real(1.0) + rho))
 
     @staticmethod
-    @device_template
     def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """Return rho after the force that was held."""
         return weakness(values[3], force[0], tendon.elapsed, values)

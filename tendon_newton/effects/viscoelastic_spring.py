@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Joint
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect, Jet, Joint, Parameter, Stage, Values, real
 
 
 class ViscoelasticSpring(Effect):
@@ -37,7 +33,6 @@ class ViscoelasticSpring(Effect):
     )
 
     @staticmethod
-    @device_template
     def spring(torque: Jet, joint: Joint, values: Values) -> Jet:
         """Add the branch's torque."""
         stiffness = values[0] * joint.stiffness
@@ -47,7 +42,6 @@ class ViscoelasticSpring(Effect):
         return torque - Jet(stiffness * strain, stiffness * kept, real(0.0))
 
     @staticmethod
-    @device_template
     def remember(torque: Jet, joint: Joint, values: Values) -> real:
         """The dashpot's place."""
         return lagged(values[3], joint.position, joint.velocity, joint.elapsed, values[1])

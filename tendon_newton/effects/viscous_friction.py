@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 
 
 class ViscousFriction(Effect):
@@ -31,7 +27,6 @@ class ViscousFriction(Effect):
     )
 
     @staticmethod
-    @device_template
     def spool_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - c theta_dot."""
         return force - values[0] * tendon.angle_rate

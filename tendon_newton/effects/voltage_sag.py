@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
-from tendon_newton.device_code.structs import Tendon
-from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class VoltageSag(Effect):
@@ -32,7 +28,6 @@ class VoltageSag(Effect):
     )
 
     @staticmethod
-    @device_template
     def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 + sag |F_m|)."""
         out = force

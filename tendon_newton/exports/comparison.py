@@ -25,10 +25,8 @@ class ModelComparison:
     """What several simulators make of the same commands."""
 
     recordings: tuple[Recording, ...]
-    trajectories: Mapping[str, list[Trajectory]]
-    """Trajectories by simulator, ours first."""
-    departures: Mapping[str, Departure]
-    """Departure of every other simulator from ours."""
+    trajectories: Mapping[str, list[Trajectory]]  # Trajectories by simulator, ours first
+    departures: Mapping[str, Departure]  # Departure of every other simulator from ours
 
 
 def exported_run(

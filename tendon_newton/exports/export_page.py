@@ -24,12 +24,9 @@ PAGE, NUMBERS = "README.md", "replay.json"
 class Fidelity:
     """How far an export strays from our own simulation."""
 
-    runs: tuple[str, ...]
-    """Names of the recordings that were replayed."""
-    replays: Mapping[str, Departure]
-    """Departure of each way of running it."""
-    costs: Mapping[str, Mapping[str, Departure]]
-    """What each effect is worth that a way leaves out."""
+    runs: tuple[str, ...]  # Names of the recordings that were replayed
+    replays: Mapping[str, Departure]  # Departure of each way of running it
+    costs: Mapping[str, Mapping[str, Departure]]  # What each effect is worth that a way leaves out
 
 
 def measure(

@@ -21,14 +21,10 @@ from tendon_newton.simulation.model.structure import in_catalogue_order
 class ServoGains:
     """A servo as a position loop at its shaft."""
 
-    kp: float
-    """[N m/rad]"""
-    kd: float
-    """Damping of its motor or its loop [N m s/rad]."""
-    lost: float
-    """Viscous friction [N m s/rad]."""
-    limit: float
-    """Greatest torque [N m]."""
+    kp: float  # [N m/rad]
+    kd: float  # Damping of its motor or its loop [N m s/rad]
+    lost: float  # Viscous friction [N m s/rad]
+    limit: float  # Greatest torque [N m]
 
 
 def refuse_kinematic(model: Model, target: str) -> None:

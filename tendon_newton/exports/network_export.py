@@ -14,10 +14,8 @@ NETWORK_FILE = "network.onnx"
 class NetworkFacts:
     """What a program must know to ask a force network."""
 
-    file: str
-    """Name of the ONNX file beside the program."""
-    rate: float
-    """How often it is asked [Hz]."""
+    file: str  # Name of the ONNX file beside the program
+    rate: float  # How often it is asked [Hz]
     window: int
     streaming: bool
 

@@ -25,10 +25,8 @@ class Source:
     """A model on its bench, with commands."""
 
     model: Model
-    mechanism: Mechanism
-    """With the model's own numbers."""
-    runs: Sequence[Recording]
-    """Recordings with commands."""
+    mechanism: Mechanism  # With the model's own numbers
+    runs: Sequence[Recording]  # Recordings with commands
 
 
 def read_source(

@@ -21,10 +21,8 @@ class RecurrentNetwork(ForceNetwork):
         width: Numbers H that the layer gives.
     """
 
-    layer: ClassVar[Callable[..., nn.RNNBase]]
-    """Class of the recurrent layer."""
-    parts: ClassVar[int]
-    """Tensors of H numbers in a world's state; S = parts H."""
+    layer: ClassVar[Callable[..., nn.RNNBase]]  # Class of the recurrent layer
+    parts: ClassVar[int]  # Tensors of H numbers in a world's state; S = parts H
     methods: ClassVar[tuple[str, ...]] = ("forward", "step")
 
     def __init__(self, window: int, *, width: int) -> None:

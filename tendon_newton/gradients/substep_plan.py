@@ -21,18 +21,12 @@ Substeps = tuple[Array, Array, Indices]
 class SubstepPlan:
     """The substeps of W worlds in K slots; several worlds may share a column."""
 
-    time: Array
-    """When each begins on the log's clock [s], shape (K, columns)."""
-    duration: Array
-    """How long it is [s], 0 where nothing is simulated."""
-    row: Indices
-    """Row of the recording to which it belongs."""
-    column: Indices
-    """Column of each world, shape (W,)."""
-    read_at: Indices
-    """State in which each row of all recordings is read, shape (S,)."""
-    slots: Indices
-    """First slot of each query of a network, and the number of all, shape (Q + 1,)."""
+    time: Array  # When each begins on the log's clock [s], shape (K, columns)
+    duration: Array  # How long it is [s], 0 where nothing is simulated
+    row: Indices  # Row of the recording to which it belongs
+    column: Indices  # Column of each world, shape (W,)
+    read_at: Indices  # State in which each row of all recordings is read, shape (S,)
+    slots: Indices  # First slot of each query of a network, and the number of all, shape (Q + 1,)
 
 
 def shared_plan(timelines: Sequence[Timeline], time_step: float) -> SubstepPlan:

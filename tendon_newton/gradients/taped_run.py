@@ -79,14 +79,10 @@ class Inputs:
 class Readings:
     """What a rollout leads to, in all rows, one recording after the other."""
 
-    joint_position: Any
-    """[rad] or [m], shape (S, J)."""
-    motor_position: Any
-    """What the encoder reports [rad], shape (S, D)."""
-    motor_velocity: Any
-    """Rate of the motor angle [rad/s], shape (S, D)."""
-    force: Any
-    """Tension at the load cell [N], shape (S, D)."""
+    joint_position: Any  # [rad] or [m], shape (S, J)
+    motor_position: Any  # What the encoder reports [rad], shape (S, D)
+    motor_velocity: Any  # Rate of the motor angle [rad/s], shape (S, D)
+    force: Any  # Tension at the load cell [N], shape (S, D)
 
 
 READINGS = tuple(field.name for field in fields(Readings))
@@ -96,10 +92,8 @@ READINGS = tuple(field.name for field in fields(Readings))
 class Segment:
     """A part of a run."""
 
-    length: int
-    """Number of substeps."""
-    rows: Any
-    """The rows that are read in it, a `ReadRows` struct."""
+    length: int  # Number of substeps
+    rows: Any  # The rows that are read in it, a `ReadRows` struct
 
 
 class TapedRun:

@@ -20,14 +20,10 @@ NAMES = tuple(field.name for field in fields(Readings))
 class TrajectoryTensors:
     """What a rollout reads in all rows S of its recordings, with gradients."""
 
-    joint_position: Tensor
-    """Joint positions [rad, m], shape (S, J)."""
-    motor_position: Tensor
-    """Angle that the encoder reports [rad], shape (S, D)."""
-    motor_velocity: Tensor
-    """Rate of the motor angle [rad/s], shape (S, D)."""
-    force: Tensor
-    """Tension at the load cell [N], shape (S, D)."""
+    joint_position: Tensor  # Joint positions [rad, m], shape (S, J)
+    motor_position: Tensor  # Angle that the encoder reports [rad], shape (S, D)
+    motor_velocity: Tensor  # Rate of the motor angle [rad/s], shape (S, D)
+    force: Tensor  # Tension at the load cell [N], shape (S, D)
 
 
 def simulate_with_gradients(

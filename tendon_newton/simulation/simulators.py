@@ -18,12 +18,9 @@ from tendon_newton.simulation.mujoco.mujoco_rollout import MUJOCO_STEP, MujocoRo
 class TendonSimulator:
     """Our own solver: every effect, friction that sticks, gradients."""
 
-    time_step: float = TIME_STEP
-    """Longest step [s]."""
-    network: str = "torchscript"
-    """How a force network runs: torchscript or fused."""
-    trust: bool = False
-    """Whether to trust its file from now on."""
+    time_step: float = TIME_STEP  # Longest step [s]
+    network: str = "torchscript"  # How a force network runs: torchscript or fused
+    trust: bool = False  # Whether to trust its file from now on
 
     def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
         """Return what a model makes of each recording."""
@@ -36,12 +33,9 @@ class TendonSimulator:
 class MujocoSimulator:
     """Newton's SolverMuJoCo with the same tendons and most of the effects."""
 
-    time_step: float = MUJOCO_STEP
-    """Step [s]."""
-    network: str = "torchscript"
-    """How a force network runs: torchscript or fused."""
-    trust: bool = False
-    """Whether to trust its file from now on."""
+    time_step: float = MUJOCO_STEP  # Step [s]
+    network: str = "torchscript"  # How a force network runs: torchscript or fused
+    trust: bool = False  # Whether to trust its file from now on
 
     def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
         """Return what a model makes of each recording."""

@@ -47,14 +47,10 @@ LEARNING_RATE = 3.0e-3
 class Lessons:
     """What a model's servo was asked and did."""
 
-    error: Array
-    """Command less angle [rad], shape (R, T)."""
-    rate: Array
-    """Speed [rad/s], shape (R, T)."""
-    force: Array
-    """[N], shape (R, T); the last `HELD_OUT` runs are not learned."""
-    angle: Array
-    """Motor angle [rad], shape (R, T)."""
+    error: Array  # Command less angle [rad], shape (R, T)
+    rate: Array  # Speed [rad/s], shape (R, T)
+    force: Array  # [N], shape (R, T); the last `HELD_OUT` runs are not learned
+    angle: Array  # Motor angle [rad], shape (R, T)
 
     @property
     def columns(self) -> Array:

@@ -44,20 +44,13 @@ or: python tendon_drive.py commands.csv --out replay.csv     (columns t [s] and 
 class DriveNumbers:
     """What a drive knows of its bench."""
 
-    tendons: Sequence[dict[str, Any]]
-    """Per tendon: path, spool radius, limits, inertia."""
-    joints: Sequence[dict[str, Any]]
-    """Per joint: spring, damper, range."""
-    free_spool: bool
-    """Whether a rotor stands between the motor and the string."""
-    delay: float
-    """Delay of the command [s]."""
-    step: float
-    """Longest step [s]."""
-    period: float
-    """Seconds that pass in one second of the log's clock [1]."""
-    span: tuple[float, float]
-    """Motor angles [rad] between which the program's own commands move."""
+    tendons: Sequence[dict[str, Any]]  # Per tendon: path, spool radius, limits, inertia
+    joints: Sequence[dict[str, Any]]  # Per joint: spring, damper, range
+    free_spool: bool  # Whether a rotor stands between the motor and the string
+    delay: float  # Delay of the command [s]
+    step: float  # Longest step [s]
+    period: float  # Seconds that pass in one second of the log's clock [1]
+    span: tuple[float, float]  # Motor angles [rad] between which the program's own commands move
     network: NetworkFacts | None = None
 
 

@@ -22,12 +22,9 @@ SWING = (-np.pi, np.pi)
 class TendonPath:
     """Excursion as a sum of factors times powers of the joints."""
 
-    factor: Array
-    """[m], shape (K,)."""
-    powers: tuple[tuple[int, ...], ...]
-    """Power of each joint, shape (K, J)."""
-    stray: float
-    """Most by which it strays from the tendon in its range [m]."""
+    factor: Array  # [m], shape (K,)
+    powers: tuple[tuple[int, ...], ...]  # Power of each joint, shape (K, J)
+    stray: float  # Most by which it strays from the tendon in its range [m]
 
     def at(self, joint_position: Array) -> Array:
         """Return the excursion [m] at joint positions of shape (N, J)."""

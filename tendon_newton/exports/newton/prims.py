@@ -33,23 +33,18 @@ class ActuatorPrim:
     """One `NewtonActuator`."""
 
     name: str
-    joint: str
-    """Path of the joint that it drives."""
+    joint: str  # Path of the joint that it drives
     schemas: tuple[str, ...]
-    numbers: dict[str, Any]
-    """Attributes without their namespace."""
+    numbers: dict[str, Any]  # Attributes without their namespace
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gearing:
     """How a joint's position and force follow from a motor's, where one tendon drives one joint."""
 
-    ratio: float
-    """Motor angle per joint position [1] or [rad/m]."""
-    shift: float
-    """Motor angle at joint position zero [rad]."""
-    lead: float = 0.0
-    """What a servo adds to its command [rad]."""
+    ratio: float  # Motor angle per joint position [1] or [rad/m]
+    shift: float  # Motor angle at joint position zero [rad]
+    lead: float = 0.0  # What a servo adds to its command [rad]
 
     def target(self, command: Any) -> Any:
         """Return the joint position [rad, m] of a desired motor angle [rad]."""

@@ -30,23 +30,15 @@ class Now(NamedTuple):
     """The instant and the motion at which a flow is asked for."""
 
     time: float
-    command: float
-    """Desired angle of the motor [rad]."""
-    length: float
-    """Excursion l [m]."""
-    velocity: float
-    """Rate of the excursion [m/s]."""
-    acceleration: float = 0.0
-    """Acceleration of the excursion over the last step [m/s2]."""
-    elapsed: float = 0.0
-    """Time since the memory was true [s]."""
-    lead: float = 0.0
-    """How far a rotor's spool leads its mechanism [m]."""
+    command: float  # Desired angle of the motor [rad]
+    length: float  # Excursion l [m]
+    velocity: float  # Rate of the excursion [m/s]
+    acceleration: float = 0.0  # Acceleration of the excursion over the last step [m/s2]
+    elapsed: float = 0.0  # Time since the memory was true [s]
+    lead: float = 0.0  # How far a rotor's spool leads its mechanism [m]
     lead_rate: float = 0.0
-    carried: float = 0.0
-    """What a shaft carries [N m], where it is known."""
-    voltage: float = 0.0
-    """Supply [V]; zero stands for the model's own."""
+    carried: float = 0.0  # What a shaft carries [N m], where it is known
+    voltage: float = 0.0  # Supply [V]; zero stands for the model's own
     enabled: float = 1.0
 
 

@@ -51,24 +51,18 @@ class Hold(NamedTuple):
     least: Flow
     most: Flow
     sides: tuple[float, float]
-    lower: float
-    """Least pull on the mechanism [N]."""
+    lower: float  # Least pull on the mechanism [N]
     upper: float
-    speed: float
-    """Rate of the excursion [m/s] at which it would be held."""
+    speed: float  # Rate of the excursion [m/s] at which it would be held
 
 
 class BenchReading(NamedTuple):
     """What the bench reports, one number per tendon."""
 
-    angle: list[float]
-    """Motor angle [rad]."""
-    angle_rate: list[float]
-    """Motor speed [rad/s]."""
-    force: list[float]
-    """What the load cell shows [N]."""
-    tension: list[float]
-    """What it would show if it were perfect [N]."""
+    angle: list[float]  # Motor angle [rad]
+    angle_rate: list[float]  # Motor speed [rad/s]
+    force: list[float]  # What the load cell shows [N]
+    tension: list[float]  # What it would show if it were perfect [N]
 
 
 def joint_of(index: int, row: dict[str, Any]) -> Any:

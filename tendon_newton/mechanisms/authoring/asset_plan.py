@@ -45,28 +45,17 @@ class PlannedJoint:
     """One joint and the link that it moves; links are slender rods."""
 
     name: str
-    carrier: str
-    """Prim that it sits on."""
-    start: float
-    """Distance of its axis from the first axis, the finger straight [m]."""
-    offset: float
-    """Length of the link before it [m]."""
-    length: float
-    """Length of its link [m]."""
-    mass: float
-    """Mass of its link [kg]."""
-    moment_arm: float
-    """Tendon excursion per joint angle [m/rad], positive closes."""
-    stiffness: float
-    """Return spring [N m/rad]."""
-    range: float
-    """Angle at which it is closed [rad]."""
-    damping: float
-    """Viscous damping [N m s/rad]."""
-    stop_damping: float
-    """Damping of the end stops [N m s/rad]."""
-    stop_stiffness: float = STOP_STIFFNESS
-    """Stiffness of the end stops [N m/rad]."""
+    carrier: str  # Prim that it sits on
+    start: float  # Distance of its axis from the first axis, the finger straight [m]
+    offset: float  # Length of the link before it [m]
+    length: float  # Length of its link [m]
+    mass: float  # Mass of its link [kg]
+    moment_arm: float  # Tendon excursion per joint angle [m/rad], positive closes
+    stiffness: float  # Return spring [N m/rad]
+    range: float  # Angle at which it is closed [rad]
+    damping: float  # Viscous damping [N m s/rad]
+    stop_damping: float  # Damping of the end stops [N m s/rad]
+    stop_stiffness: float = STOP_STIFFNESS  # Stiffness of the end stops [N m/rad]
 
     @property
     def radius(self) -> float:
@@ -90,10 +79,8 @@ class AssetPlan:
 
     name: str
     joints: tuple[PlannedJoint, ...]
-    spool_radius: float
-    """Spool radius [m]."""
-    force_limit: float
-    """The most that its servo can pull [N]."""
+    spool_radius: float  # Spool radius [m]
+    force_limit: float  # The most that its servo can pull [N]
 
 
 def plan_asset(

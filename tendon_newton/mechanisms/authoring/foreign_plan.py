@@ -36,10 +36,8 @@ class ForeignBone:
 
     length: float
     radius: float
-    place: Array
-    """Middle of the bone in the link's frame [m], shape (3,)."""
-    turn: Array
-    """Quaternion (w, x, y, z) from its axis x to the link's frame."""
+    place: Array  # Middle of the bone in the link's frame [m], shape (3,)
+    turn: Array  # Quaternion (w, x, y, z) from its axis x to the link's frame
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +46,7 @@ class ForeignJoint:
 
     name: str
     link: str
-    carrier: str
-    """Link, or the base, that it sits on."""
+    carrier: str  # Link, or the base, that it sits on
     schema: str
     units: str
     place: Array

@@ -39,8 +39,7 @@ class FoundNumber:
     """A number that a diagnosis found."""
 
     value: float
-    ci95: tuple[float, float] | None
-    """95 % interval; None for a number that the starting model had."""
+    ci95: tuple[float, float] | None  # 95 % interval; None for a number that the starting model had
     unit: str
 
 

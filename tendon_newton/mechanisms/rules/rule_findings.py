@@ -30,10 +30,8 @@ class AssetFinding:
 class Judged:
     """Prim that a rule looks at."""
 
-    prim: str
-    """Path of the prim, or `STAGE`."""
-    rule: str
-    """Name of the rule."""
+    prim: str  # Path of the prim, or `STAGE`
+    rule: str  # Name of the rule
 
     def error(self, message: str, remedy: str) -> AssetFinding:
         """Return what cannot be simulated."""

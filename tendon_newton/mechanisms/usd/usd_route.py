@@ -34,10 +34,8 @@ OPEN_END = np.pi / 2.0
 class PathTarget:
     """One thing on the path of a routed tendon."""
 
-    prim: str
-    """Path of a site or a cylinder."""
-    side: str | None = None
-    """Path of a cylinder's side site."""
+    prim: str  # Path of a site or a cylinder
+    side: str | None = None  # Path of a cylinder's side site
 
 
 def is_routed(prim: Any) -> bool:

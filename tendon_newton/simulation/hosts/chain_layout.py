@@ -17,10 +17,8 @@ class ChainLayout:
     A hand then compiles in the time of a finger.
     """
 
-    count: int
-    """Number of chains K."""
-    rows: Indices
-    """Number of rows of each recording, shape (R,)."""
+    count: int  # Number of chains K
+    rows: Indices  # Number of rows of each recording, shape (R,)
 
     def by_world(self, values: Any) -> Any:
         """Return numbers of recordings, shape (R, ...), as those of their chains, (K R, ...)."""

@@ -66,8 +66,7 @@ class Force(Protocol):
 class ForceSource(Protocol):
     """Where the forces of an actuator come from."""
 
-    is_network: ClassVar[bool]
-    """Whether a network gives them."""
+    is_network: ClassVar[bool]  # Whether a network gives them
 
     @property
     def period(self) -> float:

@@ -24,18 +24,12 @@ ONE_AT_A_TIME = Lock()
 class Launch:
     """All worlds of a run, as kernels take them."""
 
-    numbers: Any
-    """Numbers of the benches, a `Mechanism` struct."""
-    worlds: Any
-    """What tells the worlds apart, a `Worlds` struct."""
-    commands: Any
-    """What their servos are asked for, a `Commands` struct."""
-    states: Any
-    """Where they are, a `States` struct."""
-    count: int
-    """Number of worlds W."""
-    device: Any
-    """Warp device."""
+    numbers: Any  # Numbers of the benches, a `Mechanism` struct
+    worlds: Any  # What tells the worlds apart, a `Worlds` struct
+    commands: Any  # What their servos are asked for, a `Commands` struct
+    states: Any  # Where they are, a `States` struct
+    count: int  # Number of worlds W
+    device: Any  # Warp device
 
     def run(self, kernel: wp.Kernel, *arguments: Any) -> None:
         """Launch a kernel whose first arguments are the first world, numbers, worlds and commands.

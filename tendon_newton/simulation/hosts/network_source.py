@@ -32,8 +32,7 @@ class NetworkSource:
     such a row is the new one.
     """
 
-    query: ForceQuery
-    """The network."""
+    query: ForceQuery  # The network
     is_network: ClassVar[bool] = True
 
     @property

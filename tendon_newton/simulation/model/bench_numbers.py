@@ -40,15 +40,11 @@ class BenchNumber:
     """One unknown number of one bench."""
 
     bench: str
-    key: str
-    """Key in ``bench_overrides``."""
+    key: str  # Key in ``bench_overrides``
     joint: int
-    value: float
-    """Where its search starts [the key's unit]."""
-    name: str
-    """The key, with bench and joint where there are several."""
-    reach: float = REACH
-    """How many times as large, or as small, it may turn out."""
+    value: float  # Where its search starts [the key's unit]
+    name: str  # The key, with bench and joint where there are several
+    reach: float = REACH  # How many times as large, or as small, it may turn out
 
     @property
     def parameter(self) -> Parameter:

@@ -29,10 +29,8 @@ from tendon_newton.simulation.model.route_plan import NO_PULLEY, RoutePlan, Span
 class ChainCopies:
     """How often a world has a chain."""
 
-    count: int
-    """Chains K of each world."""
-    topology: Topology
-    """Topology of one chain."""
+    count: int  # Chains K of each world
+    topology: Topology  # Topology of one chain
 
     @property
     def independent(self) -> bool:

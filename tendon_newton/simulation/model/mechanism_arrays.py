@@ -54,16 +54,11 @@ NO_STOP = 1.0e30
 class Topology:
     """How the joints of one world hang together."""
 
-    parents: tuple[int, ...]
-    """Parent joint of each joint, -1 for the base, shape (J,)."""
-    revolute: tuple[bool, ...]
-    """Whether each joint turns (or else slides), shape (J,)."""
-    tendon_count: int
-    """Number of tendons D."""
-    routes: RoutePlan = NO_ROUTES
-    """Paths of the tendons whose moment arms are not constant."""
-    touch: ContactPlan = NO_CONTACTS
-    """Where links may meet obstacles."""
+    parents: tuple[int, ...]  # Parent joint of each joint, -1 for the base, shape (J,)
+    revolute: tuple[bool, ...]  # Whether each joint turns (or else slides), shape (J,)
+    tendon_count: int  # Number of tendons D
+    routes: RoutePlan = NO_ROUTES  # Paths of the tendons whose moment arms are not constant
+    touch: ContactPlan = NO_CONTACTS  # Where links may meet obstacles
 
 
 def read_topology(model: FinalModel) -> Topology:
@@ -113,20 +108,13 @@ def body_joints(model: FinalModel) -> Indices:
 class RestFrames:
     """The chain at q = 0 in the axes of the base; vectors are constant in their link's frame."""
 
-    offset: Array
-    """From the parent joint's origin to the joint's [m], shape (W, J, 3)."""
-    axis: Array
-    """Joint axes, unit vectors, shape (W, J, 3)."""
-    centre: Array
-    """From the joint's origin to its link's centre of mass [m], shape (W, J, 3)."""
-    inertia: Array
-    """Inertia of each link about its centre of mass [kg m2], shape (W, J, 3, 3)."""
-    origin: Array
-    """The joints' origins [m], shape (W, J, 3)."""
-    body_position: Array
-    """Origins of the links' own frames [m], shape (W, J, 3)."""
-    body_rotation: Array
-    """Rotation from the links' own frames to the base, shape (W, J, 3, 3)."""
+    offset: Array  # From the parent joint's origin to the joint's [m], shape (W, J, 3)
+    axis: Array  # Joint axes, unit vectors, shape (W, J, 3)
+    centre: Array  # From the joint's origin to its link's centre of mass [m], shape (W, J, 3)
+    inertia: Array  # Inertia of each link about its centre of mass [kg m2], shape (W, J, 3, 3)
+    origin: Array  # The joints' origins [m], shape (W, J, 3)
+    body_position: Array  # Origins of the links' own frames [m], shape (W, J, 3)
+    body_rotation: Array  # Rotation from the links' own frames to the base, shape (W, J, 3, 3)
 
 
 def rest_frames(model: FinalModel, topology: Topology) -> RestFrames:

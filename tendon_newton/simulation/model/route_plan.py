@@ -16,19 +16,16 @@ class SpanPlan:
     """One span: which tendon's, and which of a world's path points it joins."""
 
     tendon: int
-    start: int
-    """Row of the site where it starts, among a world's path points."""
+    start: int  # Row of the site where it starts, among a world's path points
     end: int
-    pulley: int = NO_PULLEY
-    """Row of the pulley around which it runs."""
+    pulley: int = NO_PULLEY  # Row of the pulley around which it runs
 
 
 @dataclass(frozen=True, kw_only=True)
 class RoutePlan:
     """The paths of all routed tendons of one world."""
 
-    bodies: tuple[int, ...]
-    """Link of each path point, -1 for the base, shape (N,)."""
+    bodies: tuple[int, ...]  # Link of each path point, -1 for the base, shape (N,)
     spans: tuple[SpanPlan, ...]
 
     def first_spans(self, tendon_count: int) -> tuple[int, ...]:

@@ -279,18 +279,12 @@ class MujocoRollout:
 class TrackServos:
     """The servos of worlds that MuJoCo steps, as a source of forces sees them."""
 
-    launch: Launch
-    """The worlds."""
-    types: Bindings
-    """What the kernels' declarations stand for."""
-    kernel: wp.Kernel
-    """Shows what their servos do."""
-    track: Any
-    """Where they have been, a `Track` struct."""
-    joints: Any
-    """Where they are, a `NewtonJoints` struct."""
-    first: RolloutServos
-    """Servos where their recordings start."""
+    launch: Launch  # The worlds
+    types: Bindings  # What the kernels' declarations stand for
+    kernel: wp.Kernel  # Shows what their servos do
+    track: Any  # Where they have been, a `Track` struct
+    joints: Any  # Where they are, a `NewtonJoints` struct
+    first: RolloutServos  # Servos where their recordings start
 
     def sense(self, samples: History, *, fill: bool = False) -> None:
         """Add what each servo does at the start of the substep to come to its history."""
