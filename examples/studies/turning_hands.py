@@ -1,8 +1,8 @@
 """Let policies turn the balls of virtual hands: what each makes of servos that it has not seen.
 
 ``python -m examples.studies.turning_hands nominal=a/policy.onnx diagnosed=b/policy.onnx`` deploys
-each policy on ten virtual hands, half a minute each, and asks for 1 rad/s. Some two minutes a
-policy on one core. Rows of other policies stay in the file of results.
+each policy on ten virtual hands, half a minute each, and asks for 1 rad/s, or another ``--rate``.
+Some two minutes a policy on one core. Rows of other policies stay in the file of results.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ from tendon_newton.data.cards.turning_task import TurningTask
 from tendon_newton.data.turning_figures import TurningFigures
 
 RESULTS = Path("lab/benchmarks/results/turning_hands.json")
-RATE = 1.0
-"""Commanded rate [rad/s]."""
 
 
 def main() -> None:
@@ -34,6 +32,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("policies", nargs="+", metavar="NAME=POLICY.onnx")
     parser.add_argument("--units", nargs="+", type=int, default=list(range(10)))
+    parser.add_argument("--rate", type=float, default=1.0, help="asked for [rad/s]")
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--results", type=Path, default=RESULTS)
     words = parser.parse_args()
@@ -41,22 +40,21 @@ def main() -> None:
         name, _, policy = word.partition("=")
         rows = []
         for unit in words.units:
-            figures = turned_by(Path(policy), unit, words.seconds)
+            figures = turned_by(Path(policy), unit, words.rate, words.seconds)
             rows.append(row_of(unit, figures))
             print(f"{name} on hand {unit}: {figures.text}", flush=True)
         command = f"python -m examples.studies.turning_hands {word}"
-        add(
-            words.results, name, {**circumstances(command), "seconds": words.seconds, "hands": rows}
-        )
+        asked = {"rate_rad_per_s": words.rate, "seconds": words.seconds}
+        add(words.results, name, {**circumstances(command), **asked, "hands": rows})
 
 
-def turned_by(policy: Path, unit: int, seconds: float) -> TurningFigures:
+def turned_by(policy: Path, unit: int, rate: float, seconds: float) -> TurningFigures:
     """Deploy a policy on a virtual hand, and return what the ball did."""
     task = load_policy(policy).card.turning
     assert isinstance(task, TurningTask)
     with tempfile.TemporaryDirectory() as folder:
         words = ["deploy", "--policy", str(policy), "--port", f"virtual:hand_ball:{unit}"]
-        words += ["--goals", str(RATE), "--duration", str(seconds), "--faster-than-real-time"]
+        words += ["--goals", str(rate), "--duration", str(seconds), "--faster-than-real-time"]
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             code = tendon_newton([*words, "--out", folder])
         (log,) = Path(folder).glob("*.mcap")
@@ -81,7 +79,7 @@ def add(path: Path, name: str, found: dict[str, Any]) -> None:
     path.write_text(json.dumps({**known, name: found}, indent=1) + "\n", encoding="utf-8")
     turned = np.array([row["turned_rad_per_min"] for row in found["hands"]])
     drops = np.mean([row["drops_per_min"] for row in found["hands"]])
-    off = np.mean(np.abs(turned - 60.0 * RATE))
+    off = np.mean(np.abs(turned - 60.0 * found["rate_rad_per_s"]))
     print(
         f"{name}: {turned.mean():.1f} rad/min, {turned.min():.1f} to {turned.max():.1f}, off by "
         f"{off:.1f}; {drops:.2f} drops/min",
