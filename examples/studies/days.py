@@ -50,11 +50,12 @@ def diagnosed(day: Path, folder: Path) -> Path:
     return answer / "model.toml"
 
 
-def compared(new: Path, old: Path, model: Path, out: Path) -> Row:
+def compared(new: Path, old: Path, model: Path, out: Path, mended: Sequence[str] = ()) -> Row:
     """Hold a day against another unless that is done, and return the answer with its wall time."""
     if not (out / "seconds.json").exists():
         out.mkdir(parents=True, exist_ok=True)
-        words = (str(new), "--against", str(old), "--model", str(model), "--out", str(out))
+        words = [str(new), "--against", str(old), "--model", str(model), "--out", str(out)]
+        words += ["--mended", *mended] if mended else []
         seconds = timed(("diagnose", *words), out / "diagnose.log")
         write_json(out / "seconds.json", {"diagnose": seconds})
     (day,) = read(out / "changes.json")["days"].values()

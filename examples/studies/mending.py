@@ -3,18 +3,21 @@
 ``python -m examples.studies.mending 110 111 112 --out DIR [--jobs N]``
 
 Each unit is recorded with its wrong things and diagnosed as a newcomer does it, then recorded
-without them and held against its answer. A wrong thing that was named, or with which a name is
-mistaken, must go away: its number moves back by what was planted, within its interval. What is in
-DIR already is not done again; ``mending.json`` has every unit and the rates.
+without them and held against its answer, which is told what was mended: wrong things that were
+named, or with which a name is mistaken. Their numbers must move back by what was planted, within
+their intervals. What is in DIR already is not done again; ``mending.json`` has every unit and the
+rates.
 """
 
 import argparse
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from examples.studies.days import Row, compared, diagnosed, inside, recorded
 from examples.studies.unit_score import rate
-from examples.studies.units import read
+from examples.studies.units import read, truth_of
 from tendon_hardware.virtual_bench.physics.planted import planted_causes
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.scheduler import JobOptions, completed
@@ -28,28 +31,32 @@ def unit_row(unit: int, out: Path) -> Row:
     model = diagnosed(spoilt, folder)
     answer = read(model.with_name("diagnosis.json"))
     mended = recorded(unit, "new", 2, folder / "mended")
-    changes = compared(mended, spoilt, model, folder / "mend")
     heard = {
         name
         for cause in (*answer["effects"], *answer["suspected"])
         for name in (cause["name"], *cause["indistinguishable_from"])
     }
-    moved = {number["cause"]: number for number in changes["numbers"] if number["moved"]}
-    rivals = {rival for number in moved.values() for rival in number["rivals"]}
+    said = [kind for kind in planted_causes(unit) if kind in heard]
+    changes = compared(mended, spoilt, model, folder / "mend", said)
+    numbers = {number["cause"]: number for number in changes["numbers"]}
+    own = numbers.keys() & {*said}
     causes = {
-        kind: {
-            "size": size,
-            "named": kind in heard,
-            "moved": kind in moved,
-            "moved_in_class": kind in {*moved, *rivals},
-            "inside": inside(moved[kind], kind, size, back=True)
-            if kind in moved and kind != "viscous_friction"
-            else None,
-        }
+        kind: {"size": size, "named": kind in heard}
+        | (went(numbers[kind], kind, size, (spoilt, mended)) if kind in own else {})
         for kind, size in planted_causes(unit).items()
     }
     errors = {key: changes[key] for key in ("before", "after", "on_its_own_day")}
-    return {"unit": unit, "planted": causes, "moved": sorted(moved), **errors}
+    moved = sorted(name for name, number in numbers.items() if number["moved"])
+    return {"unit": unit, "planted": causes, "moved": moved, **errors}
+
+
+def went(number: Mapping[str, Any], kind: str, size: float, days: tuple[Path, Path]) -> Row:
+    """Tell whether a mended cause's number moved, and whether by what was taken away."""
+    if kind == "viscous_friction":  # planted as a factor of the servo's own
+        before, after = (truth_of(day)[kind][0]["coefficient"] for day in days)
+        size = before - after
+    kept = {key: number[key] for key in ("before", "value", "ci95", "moved", "rivals")}
+    return kept | {"inside": inside(number, kind, size, back=True)}
 
 
 def main() -> None:
@@ -69,11 +76,9 @@ def main() -> None:
     rows.sort(key=lambda row: row["unit"])
     causes = [cause for row in rows for cause in row["planted"].values()]
     named = [cause for cause in causes if cause["named"]]
-    held = [cause["inside"] for cause in named if cause["inside"] is not None]
     total = {
         "named": rate(len(named), len(causes)),
-        **{k: rate(sum(c[k] for c in named), len(named)) for k in ("moved", "moved_in_class")},
-        "inside": rate(sum(held), len(held)),
+        **{k: rate(sum(c.get(k, False) for c in named), len(named)) for k in ("moved", "inside")},
     }
     write_json(a.out / "mending.json", {"summary": total, "units": rows})
     for name, found in total.items():

@@ -65,6 +65,7 @@ def compare_days(
     model: Path | None,
     progress: Callable[[str], None],
     out: Path | None = None,
+    mended: Collection[str] = (),
 ) -> Mapping[str, Changes]:
     """Say what changed since a day.
 
@@ -80,6 +81,7 @@ def compare_days(
         progress: Told what is being done.
         out: Folder of the results, ``model.toml`` of the last day among them; made if it is not
             there. By default nothing is written.
+        mended: Causes that somebody mended in between.
 
     Raises:
         TendonNewtonError: Something cannot be read or used; the message says why.
@@ -101,7 +103,7 @@ def compare_days(
     for name, day in days.items():
         if len(days) > 1:
             progress(f"day {name}")
-        changes = find_changes(first, day.train, unseen=day.test, progress=progress)
+        changes = find_changes(first, day.train, unseen=day.test, mended=mended, progress=progress)
         if calm is not None:
             progress("looking for events")
             events = find_events(calm, (*day.train, *day.test), changes.model)

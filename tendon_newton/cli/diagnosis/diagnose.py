@@ -19,7 +19,8 @@ mechanism, above its asset). Then ask why a cause was named or not: tendon-newto
 With --against OLD nothing is searched. Numbers of an earlier answer, and those that walk from day
 to day (slack, friction, offsets, ...), are fitted to the new recordings. changes.html says which
 moved, by how much, with what probability, and what to do; and what happened within recordings: a
-slip of the string, a skip of the angle, a knock, a dip of the supply.
+slip of the string, a skip of the angle, a knock, a dip of the supply. After a mend, --mended CAUSE
+says whether the cause went away.
 
 A folder with a dataset of each joint of an arm, as `import lerobot` makes it, is taken as a whole:
 DIR gets a folder for each joint. With --arm gravity by posture loads each servo, a floor under the
@@ -60,6 +61,9 @@ class DiagnoseConfig:
     against: Path | None = None
     """Earlier day, as its dataset or the folder of its diagnosis: say what has changed since. The
     dataset may be a folder of datasets then, one a day."""
+    mended: tuple[str, ...] = ()
+    """With --against: causes that were mended since. The answer says whether their numbers moved,
+    and how far."""
     arm: str | None = None
     """Asset of the arm whose joints have the names of the folders in DATASET: a name or a file."""
     hold_out: float | None = None
@@ -90,6 +94,8 @@ def main(config: DiagnoseConfig) -> None:
     if config.against is not None:
         say_changes(config, config.against, start)
         return
+    if config.mended:
+        raise InvalidParameter("--mended needs --against: the recordings from before the mend")
     if folders := dataset_folders(config.dataset):
         diagnose_joints(config, folders, budget, start)
         return
@@ -138,7 +144,7 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     from tendon_newton.workflows.diagnosing import compare_days
 
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
-    days = compare_days(config.dataset, against, config.model, progress, config.out)
+    days = compare_days(config.dataset, against, config.model, progress, config.out, config.mended)
     if config.json:
         print((config.out / "changes.json").read_text(encoding="utf-8"), end="")
         return

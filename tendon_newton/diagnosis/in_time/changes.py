@@ -34,6 +34,7 @@ from tendon_newton.diagnosis.search.refit import (
 from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.effects import EFFECTS, are_related, law_of
+from tendon_newton.errors import unknown_name
 from tendon_newton.identification.intervals import WIDENING
 from tendon_newton.identification.study import Study, benches_of
 from tendon_newton.identification.testable import testable_effects
@@ -73,6 +74,8 @@ class Change:
     """Probability that it moved [1]."""
     rivals: tuple[str, ...] = ()
     """Causes whose change in place of this one would do as well."""
+    mended: bool = False
+    """Whether somebody says that it was mended in between."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,6 +154,7 @@ def find_changes(
     second: Sequence[Recording],
     *,
     unseen: Sequence[Recording] = (),
+    mended: Collection[str] = (),
     walks: Collection[str] = tuple(WALKS),
     effects: Sequence[str] = tuple(EFFECTS),
     progress: Callable[[str], None] = lambda _: None,
@@ -161,6 +165,8 @@ def find_changes(
         first: The earlier day.
         second: Recordings of the second day.
         unseen: Recordings of the second day that only report; the same by default.
+        mended: Causes that somebody mended in between: their numbers are measured, whatever they
+            are worth.
         walks: Effects whose numbers may have moved, besides the model's own.
         effects: Effects that the kernels hold.
         progress: Told what is being done.
@@ -171,7 +177,7 @@ def find_changes(
     first = replace(first, model=for_each_servo(first.model, second))
     progress("reading the second day")
     scale = None if first.worlds is None else first.worlds.study.scale
-    days = Days(first, worlds_of(second, first.model, effects, scale), walks)
+    days = Days(first, worlds_of(second, first.model, effects, scale), walks, mended)
     progress(f"trying what may have moved, {len(days.names)} numbers")
     moved = days.search()
     report = Study(unseen or second, first.model, effects, like=days.study)
@@ -218,15 +224,23 @@ class Days:
         earlier: The first day.
         second: Recordings of the second day.
         walks: Effects whose numbers may have moved, besides the model's own.
+        mended: Causes that somebody mended in between.
     """
 
-    def __init__(self, earlier: EarlierDay, second: SearchWorlds, walks: Collection[str]) -> None:
+    def __init__(
+        self,
+        earlier: EarlierDay,
+        second: SearchWorlds,
+        walks: Collection[str],
+        mended: Collection[str] = (),
+    ) -> None:
         self.earlier, self.second = earlier, second
         self.first, self.model = earlier.worlds, earlier.model
         self.study = second.study
         self.floors = floors_of(second, ())
         self.names = walking(self.study, walks)
         """Causes whose numbers may have moved."""
+        self.mended = frozenset(n for name in mended for n in meant(name, self.names))
         known = [
             *self.study.fit_columns(self.model),
             *(c for name in self.study.known for c in self.study.table.columns(name)),
@@ -252,7 +266,7 @@ class Days:
         return Surroundings(self.first, self.second, self.floors, self.names, fit, self.spread)
 
     def fit(self, sets: Collection[Moved], start: Moved = frozenset()) -> None:
-        """Fit sets of changes, from where the numbers of another set stand.
+        """Fit sets of changes that are not yet, from where the numbers of another set stand.
 
         What is new begins where the first day had it, or at the best of some typical sizes: what
         sticks hardly changes with a little friction.
@@ -260,7 +274,7 @@ class Days:
         at = self.fits.get(start)
         there = {} if at is None else values_of(self.second, at.columns, at.place)
         starts = []
-        for moved in sets:
+        for moved in dict.fromkeys(each for each in sets if each not in self.fits):
             columns = [c for name in sorted(moved) for c in strengths(self.study, name)]
             own = {c: there.get(c, self.study.base_value(c)) for c in columns}
             starts.append((tuple(sorted(moved)), own))
@@ -282,19 +296,22 @@ class Days:
     def worth(self, moved: Moved) -> float:
         """Return what a set gains, its numbers paid for [nat]."""
         minor = MINOR * max(map(self.gain, self.fits))
-        return self.gain(moved) - sum(walk_of(name).odds + minor for name in moved)
+        return self.gain(moved) - sum(walk_of(n).odds + minor for n in moved - self.mended)
 
     def search(self) -> Moved:
         """Return the set of changes that the second day is worth."""
-        best: Moved = frozenset()
-        self.fit([frozenset([name]) for name in self.names])
-        near = [frozenset([name]) for name in self.names]
+        best = self.mended
+        self.fit([best])
+        near = [best | {name} for name in self.names]
+        self.fit(near, best)
         while (following := max((best, *near), key=self.worth)) != best:
             best = following
             near = [best | {name} for name in self.promising(best)]
-            near += [best - {name} for name in best]
-            self.fit([moved for moved in near if moved not in self.fits], best)
-        return self.sure(best)
+            near += [best - {name} for name in best - self.mended]
+            self.fit(near, best)
+        kept = self.sure(best)
+        self.fit([kept - {name} for name in self.mended], kept)
+        return kept
 
     def promising(self, moved: Moved) -> list[str]:
         """Return the causes that promise most beside some."""
@@ -305,9 +322,8 @@ class Days:
     def sure(self, moved: Moved) -> Moved:
         """Return a set less the causes whose intervals hold that nothing moved."""
         point = self.around(moved)
-        kept = frozenset(name for name in moved if not point.holds_before(name))
-        if kept != moved and kept not in self.fits:
-            self.fit([kept], moved)
+        kept = self.mended | {name for name in moved if not point.holds_before(name)}
+        self.fit([kept], moved)
         return kept
 
     def numbers(self, moved: Moved) -> tuple[Change, ...]:
@@ -319,6 +335,8 @@ class Days:
     def changes(self, name: str, point: Surroundings) -> list[Change]:
         """Return the numbers of a cause on both days, beside a set."""
         moved, probability = name in point.moved, self.chance(name, point)
+        if name in self.mended:
+            moved = not point.holds_before(name)
         rivals = self.rivals(name, point.moved) if moved else ()
         return [
             Change(
@@ -331,6 +349,7 @@ class Days:
                 moved=moved,
                 probability=probability,
                 rivals=rivals,
+                mended=name in self.mended,
             )
             for column, (value, low, high) in point.estimates(name).items()
         ]
@@ -358,6 +377,19 @@ class Days:
         least = self.worth(moved) - DOUBT
         swapped = {other: (moved - {name}) | {other} for other in self.names if other not in moved}
         return tuple(n for n, s in swapped.items() if s in self.fits and self.worth(s) > least)
+
+
+def meant(name: str, walks: Sequence[str]) -> list[str]:
+    """Return the causes that a name means: of each servo, and as the model has their law.
+
+    Raises:
+        UnknownName: None of them may have moved; the message lists those that may.
+    """
+    found = [own for own in walks if name in (own, effect_of(own))]
+    found = found or [own for own in walks if are_related(name, own)]
+    if not found:
+        raise unknown_name("number that may have been mended", name, walks)
+    return found
 
 
 def walking(study: Study, walks: Collection[str]) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ DayByDay = Mapping[str, Changes]
 
 
 def sentence(change: Change) -> str:
-    """Say how far a number moved, and the next step."""
+    """Say how far a number moved, and the next step; or whether a mend moved it."""
     walk, by = walk_of(change.cause), change.value - change.before
     servo = servo_of(change.cause)
     owner = "" if servo is None else f" of servo {servo}"
@@ -42,6 +42,14 @@ def sentence(change: Change) -> str:
         how = f"{grown} {100.0 * abs(by / change.before):.1f} %"
     else:
         how = f"{grown} {quantity(abs(by), change.unit)}"
+    if change.mended and not change.moved:
+        value, interval = estimate_text(change.cause, change.name, change)
+        return (
+            f"The {walk.what}{owner} was mended and has not moved, as far as these recordings can "
+            f"tell: it was {quantity(change.before, change.unit)}, and is {value} ({interval})."
+        )
+    if change.mended:
+        return f"The {walk.what}{owner} {how}, as it was mended: take the new model."
     step = MENDED if walk.wears * by < 0.0 else walk.mend
     others = " or ".join(walk_of(rival).what for rival in change.rivals)
     doubt = f" (or the {others} instead)" if others else ""
@@ -50,7 +58,12 @@ def sentence(change: Change) -> str:
 
 def steps_of(changes: Changes) -> list[str]:
     """Say what to do next: a doubt about the whole comes first."""
-    return [*filter(None, [doubt(changes)]), *map(sentence, changes.moved)]
+    return [*filter(None, [doubt(changes)]), *map(sentence, told(changes))]
+
+
+def told(changes: Changes) -> list[Change]:
+    """Return the numbers that moved, and those that somebody mended."""
+    return [change for change in changes.numbers if change.moved or change.mended]
 
 
 EVENTS = {
@@ -121,7 +134,7 @@ def to_json(changes: Changes) -> dict[str, Any]:
     """Return what a program reads of one day."""
     return {
         "numbers": [number_json(change) for change in changes.numbers],
-        "next_steps": [sentence(change) for change in changes.moved],
+        "next_steps": [sentence(change) for change in told(changes)],
         "doubt": doubt(changes),
         "events": [asdict(event) for event in changes.events],
         "before": errors_json(changes.before),

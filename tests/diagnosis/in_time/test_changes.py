@@ -7,11 +7,18 @@ import pytest
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.in_time.changes import Changes, EarlierDay, find_changes, study_day
+from tendon_newton.diagnosis.in_time.changes import (
+    Changes,
+    EarlierDay,
+    find_changes,
+    meant,
+    study_day,
+)
 from tendon_newton.diagnosis.in_time.changes_report import doubt, headline, sentence
 from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.result import Estimate
 from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import UnknownName
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model, stairs
@@ -108,6 +115,30 @@ def test_what_a_model_lacks_on_both_days_has_not_moved() -> None:
     changes = find_changes(first, [log_of(loose, 2)], walks=WALKING, effects=WALKING)
     assert changes.moved == ()
     assert {effect.name for effect in changes.model.effects} == {"coulomb_friction", "tendon_slack"}
+
+
+def test_a_mend_is_measured_whether_it_moved_its_number_or_not() -> None:
+    """A string that was tightened has no slack, and grease that helped nothing moved nothing."""
+    loose = ideal_model(coulomb_friction={"force": 0.6}, tendon_slack=SLACK)
+    first = study_day([log_of(loose, 1)], loose, walks=WALKING, effects=WALKING)
+    mended = ("tendon_slack", "coulomb_friction")
+    changes = find_changes(first, [log_of(FIRST, 2)], mended=mended, walks=WALKING, effects=WALKING)
+    told = {change.cause: change for change in changes.numbers if change.mended}
+    assert told.keys() == set(mended)
+    assert [change.cause for change in changes.moved] == ["tendon_slack"]
+    assert told["tendon_slack"].ci95[0] == 0.0
+    assert told["tendon_slack"].value < 0.1 * SLACK["length"]
+    assert told["coulomb_friction"].ci95[0] < 0.6 < told["coulomb_friction"].ci95[1]
+
+
+def test_a_mend_means_the_law_that_the_model_has() -> None:
+    """Of every servo, in another form of its friction; what cannot have moved is refused."""
+    walks = ["stribeck_friction", "tendon_slack of servo 0", "tendon_slack of servo 1"]
+    assert meant("tendon_slack", walks) == walks[1:]
+    assert meant("tendon_slack of servo 1", walks) == walks[2:]
+    assert meant("coulomb_friction", walks) == walks[:1]
+    with pytest.raises(UnknownName, match="mended named 'load_cell_gain'"):
+        meant("load_cell_gain", walks)
 
 
 def test_an_answer_stands_for_the_recordings_of_its_day() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_newton.data.files.json_file import refuse_constant
 from tendon_newton.diagnosis.in_time.changes import Change, Changes
-from tendon_newton.diagnosis.in_time.changes_report import row, sentence, write_changes
+from tendon_newton.diagnosis.in_time.changes_report import row, sentence, told, write_changes
 from tendon_newton.diagnosis.result import Errors
 from tests.physics.runs import ideal_model
 
@@ -62,3 +62,17 @@ def test_a_number_that_was_infinite_is_written_and_said(tmp_path: Path) -> None:
     assert sentence(STRETCHY).startswith("The stiffness of the tendon is now 30.0 N/mm: ")
     assert row(STRETCHY)["before"] == "∞ N/mm"
     assert row(STRETCHY)["interval"] == "20 to ∞ N/mm"
+
+
+def test_a_mend_is_said_to_have_moved_a_number_or_not() -> None:
+    """What somebody mended is told either way: a cause that stays was not mended, or was none."""
+    gone = replace(SLACK, before=0.002, value=0.0, ci95=(0.0, 0.0004), moved=True, mended=True)
+    assert (
+        sentence(gone) == "The slack has fallen by 2.00 mm, as it was mended: take the new model."
+    )
+    stays = replace(SLACK, mended=True)
+    assert sentence(stays) == (
+        "The slack was mended and has not moved, as far as these recordings can tell: it was "
+        "1.00 mm, and is 2.00 mm (1.50 to 2.50 mm)."
+    )
+    assert told(day(stays, STRETCHY, SLACK)) == [stays, STRETCHY]
