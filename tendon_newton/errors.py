@@ -87,13 +87,7 @@ class InvalidOutput(TendonNewtonError):
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
-    """Build the error for a name outside a table.
-
-    Args:
-        kind: What the table holds, in words ("effect").
-        name: What came for a name.
-        known: The names in the table.
-    """
+    """Build the error for a name outside a table, whose kind is told in words ("effect")."""
     names = sorted(known)
     return UnknownName(f"No {kind} named {shown(name)}; {near(name, names)}known: {listed(names)}")
 
@@ -105,12 +99,7 @@ def near(name: object, known: Sequence[str]) -> str:
 
 
 def look_up(kind: str, name: str, table: Mapping[str, Entry]) -> Entry:
-    """Return an entry of a table.
-
-    Args:
-        kind: What the table holds, in words ("effect").
-        name: Name of the entry.
-        table: The table.
+    """Return an entry of a table, whose kind is told in words ("effect").
 
     Raises:
         UnknownName: No such entry; the message lists the known ones.

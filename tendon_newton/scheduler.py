@@ -20,25 +20,23 @@ from tendon_newton.errors import InvalidParameter, MissingDependency
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+# Environment variable with the threads that a process's simulations take; all cores by default
 THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
-"""Environment variable with the threads that a process's simulations take; all cores by default."""
+# Environment variables with the threads of libraries; several would only wait for each other
 LIBRARY_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-"""Environment variables with the threads of libraries; several would only wait for each other."""
 MOST_JOBS = 1024
-CONNECTION_LIMIT = 30.0
-"""Time in which a scheduler must answer [s]."""
+CONNECTION_LIMIT = 30.0  # Time in which a scheduler must answer [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class JobOptions:
     """Where jobs are done."""
 
-    jobs: int = 1
-    """Processes side by side; the cores are shared among them."""
+    jobs: int = 1  # Processes side by side; the cores are shared among them
+    # Address of a Dask scheduler, tcp://HOST:8786, whose workers do the jobs in place of processes
+    # here. They must see the same folders under the same names, and take one job at a time (dask
+    # worker ADDRESS --nthreads 1).
     scheduler: str | None = None
-    """Address of a Dask scheduler, tcp://HOST:8786, whose workers do the jobs in place of processes
-    here. They must see the same folders under the same names, and take one job at a time
-    (dask worker ADDRESS --nthreads 1)."""
 
     def __post_init__(self) -> None:
         """Refuse numbers of processes that no computer has."""
@@ -60,11 +58,7 @@ class InTurn(Executor):
 
 
 class OnCluster(Executor):
-    """Gives jobs to the workers of a cluster, each of which has one core for it.
-
-    Args:
-        inner: What sends them.
-    """
+    """Gives jobs to the workers of a cluster, each of which has one core for it."""
 
     def __init__(self, inner: Executor) -> None:
         self._inner = inner
@@ -134,10 +128,7 @@ def completed(
 ) -> Iterator[tuple[Item, Result]]:
     """Yield each item with its result as the jobs end; one that fails ends all.
 
-    Args:
-        work: The job, a function of a module.
-        items: What it is done to.
-        options: Where.
+    The work is a function of a module.
     """
     if options == JobOptions():
         for item in items:  # one at a time, so that the first result is there before the last

@@ -15,8 +15,7 @@ from tendon_newton.actuators.actuator_type import (
 from tendon_newton.device_code.placeholders import HELD_MEMORY, TENDONS
 from tendon_newton.device_code.templates import device_template
 
-AT_REST = 1.0e6
-"""Time [s] since the last instant, beyond which a world has come to rest for good."""
+AT_REST = 1.0e6  # Time [s] since the last instant, beyond which a world has come to rest for good
 
 
 @device_template

@@ -21,33 +21,23 @@ class Arm:
     """How an arm's logged angles become a posture: q = sign * angle + zero."""
 
     mechanism: Mechanism
+    # +1 where a servo counts as its joint does, -1 where it counts the other way, shape (J,)
     sign: Array
-    """+1 where a servo counts as its joint does, -1 where it counts the other way, shape (J,)."""
-    zero: Array
-    """The joint's angle [rad] where its servo says 0, shape (J,)."""
-    gravity: Array
-    """In the axes of the base [m/s2], shape (3,)."""
+    zero: Array  # The joint's angle [rad] where its servo says 0, shape (J,)
+    gravity: Array  # In the axes of the base [m/s2], shape (3,)
+    # Height above the base of what the tip may rest on [m]; None where nothing is known of it
     floor: float | None = None
-    """Height above the base of what the tip may rest on [m]; None where nothing is known of it."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
 
     def weight(self, angles: Array) -> Array:
-        """Return the torque of gravity at each servo [N m], shape (T, J), as the servo counts.
-
-        Args:
-            angles: Logged angles of all servos [rad], shape (T, J).
-        """
+        """Return the torque of gravity [N m] at each servo, as it counts, shape (T, J)."""
         q = self.sign * angles + self.zero
         return self.sign * gravity_torque(self.mechanism, q, self.gravity)
 
     def tip_height(self, angles: Array) -> tuple[Array, Array]:
-        """Return the tip's height above the base [m], shape (T,), and its slopes (T, J) [m/rad].
-
-        Args:
-            angles: Logged angles of all servos [rad], shape (T, J).
-        """
+        """Return the tip's height [m], (T,), at angles (T, J) [rad], and its slopes (T, J)."""
         tip, parents = self.mechanism.tip, self.mechanism.parents
         assert tip is not None, "only an arm with a tip has a floor"
         frames = posture(self.mechanism, self.sign * angles + self.zero)
@@ -107,9 +97,7 @@ def motions_of(
 ) -> tuple[ArmMotion, ...]:
     """Put the recordings of joints together, those of one place in each sequence.
 
-    Args:
-        recordings: Joint -> its recordings.
-        joints: All joints of the arm in their order; one without recordings stands at 0.
+    A joint without recordings stands at 0.
 
     Raises:
         InvalidRecording: A joint is none of the arm's, or they have not the same motions.

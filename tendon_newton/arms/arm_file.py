@@ -16,8 +16,8 @@ from tendon_newton.errors import InvalidDiagnosis, InvalidModelFile, listed, sho
 from tendon_newton.mechanisms.loading import load_mechanism
 
 ARM_FILE = "arm.json"
+# Servo of a joint that was not recorded
 STANDING = Model(actuator=NamedValues(name=IdealPosition.name, values={}))
-"""Servo of a joint that was not recorded."""
 PROMISE = "an identified arm is a JSON file"
 
 
@@ -26,8 +26,7 @@ class IdentifiedArm:
     """An arm, and a model of each of its servos."""
 
     arm: Arm
-    models: tuple[Model, ...]
-    """In the order of its joints, J."""
+    models: tuple[Model, ...]  # In the order of its joints, J
 
 
 def arm_file(path: Path) -> Path | None:
@@ -40,9 +39,7 @@ def arm_file(path: Path) -> Path | None:
 def read_arm(file: Path, asset: str | None = None) -> IdentifiedArm:
     """Read what a diagnosis of an arm found.
 
-    Args:
-        file: Its ``arm.json``.
-        asset: The arm's asset, a name or a file, in place of the one that the file states.
+    Its asset may be given, by name or file, in place of the one that the file states.
 
     Raises:
         InvalidDiagnosis: The file is broken, or of another arm than the asset.

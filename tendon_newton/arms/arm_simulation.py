@@ -18,33 +18,28 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.joints import freeze_arrays
 from tendon_newton.simulation.hosts.replay import replay
 
+# Rounds of an arm that meets nothing: the third moves an SO-101 by less than 0.1 mrad
 FREE_ROUNDS = 3
-"""Rounds of an arm that meets nothing: the third moves an SO-101 by less than 0.1 mrad."""
-FLOOR_ROUNDS = 25
-"""Rounds at most where its tip meets the floor."""
+FLOOR_ROUNDS = 25  # Rounds at most where its tip meets the floor
+# Depth below the floor [m] that is left: an SO-101's tip moves by more with an encoder's count
 SETTLED = 3.0e-4
-"""Depth below the floor [m] that is left: an SO-101's tip moves by more with an encoder's count."""
+# Share of the rows that are no deeper than that [1]; where a tip lands, a row may be
 DEEP_ROWS = 0.99
-"""Share of the rows that are no deeper than that [1]; where a tip lands, a row may be."""
-SHARE = 0.7
-"""Share of the depth that the force of a round is to take away: servos answer it late."""
+SHARE = 0.7  # Share of the depth that the force of a round is to take away: servos answer it late
+# Way of the tip by a force [m/N] from which on a floor is felt: a servo six times stiffer than an
+# STS3215 at its gain 32 on a lever of 0.2 m. Nothing that stiff is lifted by the force of a table.
 LEAST_LIFT = 1.0e-4
-"""Way of the tip by a force [m/N] from which on a floor is felt: a servo six times stiffer than an
-STS3215 at its gain 32 on a lever of 0.2 m. Nothing that stiff is lifted by the force of a table."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedMotion:
     """What an arm's servos do in one motion."""
 
-    angles: Array
-    """[rad], shape (T, J)."""
-    loads: Array
-    """Torque of gravity and of the floor at each servo [N m], shape (T, J)."""
-    force: Array
-    """Force of the floor on the tip [N], shape (T,)."""
+    angles: Array  # [rad], shape (T, J)
+    loads: Array  # Torque of gravity and of the floor at each servo [N m], shape (T, J)
+    force: Array  # Force of the floor on the tip [N], shape (T,)
+    # How deep below the floor the tip still is, or how high where it is pushed [m]
     depth: float = 0.0
-    """How deep below the floor the tip still is, or how high where it is pushed [m]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -53,13 +48,7 @@ class SimulatedMotion:
 def simulate_arm(
     arm: Arm, models: Mapping[int, Model], motions: Sequence[ArmMotion]
 ) -> list[SimulatedMotion]:
-    """Simulate servos of an arm together; those without a model are led along what was measured.
-
-    Args:
-        arm: The arm.
-        models: Joint -> its servo's model.
-        motions: What was commanded, and where the servos were in the first row.
-    """
+    """Simulate servos of an arm together; those without a model are led along what was measured."""
     states = [start_of(arm, models, motion) for motion in motions]
     moving, rounds = list(range(len(motions))), 0
     while moving and rounds < FLOOR_ROUNDS:

@@ -11,27 +11,21 @@ from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.arms.arm_simulation import SimulatedMotion, simulate_arm
 from tendon_newton.data.model_file import Model
 
+# Way [m] by which a free arm must go deeper than the measured one before a floor is looked for
 DEEPER = 0.005
-"""Way [m] by which a free arm must go deeper than the measured one before a floor is looked for."""
+# Heights that are tried above the lowest place at which the tip was [m]: on one table an SO-101's
+# lowest places are 10 mm apart (docs/lab/so101.md)
 HEIGHTS = 0.004 * np.arange(4)
-"""Heights that are tried above the lowest place at which the tip was [m]: on one table an SO-101's
-lowest places are 10 mm apart (docs/lab/so101.md)."""
+# Way of the tip by a servo [m/rad] from which on it can stop the servo short: a servo that is off
+# by 0.1 rad moves it by 1 mm, a quarter of a step of the heights
 LIFTS = 0.01
-"""Way of the tip by a servo [m/rad] from which on it can stop the servo short: a servo that is off
-by 0.1 rad moves it by 1 mm, a quarter of a step of the heights."""
+# Share of the squared error that a floor may leave of those motions, to be believed. Chosen: more
+# than the one number of a floor takes away by chance, and less than a table does.
 LESS = 0.9
-"""Share of the squared error that a floor may leave of those motions, to be believed. Chosen: more
-than the one number of a floor takes away by chance, and less than a table does."""
 
 
 def find_floor(arm: Arm, models: Mapping[int, Model], motions: Sequence[ArmMotion]) -> Arm:
-    """Return an arm with the floor that its motions show, or as it is.
-
-    Args:
-        arm: An arm without a floor.
-        models: Joint -> its servo's model.
-        motions: What was recorded.
-    """
+    """Return an arm with the floor that its motions show, or as it is."""
     if arm.mechanism.tip is None:
         return arm
     heights, slopes = zip(*(arm.tip_height(motion.angles) for motion in motions), strict=True)

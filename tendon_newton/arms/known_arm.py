@@ -24,10 +24,9 @@ from tendon_newton.errors import InvalidModelFile, shown
 from tendon_newton.identification.study import Study
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
-PLAIN = PLAIN_MODELS["lag, delay, deadband and offset"]
-"""Effects of a plain servo."""
+PLAIN = PLAIN_MODELS["lag, delay, deadband and offset"]  # Effects of a plain servo
+# Those that slow training motions hardly show, but all others need
 TIMING = ("actuator_lag", "command_delay")
-"""Those that slow training motions hardly show, but all others need."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,12 +34,10 @@ class KnownArm:
     """An arm, and a model of each of its servos."""
 
     placement: Placement
-    arm: Arm
-    """As the placement has it, with its floor."""
+    arm: Arm  # As the placement has it, with its floor
+    # From which the causes of each servo are looked for, J; with its lag and delay
     starts: tuple[Model, ...]
-    """From which the causes of each servo are looked for, J; with its lag and delay."""
-    plain: tuple[Model, ...]
-    """Plain models of the servos, fitted, J."""
+    plain: tuple[Model, ...]  # Plain models of the servos, fitted, J
 
     def with_loads(self, motions: Sequence[ArmMotion]) -> tuple[tuple[Recording, ...], ...]:
         """Return the recordings of each servo with the load on it, J of as many as motions.
@@ -61,10 +58,7 @@ def know_arm(
 ) -> KnownArm:
     """Find how an arm stands and what its tip rests on.
 
-    Args:
-        mechanism: The arm; its joints are those of the motions, in their order.
-        motions: Training motions.
-        starts: What is stated of each servo, J models.
+    Its joints are those of the training motions, in their order, and so are the starts, J models.
 
     Raises:
         InvalidRecording: The motions are not this arm's.

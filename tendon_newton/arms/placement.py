@@ -26,32 +26,27 @@ from tendon_newton.errors import InvalidRecording
 from tendon_newton.mechanisms.geometry.joints import freeze_arrays
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
+# Least weight on a joint [N m] that tells how its servo counts: it hangs by an encoder's count
 LOADED = 0.02
-"""Least weight on a joint [N m] that tells how its servo counts: it hangs by an encoder's count."""
+# Least way of such a servo [rad]: one that stands hangs by its friction, to either side
 MOVED = 0.1
-"""Least way of such a servo [rad]: one that stands hangs by its friction, to either side."""
+# Share of what the best signs leave that may be left with fewer servos turned round
 CLEARLY_BETTER = 1.1
-"""Share of what the best signs leave that may be left with fewer servos turned round."""
-MOST_LOADED = 10
-"""Joints whose signs are tried together: 1024 arms."""
-THINNED = 0.5
-"""Time between the rows that are looked at [s]."""
-SLOW = 0.5
-"""Speed of a servo [rad/s] up to which its lag is linear in it."""
+MOST_LOADED = 10  # Joints whose signs are tried together: 1024 arms
+THINNED = 0.5  # Time between the rows that are looked at [s]
+SLOW = 0.5  # Speed of a servo [rad/s] up to which its lag is linear in it
+# Way back [rad] from which on a command goes the other way: more than two counts of an encoder
 TURNED = 0.004
-"""Way back [rad] from which on a command goes the other way: more than two counts of an encoder."""
-SPREAD = 0.015
-"""Hanging [rad] from which on what is left of a row counts less: contacts, slips."""
+SPREAD = 0.015  # Hanging [rad] from which on what is left of a row counts less: contacts, slips
+# Rows of a motion that count for a servo: its strokes share what the equation lacks. Chosen: a
+# motion of some seconds has about so many strokes.
 INDEPENDENT = 10.0
-"""Rows of a motion that count for a servo: its strokes share what the equation lacks. Chosen:
-a motion of some seconds has about so many strokes."""
+# Standard deviation of zeros and tilts before anything is seen [rad]: homing by hand, a table
 ZERO_SPREAD, TILT_SPREAD = 0.05, 0.03
-"""Standard deviation of zeros and tilts before anything is seen [rad]: homing by hand, a table."""
-USUAL = IdealPosition.parameters[0].nominal
-"""Compliance from which a fit starts [rad/(N m)]."""
+USUAL = IdealPosition.parameters[0].nominal  # Compliance from which a fit starts [rad/(N m)]
+# Share by which the compliance of one servo may be expected to differ from the others': an SO-101's
+# differ by up to 0.15 from their mean (docs/lab/so101.md)
 UNLIKE = 0.2
-"""Share by which the compliance of one servo may be expected to differ from the others': an
-SO-101's differ by up to 0.15 from their mean (docs/lab/so101.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,18 +54,14 @@ class Placement:
     """An arm, and how surely it is known."""
 
     arm: Arm
-    compliance: float
-    """What the servos' are about [rad/(N m)]."""
-    loaded: Mask
-    """Whether a servo carries weight enough to be looked at, shape (J,)."""
+    compliance: float  # What the servos' are about [rad/(N m)]
+    loaded: Mask  # Whether a servo carries weight enough to be looked at, shape (J,)
+    # Whether weight tells which way a servo counts, shape (J,); else it is as the file counts
     sign_told: Mask
-    """Whether weight tells which way a servo counts, shape (J,); else it is as the file counts."""
-    zero_sd: Array
-    """Standard deviation of each zero [rad], shape (J,)."""
+    zero_sd: Array  # Standard deviation of each zero [rad], shape (J,)
+    # Tilt of the base about its x and y axes against the asset's gravity [rad], shape (2,)
     tilt: Array
-    """Tilt of the base about its x and y axes against the asset's gravity [rad], shape (2,)."""
-    tilt_sd: Array
-    """Standard deviation of the tilt [rad], shape (2,)."""
+    tilt_sd: Array  # Standard deviation of the tilt [rad], shape (2,)
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -80,24 +71,17 @@ class Placement:
 class Hanging:
     """Rows of motions in which servos hang beside their commands."""
 
-    angles: Array
-    """[rad], shape (N, J)."""
-    beside: Array
-    """Angle less command [rad], shape (N, J)."""
-    direction: Array
-    """Direction of the command's last motion, shape (N, J)."""
-    rate: Array
-    """[rad/s], shape (N, J)."""
-    weight: Array
-    """Weight of each row [1], shape (N, J)."""
+    angles: Array  # [rad], shape (N, J)
+    beside: Array  # Angle less command [rad], shape (N, J)
+    direction: Array  # Direction of the command's last motion, shape (N, J)
+    rate: Array  # [rad/s], shape (N, J)
+    weight: Array  # Weight of each row [1], shape (N, J)
 
 
 def find_placement(mechanism: Mechanism, motions: Sequence[ArmMotion]) -> Placement:
     """Find signs, zeros and tilt from where an arm's servos hang.
 
-    Args:
-        mechanism: The arm; its joints are those of the motions, in their order.
-        motions: What was recorded.
+    Its joints are those of the motions, in their order.
 
     Raises:
         InvalidRecording: There are not as many servos as joints, or the arm hangs upwards.

@@ -25,12 +25,7 @@ class FieldUse:
 def field_uses(
     template: Callable[..., Any], is_struct: Callable[[Any], bool]
 ) -> tuple[FieldUse, ...]:
-    """Return the fields that a device function reads or writes.
-
-    Args:
-        template: A device function whose structs are declared.
-        is_struct: Whether a value is the declaration of a struct.
-    """
+    """Return the fields that a device function reads or writes."""
     function = syntax_of(template)
     structs = structs_of(function, template.__globals__, is_struct)
     uses = []
@@ -45,10 +40,6 @@ def field_uses(
 
 def check_fields(template: Callable[..., Any], is_struct: Callable[[Any], bool]) -> None:
     """Refuse a device function that reads or writes a field which its struct does not have.
-
-    Args:
-        template: A device function whose structs are declared.
-        is_struct: Whether a value is the declaration of a struct.
 
     Raises:
         InvalidDeviceCode: It does; the message names function, struct, field and line.

@@ -19,15 +19,7 @@ def share_kept(elapsed: real, time_constant: real) -> real:
 
 @device_template
 def lagged(before: real, target: real, rate: real, elapsed: real, time_constant: real) -> real:
-    """Return y after `elapsed` [s] of tau y' = u - y.
-
-    Args:
-        before: y at the start.
-        target: u at the end.
-        rate: Speed at which u moves all the time.
-        elapsed: Time that has passed [s].
-        time_constant: tau [s]; without one y is u.
-    """
+    """Return y after `elapsed` [s] of tau y' = u - y, with u at the end and the rate of u known."""
     out = target
     if time_constant > real(0.0):
         keep = wp.exp(-elapsed / time_constant)

@@ -22,10 +22,10 @@ from tendon_newton.data.files.text_file import write_text
 from tendon_newton.scheduler import thread_count
 
 LOG = logging.getLogger(__name__)
+# Kernels that a wheel brings, as Warp's cache has them; see `tests.wheel`
 BROUGHT = Path(__file__).parents[1] / "_kernels"
-"""Kernels that a wheel brings, as Warp's cache has them; see `tests.wheel`."""
+# File in Warp's cache: how long each kind of kernel took when it was compiled last [s]
 TIMES = "tendon_newton_compile_seconds.json"
-"""File in Warp's cache: how long each kind of kernel took when it was compiled last [s]."""
 
 
 def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
@@ -35,9 +35,7 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
     one after the other. What compiles, how long that took last time, and each that is done are
     logged.
 
-    Args:
-        kernels: Kernels that will be launched soon; what takes longest to compile stands first.
-        device: Warp device.
+    What takes longest to compile should stand first.
     """
     device = wp.get_device(device)
     missing = {kernel.module: kind_of(kernel) for kernel in kernels if not is_kept(kernel, device)}

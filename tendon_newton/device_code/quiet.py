@@ -7,18 +7,14 @@ import os
 import sys
 from tempfile import TemporaryFile
 
+# Environment variable under which nothing is kept back; the option --verbose of every verb
 VERBOSE = "TENDON_NEWTON_VERBOSE"
-"""Environment variable under which nothing is kept back; the option --verbose of every verb."""
+# Words of native code where there is no GPU; who asks for one is told by a verb
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
-"""Words of native code where there is no GPU; who asks for one is told by a verb."""
 
 
 class CompilingShown(logging.Handler):
-    """Shows what compiles.
-
-    Args:
-        on_errors: Whether on the error stream, where the output is for programs.
-    """
+    """Shows what compiles, on the error stream where the output is for programs."""
 
     def __init__(self, *, on_errors: bool) -> None:
         super().__init__()
@@ -34,8 +30,7 @@ class CompilingShown(logging.Handler):
 def quiet_warp(*, on_errors: bool = False) -> None:
     """Start Warp without its news; errors, and other words of native code, are passed on.
 
-    Args:
-        on_errors: Whether lines about what compiles go to the error stream.
+    What compiles may go to the error stream.
     """
     import warp as wp
 

@@ -20,19 +20,12 @@ import warp as wp
 from tendon_newton.device_code.source_text import place_of, syntax_of
 from tendon_newton.errors import InvalidDeviceCode
 
-REFERENCE: type = type(wp.ref[wp.float64])
-"""What Warp makes of a type that is passed by reference."""
-LEAST_LENGTH = 16
-"""Numbers [1] of the smallest vector or matrix that is worth a reference."""
+REFERENCE: type = type(wp.ref[wp.float64])  # What Warp makes of a type that is passed by reference
+LEAST_LENGTH = 16  # Numbers [1] of the smallest vector or matrix that is worth a reference
 
 
 def by_reference(function: Callable[..., Any], kinds: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the types of a device function, those of large arguments that it only reads as `ref`.
-
-    Args:
-        function: A device function.
-        kinds: Warp type of each argument, and of the result as "return".
-    """
+    """Return the types of a device function, large arguments that it only reads as `ref`."""
     written = written_places(function)
 
     def passed(name: str, kind: Any) -> Any:
@@ -44,10 +37,6 @@ def by_reference(function: Callable[..., Any], kinds: Mapping[str, Any]) -> dict
 
 def check_calls(function: Callable[..., Any], scope: Mapping[str, Any]) -> None:
     """Refuse a device function that passes the result of a call by reference.
-
-    Args:
-        function: A device function.
-        scope: What the names in it stand for; Warp functions have their argument types.
 
     Raises:
         InvalidDeviceCode: It does; the message names both functions, the argument and the line.

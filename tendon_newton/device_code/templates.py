@@ -59,11 +59,7 @@ def is_struct(value: Any) -> bool:
 
 
 class Bindings:
-    """What each declaration stands for; structs follow from their fields.
-
-    Args:
-        values: Type, constant or Warp function of each declaration.
-    """
+    """What each declaration stands for; structs follow from their fields."""
 
     def __init__(self, values: Mapping[Any, Any]) -> None:
         self._declared: dict[int, Any] = {}
@@ -129,9 +125,7 @@ class _Resolved(dict[str, Any]):
 class Specialiser:
     """Binds declarations in device templates; one per kernel, whose functions are shared inside it.
 
-    Args:
-        bindings: What the declarations stand for.
-        references: Whether large arguments are passed by reference; a tape cannot follow them.
+    Large arguments may be passed by reference; a tape cannot follow them.
     """
 
     def __init__(self, bindings: Bindings, *, references: bool = False) -> None:
@@ -153,10 +147,7 @@ class Specialiser:
     def function(self, template: Callable[..., Any], *, inline: bool | None = None) -> Any:
         """Return the Warp function of a template under the bindings.
 
-        Args:
-            template: A device function.
-            inline: Whether it is inlined, in place of what the compiler would do; False lets a
-                compiler meet a long function once.
+        Left to the compiler, it may be inlined; False lets a compiler meet a long function once.
         """
         code = template.__code__
         if code not in self._functions:
@@ -170,10 +161,8 @@ class Specialiser:
     def gradient(self, template: Callable[..., Any], rule: Callable[..., Any]) -> None:
         """Give a template a derivative of its own, before any kernel that uses it is made.
 
-        Args:
-            template: A device function.
-            rule: Device code with the same arguments and the adjoint of the result, which adds to
-                `wp.adjoint[argument]`.
+        The rule has the same arguments and the adjoint of the result; it adds to
+        `wp.adjoint[argument]`.
         """
         wp.func_grad(self.function(template))(self._bind(rule))
 
@@ -182,12 +171,9 @@ class Specialiser:
 
         Kernels that share functions are all made before one of them is launched.
 
-        Args:
-            template: Device code without a result.
-            identity: Tells apart kernels whose bindings differ. Warp's cache keys hold neither
-                functions nor numbers that a static loop picks from a tuple; without this, two lists
-                of effects of one shape would share one binary.
-            options: As for `warp.kernel`.
+        The identity tells apart kernels whose bindings differ. Warp's cache keys hold neither
+        functions nor numbers that a static loop picks from a tuple; without it, two lists of
+        effects of one shape would share one binary.
         """
         bound = self._bind(template)
         digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]

@@ -118,9 +118,8 @@ class Effect(DeviceCode):
     def is_of_servo(cls, *, independent: bool = False) -> bool:
         """Tell whether each of several servos may have its own.
 
-        Args:
-            independent: Whether each servo moves a finger of its own, whose joints are its own
-                too. All of them still have one log's clock and one base, which may be tipped.
+        Independent servos move fingers of their own, whose joints are their own too. All of them
+        still have one log's clock and one base, which may be tipped.
         """
         if independent and cls.side == "mechanism":
             return cls.hook(Stage.TILT) is None

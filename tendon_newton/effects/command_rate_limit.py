@@ -9,8 +9,7 @@ import warp as wp
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
-UNLIMITED = 1.0e30
-"""A limit [rad/s] from which on there is none."""
+UNLIMITED = 1.0e30  # A limit [rad/s] from which on there is none
 
 
 @device_template

@@ -8,10 +8,9 @@ import warp as wp
 
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
+# Distance from the limit [knees] at which nothing is missing: exp(-36) is less than a digit
 STRAIGHT = 36.0
-"""Distance from the limit [knees] at which nothing is missing: exp(-36) is less than a digit."""
-UNLIMITED = 1.0e30
-"""A limit above this is none [N]."""
+UNLIMITED = 1.0e30  # A limit above this is none [N]
 
 
 class ForceSaturation(Effect):

@@ -7,8 +7,7 @@ import warp as wp
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
-ALIKE = 1.0e-3
-"""Difference of an exponent from 1 below which both are the same [1]."""
+ALIKE = 1.0e-3  # Difference of an exponent from 1 below which both are the same [1]
 
 
 @device_template

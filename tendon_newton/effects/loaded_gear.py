@@ -24,10 +24,7 @@ def load_side(outcome: real, tendon: Tendon) -> real:
 def gear_loaded(force: Jet, coefficient: real, tendon: Tendon) -> Jet:
     """Return what is left of a motor's force F_m by friction K |F_m + F| beside all other [N].
 
-    Args:
-        force: What the other friction leaves of F_m [N].
-        coefficient: K [1].
-        tendon: Says F_m, and where it slides.
+    `force` [N] is what the other friction leaves of F_m; the coefficient is K [1].
     """
     motor = tendon.motor_force
     opposing = coefficient * load_side(force[0] + motor[0], tendon)

@@ -6,8 +6,7 @@ import warp as wp
 
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
-RESTED = 1.0e6
-"""Time [s] without a load after which no protection acts."""
+RESTED = 1.0e6  # Time [s] without a load after which no protection acts
 
 
 class OverloadCut(Effect):

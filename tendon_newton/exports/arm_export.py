@@ -36,18 +36,16 @@ from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.parts import Tip
 
 ALONE = f"{FILE} alone"
+# Of the first joint's swing and the last one's, where no motion was recorded [rad/s]
 STANDARD_RATES = (0.9, 2.3)
-"""Of the first joint's swing and the last one's, where no motion was recorded [rad/s]."""
 STANDARD_SECONDS = 8.0
 
 
 def arm_motions(arm: Arm, dataset: Path | None, seconds: float = inf) -> tuple[ArmMotion, ...]:
     """Return the motions that are replayed: test recordings of a folder of joints, or swings.
 
-    Args:
-        arm: The arm.
-        dataset: Folder with a dataset of each joint; one without stands at 0.
-        seconds: Time of the recordings that is taken [s].
+    Each joint has a dataset in the folder, of which so many seconds are taken; one without stands
+    at 0.
 
     Raises:
         InvalidRecording: The folder has no dataset of a joint, or one of another.
@@ -85,12 +83,6 @@ def export_arm(
     out: Path, arm: IdentifiedArm, motions: Sequence[ArmMotion], progress: Callable[[str], None]
 ) -> Fidelity:
     """Write an arm for MuJoCo, with a page that says how far it strays.
-
-    Args:
-        out: Folder for the files.
-        arm: The arm.
-        motions: What is replayed.
-        progress: Told what is being done.
 
     Raises:
         InvalidModelFile: A number of a servo is missing or out of range.

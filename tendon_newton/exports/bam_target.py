@@ -39,20 +39,20 @@ from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
 PARAMETER_FILE, MODEL_FILE, PROGRAM_FILE = "servo.json", "model.xml", "bam_servo.py"
+# Environment variable with a Python that has better-actuator-models, if this one has not
 PYTHON_VARIABLE = "TENDON_NEWTON_BAM_PYTHON"
-"""Environment variable with a Python that has better-actuator-models, if this one has not."""
+# Duty [1/rad] of an XL330 at its gain of 400, at which their files mean it: 4096 counts a turn, 885
+# counts of full duty (ROBOTIS e-manual), and 256 by its own load register
 DUTY_PER_RAD = 400.0 * (4096.0 / (2.0 * pi)) / (256.0 * 885.0)
-"""Duty [1/rad] of an XL330 at its gain of 400, at which their files mean it: 4096 counts a turn,
-885 counts of full duty (ROBOTIS e-manual), and 256 by its own load register."""
 SERVO, SPOOL = "servo", "spool"
-DRAWN_MASS = 1.0e-6
-"""Mass [kg] of a spool that is drawn: its inertia is nothing beside its rotor's."""
+DRAWN_MASS = 1.0e-6  # Mass [kg] of a spool that is drawn: its inertia is nothing beside its rotor's
+# Time constant [s] and damping [1] with which a string catches its spool
 STRING_STOP = (5.0e-4, 1.0)
-"""Time constant [s] and damping [1] with which a string catches its spool."""
+# MuJoCo's `solimp` of that string, which stretches by half a micrometre at 5 N. A stiffer one comes
+# loose for single steps, and the load cell reads nothing then.
 STRING_SHAPE = (0.98, 0.98, 1.0e-4, 0.5, 2.0)
-"""MuJoCo's `solimp` of that string, which stretches by half a micrometre at 5 N. A stiffer one
-comes loose for single steps, and the load cell reads nothing then."""
 
+# What their program says of each effect
 COVERAGE = coverage_of(
     (
         "gain_error",
@@ -73,7 +73,6 @@ COVERAGE = coverage_of(
     ),
     (),
 )
-"""What their program says of each effect."""
 
 
 def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

@@ -25,8 +25,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.usd.stage_file import usd_errors
 
-SAME = 1.0e-4
-"""Share [1] by which a number may change on its way through USD's single precision."""
+SAME = 1.0e-4  # Share [1] by which a number may change on its way through USD's single precision
 
 
 def write_bench(path: Path, correction: Correction, model: Model) -> None:

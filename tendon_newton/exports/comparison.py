@@ -15,8 +15,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.simulators import MujocoSimulator, TendonSimulator
 
-OURS = "tendon"
-"""Our own solver, which all others are measured against."""
+OURS = "tendon"  # Our own solver, which all others are measured against
 COLORS = ("#1f6f8b", "#b8860b", "#8a3b5c", "#4b7f3a", "#8a8f98")
 
 
@@ -52,6 +51,9 @@ def solver_run(mechanism: Mechanism, model: Model, runs: Sequence[Recording]) ->
     return MujocoSimulator().simulate(runs, model)
 
 
+# Simulators beside ours: Newton's SolverMuJoCo under our own servo, then what exports are run by:
+# MuJoCo with the program and with its file alone, Newton with the drive and with its own prims, and
+# Rhoban/bam
 COMPARED: dict[str, Callable[[Mechanism, Model, Sequence[Recording]], list[Trajectory]]] = {
     "solver_mujoco": solver_run,
     "mujoco": exported_run("mujoco", "tendon_step.py"),
@@ -60,9 +62,6 @@ COMPARED: dict[str, Callable[[Mechanism, Model, Sequence[Recording]], list[Traje
     "prims": exported_run("newton", "bench_newton.usda"),
     "bam": exported_run("bam", "bam_servo.py"),
 }
-"""Simulators beside ours: Newton's SolverMuJoCo under our own servo, then what exports are run by:
-MuJoCo with the program and with its file alone, Newton with the drive and with its own prims, and
-Rhoban/bam."""
 
 
 def compare(
@@ -75,12 +74,7 @@ def compare(
 ) -> ModelComparison:
     """Run recordings in our own simulator and in others.
 
-    Args:
-        names: Others, as in `COMPARED`.
-        mechanism: The bench with the model's own numbers.
-        model: Actuator and effects.
-        recordings: Recordings of it, with commands.
-        trust: Whether to trust a force network's file from now on.
+    The others are named as in `COMPARED`; the recordings have commands.
 
     Raises:
         UnknownName: No such simulator.

@@ -18,22 +18,18 @@ from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory, rollout_groups
 
-STANDARD_SPAN = (0.1, 0.8)
-"""Share of a bench's range between which the standard commands move."""
-SWING = (-0.5, 0.5)
-"""Range of the standard commands on a bench without end stops [rad]."""
+STANDARD_SPAN = (0.1, 0.8)  # Share of a bench's range between which the standard commands move
+SWING = (-0.5, 0.5)  # Range of the standard commands on a bench without end stops [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Departure:
     """Root mean squares over all rows of all runs."""
 
-    angle: float
-    """Angle of the motor [rad]."""
+    angle: float  # Angle of the motor [rad]
+    # Force at the load cell [N]; of a shaft, a torque [N m]; None where no cell is
     force: float | None
-    """Force at the load cell [N]; of a shaft, a torque [N m]; None where no cell is."""
-    tip: float | None
-    """Place of the tip [m]; None where the bench has none."""
+    tip: float | None  # Place of the tip [m]; None where the bench has none
 
     @property
     def text(self) -> str:
@@ -52,11 +48,7 @@ def departure(
 ) -> Departure:
     """Return how far runs of the same commands lie apart.
 
-    Args:
-        mechanism: The bench.
-        one: Some runs.
-        other: The same runs of another simulator.
-        samples: Rows over whose mean a load cell shows the force, as `finely` made them.
+    `samples` counts the rows over whose mean a load cell shows the force, as `finely` made them.
     """
     pairs = list(zip(one, other, strict=True))
     tip = None
@@ -105,11 +97,8 @@ def tips(mechanism: Mechanism, trajectory: Trajectory) -> Array:
 def standard_runs(mechanism: Mechanism, radius: float | None = None) -> list[Recording]:
     """Return commands that tell a servo and its tendon apart, for a bench without recordings.
 
-    They are steps and their return, and a sine, inside the range of the bench.
-
-    Args:
-        mechanism: The bench.
-        radius: Of the spool [m] in place of the asset's.
+    They are steps and their return, and a sine, inside the range of the bench. A spool's radius [m]
+    may stand for the asset's.
     """
     time = np.arange(round(3.0 * RATE)) / RATE
     low, high = command_range(mechanism, radius)
@@ -180,12 +169,7 @@ def with_and_without(
 ) -> tuple[list[Trajectory], dict[str, list[Trajectory]]]:
     """Return our own simulation of recordings, and what it is without each of some effects.
 
-    Args:
-        model: Actuator and effects.
-        recordings: Recordings with commands.
-        effects: Effects of the model that are left out, one at a time.
-        time_step: Longest step [s].
-        trust: Whether to trust a force network's file from now on.
+    Each of these effects of the model is left out alone.
     """
     full: dict[int, Trajectory] = {}
     fewer: dict[str, dict[int, Trajectory]] = {name: {} for name in effects}

@@ -39,12 +39,7 @@ def measure(
 ) -> Fidelity:
     """Replay recordings in the target and in our own simulation.
 
-    Args:
-        target: Where the model went.
-        exported: What was written.
-        source: Model, bench and commands.
-        trust: Whether to trust a force network's file from now on.
-        progress: Told of each replay how long it was [s].
+    `progress` is told of each replay how long it was [s].
     """
 
     def replay_by(way: str) -> list[Trajectory]:

@@ -10,8 +10,8 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
+# Whether a target says what an effect does: as it is, nearly, or not at all
 Coverage = Literal["exact", "approximate", "none"]
-"""Whether a target says what an effect does: as it is, nearly, or not at all."""
 
 
 NOT_RUN = "It was not run: the program that reads these files is not installed here."
@@ -22,21 +22,18 @@ class Exported:
     """What an export wrote, and how to run it."""
 
     files: tuple[Path, ...]
-    loading: str
-    """How a user loads the files, in Markdown."""
+    loading: str  # How a user loads the files, in Markdown
+    # Ways in which the target runs what was written, where it is installed: name -> replay
     replays: Mapping[str, Callable[[Recording], Trajectory]] = field(default_factory=dict)
-    """Ways in which the target runs what was written, where it is installed: name -> replay."""
+    # Effects of the model that each way of running it does not have
     left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """Effects of the model that each way of running it does not have."""
-    checked: str = NOT_RUN
-    """What was checked where nothing can be replayed, in Markdown."""
+    checked: str = NOT_RUN  # What was checked where nothing can be replayed, in Markdown
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExportTarget:
     """One program that an identified model can be carried into."""
 
-    coverage: Mapping[str, Coverage]
-    """What becomes of each effect of the catalogue."""
+    coverage: Mapping[str, Coverage]  # What becomes of each effect of the catalogue
+    # (folder, bench with the model's own numbers, model) -> what was written
     write: Callable[[Path, Mechanism, Model], Exported]
-    """(folder, bench with the model's own numbers, model) -> what was written."""

@@ -27,10 +27,8 @@ PACKAGE = "tendon_newton"
 class Linker:
     """Collects what the modules of a program need, each once, behind all that it calls.
 
-    Args:
-        law: What slots and constants stand for.
-        device: Whether device code stays Warp's; else it becomes plain Python.
-        numbers: Numbers of the law, by name, that are others in this program.
+    Device code stays Warp's or becomes plain Python. Some numbers of the law, by name, may be
+    others in this program.
     """
 
     def __init__(
@@ -52,12 +50,9 @@ class Linker:
     ) -> str:
         """Return the text of a program.
 
-        Args:
-            docstring: Its docstring.
-            facts: The model's numbers by name.
-            modules: Its modules in their order; the law is written in what the first defines.
-            given: Imports that stand for those of some modules, by the module's name.
-            last: What it does when it is run.
+        The law is written in what the first of the modules defines. `given` holds imports that
+        stand for those of some modules, by the module's name; `last` is what the program does when
+        it is run.
         """
         own = {**given, **{module.__name__: "" for module in modules}}
         base, *bodies = [self._body(module, own) for module in modules]
@@ -171,11 +166,7 @@ class Linker:
 
 
 class Folded(ast.NodeTransformer):
-    """Puts in what Warp would know when it compiles.
-
-    Args:
-        known: Numbers and constants by name.
-    """
+    """Puts in what Warp would know when it compiles."""
 
     def __init__(self, known: Mapping[str, Any]) -> None:
         self._known = known
@@ -200,8 +191,7 @@ class Folded(ast.NodeTransformer):
 class PlainPython(ast.NodeTransformer):
     """Makes plain Python of device code.
 
-    Args:
-        shared: Names of structs and vectors, which Warp copies where they get another name.
+    Structs and vectors, which Warp copies where they get another name, are `shared`.
     """
 
     def __init__(self, shared: set[str]) -> None:

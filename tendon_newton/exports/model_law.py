@@ -23,8 +23,8 @@ class ModelLaw:
     """The law of one model, whose programs know one tendon or joint at a time."""
 
     model: Model
+    # Whether a spool moves on its own, so that some effects act at it in place of their stages
     free_spool: bool
-    """Whether a spool moves on its own, so that some effects act at it in place of their stages."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -93,9 +93,7 @@ class ModelLaw:
     def text(self, slot: Callable[..., Any], carry: Callable[[str, Any], str]) -> str:
         """Return the function in which the effects of a slot act one after the other.
 
-        Args:
-            slot: A slot for effects.
-            carry: Puts a device function before it and returns its name.
+        `carry` puts a device function before it and returns its name.
         """
         kinds = inspect.get_annotations(slot)
         result = kinds.pop("return")

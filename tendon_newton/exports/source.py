@@ -16,8 +16,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
-FINGER = "finger"
-"""Bench where no user, dataset or diagnosis names one."""
+FINGER = "finger"  # Bench where no user, dataset or diagnosis names one
 
 
 @dataclass(frozen=True, kw_only=True)

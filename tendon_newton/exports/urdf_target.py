@@ -18,10 +18,9 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 ROBOT_FILE = "bench.urdf"
 BASE = "base"
+# URDF has neither springs nor tendons nor gravity
 COVERAGE = coverage_of(("joint_damping_error", "joint_dry_friction"), ())
-"""URDF has neither springs nor tendons nor gravity."""
-UNBOUNDED = 1.0e6
-"""A speed [rad/s, m/s] that no joint reaches; URDF wants one."""
+UNBOUNDED = 1.0e6  # A speed [rad/s, m/s] that no joint reaches; URDF wants one
 
 
 def write_urdf_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

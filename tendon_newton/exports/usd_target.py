@@ -18,11 +18,11 @@ from tendon_newton.simulation.hosts.rollout import Trajectory
 BENCH_FILE = "bench.usda"
 WAY = f"our solver on {BENCH_FILE}"
 
+# A mechanism has a servo's greatest force, and not the knee below it
 COVERAGE: dict[str, Coverage] = {
     **{name: "exact" if name in HOMES else "none" for name in EFFECTS},
     "force_saturation": "approximate",
 }
-"""A mechanism has a servo's greatest force, and not the knee below it."""
 
 
 def write_usd_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

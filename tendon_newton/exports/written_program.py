@@ -41,10 +41,8 @@ def rows_of(recording: Recording) -> dict[str, Any]:
 def trajectory_of(recording: Recording, found: Mapping[str, Array]) -> Trajectory:
     """Return what a program reported at the instants of `rows_of`, in the recording's own rows.
 
-    Args:
-        recording: The recording.
-        found: Motor ``angle`` [rad] and ``rate`` [rad/s] and ``force`` [N], shape (T, D), and
-            ``joints`` [rad, m], shape (T, J).
+    It reported motor ``angle`` [rad], ``rate`` [rad/s] and ``force`` [N], shape (T, D), and
+    ``joints`` [rad, m], shape (T, J).
     """
     rows = make_timeline(recording).measured
     return Trajectory(

@@ -51,10 +51,7 @@ def kinds_in(of_set: str) -> tuple[str, ...]:
 def build_network(kind: str, *, of_set: str, window: int) -> ForceNetwork:
     """Return an untrained network.
 
-    Args:
-        kind: A key of `FORCE_NETWORKS`.
-        of_set: One of `SETS`.
-        window: Samples in a window.
+    Its kind is a key of `FORCE_NETWORKS`, its set one of `SETS`, its window in samples.
 
     Raises:
         UnknownName: No such set, or none of this kind in it.

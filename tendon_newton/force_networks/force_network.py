@@ -8,11 +8,9 @@ from typing import Any, ClassVar, Self
 import torch
 from torch import Tensor, nn
 
-INPUT_COUNT = 3
-"""Numbers per sample: theta_d [rad], theta [rad], theta_dot [rad/s]."""
+INPUT_COUNT = 3  # Numbers per sample: theta_d [rad], theta [rad], theta_dot [rad/s]
 
-Shapes = Mapping[str, tuple[int, ...]]
-"""Name of a weight -> its shape."""
+Shapes = Mapping[str, tuple[int, ...]]  # Name of a weight -> its shape
 
 
 class ForceNetwork(nn.Module):
@@ -21,15 +19,11 @@ class ForceNetwork(nn.Module):
     Call it with windows of shape (W, window, 3), oldest sample first, each sample (theta_d [rad],
     theta [rad], theta_dot [rad/s]), or the same flattened to (W, window * 3). The answer is the
     tension [N], shape (W,). The caller keeps it between zero and the servo's limit.
-
-    Args:
-        window: Samples in a window.
     """
 
+    # Set of networks that belong together -> arguments beside the window
     sizes: ClassVar[Mapping[str, Mapping[str, Any]]]
-    """Set of networks that belong together -> arguments beside the window."""
-    methods: ClassVar[tuple[str, ...]] = ("forward",)
-    """What a TorchScript file of this kind has."""
+    methods: ClassVar[tuple[str, ...]] = ("forward",)  # What a TorchScript file of this kind has
 
     input_mean: Tensor
     input_scale: Tensor
@@ -49,12 +43,7 @@ class ForceNetwork(nn.Module):
         """Return a network of the sizes that the shapes of a file's weights tell.
 
         A file may be anybody's: whatever is wrong with it raises KeyError, IndexError, TypeError or
-        ValueError before memory is taken.
-
-        Args:
-            window: Samples in a window.
-            shapes: Of all weights and buffers, by name.
-            settings: What `settings` returned when the file was written.
+        ValueError before memory is taken. Shapes are those of all weights and buffers, by name.
         """
         raise NotImplementedError
 
@@ -66,9 +55,7 @@ class ForceNetwork(nn.Module):
     def normalise_as(self, inputs: Tensor, force: Tensor) -> None:
         """Take mean and standard deviation from training data.
 
-        Args:
-            inputs: Samples in the order of the input, shape (N, 3).
-            force: Measured tension [N], shape (N,).
+        Samples have the shape (N, 3), measured tensions [N] the shape (N,).
         """
         self.input_mean.copy_(inputs.mean(dim=0))
         self.input_scale.copy_(inputs.std(dim=0).clamp_min(1.0e-6))

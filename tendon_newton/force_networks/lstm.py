@@ -21,9 +21,7 @@ class Lstm(RecurrentNetwork):
     Source: Hochreiter and Schmidhuber, Long short-term memory (1997); the gate f is that of Gers,
     Schmidhuber and Cummins, Learning to forget (2000).
 
-    Args:
-        window: Samples in a window.
-        width: Size H of output and memory; the state is both, shape (W, 2 H).
+    The state is output and memory of H numbers each, shape (W, 2 H).
     """
 
     layer = nn.LSTM

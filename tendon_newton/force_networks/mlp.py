@@ -19,10 +19,7 @@ class Mlp(ForceNetwork):
     Source: Hwangbo et al., Learning agile and dynamic motor skills for legged robots (2019), who
     use two past samples; here the whole window is one vector.
 
-    Args:
-        window: Samples in a window.
-        widths: Units of the hidden layers.
-        activation: A key of ``ACTIVATIONS``.
+    The activation is a key of ``ACTIVATIONS``.
     """
 
     sizes: ClassVar[Mapping[str, Mapping[str, Any]]] = {

@@ -15,10 +15,6 @@ class RecurrentNetwork(ForceNetwork):
     Windowed, the state starts at zero with every window. Streaming (`step`), each world keeps its
     state, so that the history has no end; a network meant for that is trained on every sample of
     long windows (`sequence`). The state is one tensor of shape (W, S), whatever its parts are.
-
-    Args:
-        window: Samples in a window.
-        width: Numbers H that the layer gives.
     """
 
     layer: ClassVar[Callable[..., nn.RNNBase]]  # Class of the recurrent layer
@@ -61,15 +57,7 @@ class RecurrentNetwork(ForceNetwork):
 
     @torch.jit.export
     def step(self, sample: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """Take one sample per world.
-
-        Args:
-            sample: theta_d [rad], theta [rad], theta_dot [rad/s], shape (W, 3).
-            state: What the network remembers, shape (W, S).
-
-        Returns:
-            The tension [N], shape (W,), and the new state.
-        """
+        """Take a sample (W, 3) and a state (W, S); return the tension [N], (W,), and a state."""
         x = ((sample - self.input_mean) / self.input_scale).unsqueeze(1)
         output, kept = self.advanced(x, state)
         return self.tension(self.readout(output[:, 0])), kept

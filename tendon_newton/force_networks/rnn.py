@@ -14,10 +14,6 @@ class Rnn(RecurrentNetwork):
     .. math:: h_k = \tanh(W_{ih} x_k + b_{ih} + W_{hh} h_{k-1} + b_{hh})
 
     Source: Elman, Finding structure in time (1990).
-
-    Args:
-        window: Samples in a window.
-        width: Size H of the state.
     """
 
     layer = nn.RNN

@@ -13,8 +13,8 @@ from torch import Tensor, nn
 
 from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork, Shapes
 
+# Heads times the square of the window: numbers that one layer holds at once
 ATTENTION_LIMIT = 1 << 24
-"""Heads times the square of the window: numbers that one layer holds at once."""
 
 
 class EncoderLayer(nn.Module):
@@ -22,11 +22,7 @@ class EncoderLayer(nn.Module):
 
     .. math:: A = \operatorname{softmax}(Q K^T / \sqrt{d} + M) V
 
-    Args:
-        width: Numbers per sample.
-        heads: Attention heads; each has d = width / heads numbers.
-        feed_forward: Units between the two linear layers.
-        dropout: Share of numbers dropped in training [1].
+    Each head has d = width / heads numbers; dropout is a share [1] of the numbers in training.
     """
 
     def __init__(self, *, width: int, heads: int, feed_forward: int, dropout: float) -> None:
@@ -45,10 +41,8 @@ class EncoderLayer(nn.Module):
     def forward(self, x: Tensor, mask: Tensor, last: bool) -> Tensor:
         """Return the encoded samples.
 
-        Args:
-            x: Samples, shape (W, L, width).
-            mask: Added to the attention's logits, 0 or minus infinity, shape (L, L).
-            last: Whether only the last sample is wanted: shape (W, 1, width), else (W, L, width).
+        The mask (L, L) of 0 or minus infinity is added to the attention's logits. Samples have the
+        shape (W, L, width), (W, 1, width) where only the last one is wanted.
         """
         length = x.shape[1]
         projected = self.query_key_value(x)

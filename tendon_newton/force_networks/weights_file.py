@@ -19,8 +19,8 @@ from tendon_newton.force_networks.force_network import ForceNetwork
 
 SUFFIX = ".safetensors"
 CARD_KEY, NETWORK_KEY = "card", "network"
+# Bytes of names, shapes and metadata; safetensors itself allows a hundred times as many
 HEADER_LIMIT = 1 << 20
-"""Bytes of names, shapes and metadata; safetensors itself allows a hundred times as many."""
 
 
 def write_weights(path: Path, network: ForceNetwork, card: ForceNetworkCard) -> None:

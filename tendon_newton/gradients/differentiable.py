@@ -26,17 +26,14 @@ if TYPE_CHECKING:
 
     from tendon_newton.gradients.network_course import TapedNetwork
 
-ONE_WALK = Adjoint()
-"""The whole run is walked back at once."""
+ONE_WALK = Adjoint()  # The whole run is walked back at once
 
 
 class Course(Protocol):
     """The way of a run from its start to its end, and back."""
 
-    weights: tuple[nn.Parameter, ...]
-    """What a network inside has learned."""
-    weight_gradients: tuple[Tensor, ...]
-    """Derivatives of the last loss by it."""
+    weights: tuple[nn.Parameter, ...]  # What a network inside has learned
+    weight_gradients: tuple[Tensor, ...]  # Derivatives of the last loss by it
 
     def forward(self) -> None:
         """Simulate."""
@@ -153,11 +150,7 @@ class DifferentiableRollout:
         return self.readings
 
     def backward(self, **seeds: Array) -> Inputs:
-        """Walk the last `forward` back.
-
-        Args:
-            **seeds: Derivatives of a loss by the readings of the given names, in their shapes.
-        """
+        """Walk the last `forward` back from derivatives of a loss by the named readings."""
         self._course.backward(seeds)
         return self.inputs
 

@@ -70,10 +70,9 @@ from tendon_newton.simulation.tendons.routes import (
 from tendon_newton.simulation.tendons.states import excursion, flow_at
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
-NUDGE = 1.0e-6
-"""Half step of a central difference [rad, m]: float64 leaves ten digits."""
+NUDGE = 1.0e-6  # Half step of a central difference [rad, m]: float64 leaves ten digits
+# Newton steps at the start where effects remember; each gains a digit. Else one is exact.
 START_SWEEPS = 4
-"""Newton steps at the start where effects remember; each gains a digit. Else one is exact."""
 
 
 @device_template

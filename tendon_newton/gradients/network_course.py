@@ -21,8 +21,7 @@ from tendon_newton.simulation.hosts.query_rows import NONE_LEFT
 from tendon_newton.simulation.hosts.torch_bridge import plain_tensor
 from tendon_newton.simulation.model.kernel_arrays import struct_of
 
-EXACT_STEPS = 30
-"""Steps of the search for the starting force in float64."""
+EXACT_STEPS = 30  # Steps of the search for the starting force in float64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,19 +52,15 @@ class NetworkCourse:
     A run that starts in equilibrium carries the derivative of the balance between network and
     mechanism.
 
-    Args:
-        run: The run.
-        network: The network.
-        queries: Row of each query of each recording, `NONE_LEFT` at its end, shape (Q, W).
-        plan: The substeps.
+    `queries` has the row of each query of each recording, `NONE_LEFT` at its end, shape (Q, W).
     """
 
     def __init__(
         self, run: TapedRun, network: TapedNetwork, queries: Indices, plan: SubstepPlan
     ) -> None:
         self._run, self._network, self._slots = run, network.module, plan.slots
+        # What the network has learned, in the order of `weight_gradients`
         self.weights: tuple[nn.Parameter, ...] = tuple(network.module.parameters())
-        """What the network has learned, in the order of `weight_gradients`."""
         self.weight_gradients: tuple[Tensor, ...] = ()
         structure = run.rollout.kernels.structure
         self._tendons, self._held_memory = structure.tendon_count, structure.held_memory
@@ -76,8 +71,8 @@ class NetworkCourse:
         self._force = run.array((len(queries), run.world_count), TendonVector)
         self._seen, self._told = plain_tensor(self._samples), plain_tensor(self._force)
         k = torch.arange(len(queries))[:, None] + torch.arange(1 - network.window, 1)
+        # Samples in the window of each query, shape (Q, H)
         self._places = k.clamp(min=0).to(self._seen.device)
-        """Samples in the window of each query, shape (Q, H)."""
 
     def forward(self) -> None:
         """Simulate."""

@@ -15,11 +15,7 @@ if TYPE_CHECKING:
 
 
 class SegmentedCourse:
-    """A run forwards and backwards; only one segment's states are kept at a time.
-
-    Args:
-        run: The run.
-    """
+    """A run forwards and backwards; only one segment's states are kept at a time."""
 
     weights: tuple[nn.Parameter, ...] = ()
     weight_gradients: tuple[Tensor, ...] = ()
@@ -29,8 +25,7 @@ class SegmentedCourse:
         self._starts = zeros(
             run.types, StateRows, len(run.segments), run.world_count, device=run.device
         )
-        self._at_end = False
-        """Whether the states are those of the last segment."""
+        self._at_end = False  # Whether the states are those of the last segment
 
     def forward(self) -> None:
         """Simulate."""

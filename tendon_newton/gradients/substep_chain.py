@@ -33,19 +33,16 @@ from tendon_newton.device_code.templates import Bindings
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.structure import Structure
 
-TOGETHER = 2**20
-"""Substeps of all worlds whose slopes are found at once."""
+TOGETHER = 2**20  # Substeps of all worlds whose slopes are found at once
+# Worlds times components of the state from which on one substep at a time is as fast: what an H200
+# has room for
 ROOM = 20_000
-"""Worlds times components of the state from which on one substep at a time is as fast: what an H200
-has room for."""
+# Threads of a block on CUDA: few, so that a thousand worlds reach many multiprocessors
 GRADIENT_BLOCK = 64
-"""Threads of a block on CUDA: few, so that a thousand worlds reach many multiprocessors."""
 
 
-LEAST_ROOM = 1024
-"""Slots for divided substeps to begin with."""
-STATE = ("q", "v", "memory")
-"""Names of the arrays of a state."""
+LEAST_ROOM = 1024  # Slots for divided substeps to begin with
+STATE = ("q", "v", "memory")  # Names of the arrays of a state
 
 
 class SubstepChain:
@@ -55,14 +52,9 @@ class SubstepChain:
     `forward` simulates; before `backward` come `make_room` and `begin_backward`, after it
     `end_backward`.
 
-    Args:
-        structure: What decides the kernels' code.
-        kernels: Those of `substep_kernels`.
-        types: The kernels' types.
-        common: What each substep reads: the bench's numbers, the parameters, commands, schedule.
-        states: A `StateRows` struct with gradients, shape (L + 1, W).
-        segments: How many there are.
-        at_once: Whether `backward` takes many substeps at once; by default on a GPU with room.
+    `common` is what each substep reads: the bench's numbers, the parameters, commands, schedule.
+    The states are a `StateRows` struct with gradients, shape (L + 1, W). `backward` takes many
+    substeps at once if asked to, by default on a GPU with room.
     """
 
     def __init__(
@@ -84,12 +76,11 @@ class SubstepChain:
         self._components = component_places(structure)
         if at_once is None:
             at_once = self._device.is_cuda and self._worlds * len(self._components) < ROOM
-        self.at_once = at_once
-        """Whether `backward` takes many substeps at once."""
+        self.at_once = at_once  # Whether `backward` takes many substeps at once
         self._together = max(1, min(TOGETHER // self._worlds, self._length))
         shape = (self._length, self._worlds)
+        # Divided substeps of each segment since this was set to zero, shape (segments,)
         self.counts = wp.zeros(segments, dtype=wp.int32, device=self._device)
-        """Divided substeps of each segment since this was set to zero, shape (segments,)."""
         self._marks = struct_of(
             types,
             Marks,
@@ -260,12 +251,7 @@ def launch(
 ) -> None:
     """Launch a kernel that has a gradient, or its adjoint, which uses the arguments' gradients.
 
-    Args:
-        kernel: Made for blocks of `GRADIENT_BLOCK`.
-        dim: Number of threads.
-        arguments: What it takes.
-        device: Warp device.
-        back: Whether its adjoint is meant.
+    The kernel was made for blocks of `GRADIENT_BLOCK`.
     """
     wp.launch(
         kernel,
@@ -291,12 +277,8 @@ def arrays_of(states: Any) -> dict[str, Any]:
 def view(value: Any, start: int = 0, count: int | None = None, *, gradients: Any = None) -> Any:
     """Return an array's rows, or a struct of arrays, on the same memory with other gradients.
 
-    Args:
-        value: Array or struct.
-        start: First row.
-        count: Number of rows; all by default.
-        gradients: Array of the gradients, which stay as they are when a walk has read them, or
-            such arrays by name; none by default.
+    Gradients, none by default, are an array, or arrays by name; they stay as they are when a walk
+    has read them.
     """
     copy = empty_struct(value)
     if copy is not None:

@@ -13,8 +13,8 @@ from tendon_newton.simulation.hosts.query_rows import NONE_LEFT
 from tendon_newton.simulation.hosts.timeline import Timeline
 
 COLUMNS = ("time", "duration", "row")
+# Instant [s], duration [s] and row of each substep of a recording
 Substeps = tuple[Array, Array, Indices]
-"""Instant [s], duration [s] and row of each substep of a recording."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,9 +105,7 @@ def laid_out(plans: list[Substeps], slots: list[Indices], length: int) -> dict[s
 def query_parts(row: Indices, queries: Indices) -> list[Indices]:
     """Return the substeps from each query of a recording to the next.
 
-    Args:
-        row: Row of each substep.
-        queries: Row of each query, `NONE_LEFT` at the end.
+    Queries are rows, `NONE_LEFT` at the end.
     """
     edges = np.searchsorted(row, queries[queries != NONE_LEFT])
     edges = np.append(edges, np.full(len(queries) + 1 - len(edges), len(row)))
@@ -117,11 +115,7 @@ def query_parts(row: Indices, queries: Indices) -> list[Indices]:
 def last_slot(slots: Indices, queries: Indices, slot_of: Indices, rows: int) -> int:
     """Return the state in which a recording's last row is read: after its query or substep.
 
-    Args:
-        slots: First slot of each query.
-        queries: Row of each query.
-        slot_of: Slot of each substep.
-        rows: Number of rows.
+    `slots` has the first slot of each query, `slot_of` that of each substep.
     """
     asked = np.flatnonzero(queries == rows - 1)
     return int(slots[asked[0]] if len(asked) else slot_of[-1]) + 1

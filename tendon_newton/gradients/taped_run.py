@@ -29,6 +29,7 @@ from tendon_newton.simulation.hosts.rollout import Rollout
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.structure import Structure
 
+# Arrays of the mechanism that carry gradients
 DIFFERENTIABLE_NUMBERS = (
     "stiffness",
     "rest",
@@ -47,9 +48,9 @@ DIFFERENTIABLE_NUMBERS = (
     "lower",
     "upper",
 )
-"""Arrays of the mechanism that carry gradients."""
+# Numbers of routed tendons; the zero of their excursion stays where it is
 ROUTE_NUMBERS = ("path_point", "path_radius")
-"""Numbers of routed tendons; the zero of their excursion stays where it is."""
+# Numbers of contacts
 CONTACT_NUMBERS = (
     "obstacle_position",
     "obstacle_size",
@@ -58,7 +59,6 @@ CONTACT_NUMBERS = (
     "obstacle_friction",
     "capsule_radius",
 )
-"""Numbers of contacts."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,14 +97,7 @@ class Segment:
 
 
 class TapedRun:
-    """The arrays of a differentiable rollout, and the launches at both of its ends.
-
-    Args:
-        rollout: The recordings.
-        model: Actuator and effects with their numbers.
-        plan: The substeps.
-        adjoint: How the run is walked back.
-    """
+    """The arrays of a differentiable rollout, and the launches at both of its ends."""
 
     def __init__(self, rollout: Rollout, model: Model, plan: SubstepPlan, adjoint: Adjoint) -> None:
         structure = rollout.kernels.structure
@@ -113,8 +106,8 @@ class TapedRun:
         self.kernels = gradient_kernel_set(structure)
         vectors = rollout.array(rollout.base_vectors(model), self.types[ParameterVector])
         self.inputs = make_inputs(rollout, vectors)
+        # Where each recording starts, before its derivative is added; memories have gradients
         self.settled = zeros(self.types, States, self.world_count, device=self.device)
-        """Where each recording starts, before its derivative is added; memories have gradients."""
         settled_memory = self.settled.memory
         settled_memory.requires_grad = True
         self.settled.memory = settled_memory
@@ -124,6 +117,7 @@ class TapedRun:
         rows = sum(len(timeline.time) for timeline in rollout.timelines)
         self._readout = zeros(self.types, Readout, rows, device=self.device, requires_grad=True)
         self.readings = Readings(**{name: getattr(self._readout, name) for name in READINGS})
+        # The way from the first state to the last, and back
         self.substeps = SubstepChain(
             structure,
             self.kernels,
@@ -133,9 +127,7 @@ class TapedRun:
             segments=len(self.segments),
             at_once=adjoint.at_once,
         )
-        """The way from the first state to the last, and back."""
-        self.graphs: dict[str, Any] = {}
-        """Captured runs by name, from the second run of each on."""
+        self.graphs: dict[str, Any] = {}  # Captured runs by name, from the second run of each on
 
     @property
     def common(self) -> list[Any]:

@@ -18,8 +18,8 @@ from tendon_newton.device_code.slots import (
 from tendon_newton.device_code.structs import Flow, Tendon
 from tendon_newton.device_code.templates import device_template
 
+# Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against
 HELD = 1.0e6
-"""Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
 
 
 @device_template

@@ -19,12 +19,10 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.gear import gear_line
 from tendon_newton.law.servo import holding_force, is_outrun
 
+# Inertia [kg m2] of the smallest rotor: that of a coreless motor of 10 mm without a gear
 LEAST_ROTOR = 1.0e-8
-"""Inertia [kg m2] of the smallest rotor: that of a coreless motor of 10 mm without a gear."""
-UNBOUNDED = 1.0e30
-"""Stands for an infinite number where one must be compared: a speed, a stiffness."""
-SETTLED = 1.0e9
-"""Time [s] after which every internal state has come to rest."""
+UNBOUNDED = 1.0e30  # Stands for an infinite number where one must be compared: a speed, a stiffness
+SETTLED = 1.0e9  # Time [s] after which every internal state has come to rest
 
 
 @device_template
@@ -39,12 +37,7 @@ def spool_balance(
 ) -> Spool:
     """Return what accelerates a rotor whose string carries a tension.
 
-    Args:
-        flow: What the servo gives.
-        tendon: The tendon, with the servo's error.
-        p: Numbers of actuator and effects.
-        tension: What the string carries [N].
-        stiffness: By how much more it carries as its spool's lead grows [N/m].
+    The string carries a tension [N], and more by a stiffness [N/m] as its spool's lead grows.
     """
     motor = flow.motor_force
     gear = gear_line(tension, tendon, p)

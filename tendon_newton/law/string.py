@@ -26,8 +26,8 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.gear import rotor_flow
 from tendon_newton.law.servo import holding_force, is_outrun, servo_flow
 
+# Whether a string pulls: what its force says, or what was decided at the start of a step
 UNDECIDED, TAUT, SLACK = 0.0, 1.0, 2.0
-"""Whether a string pulls: what its force says, or what was decided at the start of a step."""
 
 
 @device_template

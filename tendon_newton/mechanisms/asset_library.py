@@ -9,12 +9,12 @@ from tendon_newton.errors import InvalidAsset, UnknownName, unknown_name
 
 USD_SUFFIXES = (".usda", ".usd", ".usdc", ".usdz")
 
+# Environment variable that lists the user's own folders of assets
 FOLDERS_VARIABLE = "TENDON_NEWTON_ASSETS"
-"""Environment variable that lists the user's own folders of assets."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
+# A wheel carries its assets inside the package; a clone has them beside it
 _FOLDERS = (_PACKAGE / "_assets", _PACKAGE.parent / "assets")
-"""A wheel carries its assets inside the package; a clone has them beside it."""
 
 
 def asset_folder() -> Path:
@@ -81,9 +81,8 @@ def asset_files() -> dict[str, Path]:
 def asset_path(name_or_file: str | Path) -> Path:
     """Return the USD file of an asset that is given by its name or by a path.
 
-    Args:
-        name_or_file: A name under ``assets/`` or in a folder of the user's, or the path of a USD
-            file or of an asset's folder.
+    The name is one under ``assets/`` or in a folder of the user's; the path is that of a USD file
+    or of an asset's folder.
     """
     path = Path(name_or_file)
     if path.suffix in USD_SUFFIXES:
@@ -107,9 +106,7 @@ def is_file(path: str | Path) -> bool:
 def unknown_asset(kind: str, name: str) -> UnknownName:
     """Build the error for an asset that is in none of the folders, and say how to name one.
 
-    Args:
-        kind: What the asset is there, in words ("bench").
-        name: What came for a name.
+    Its kind is told in words ("bench").
     """
     here = is_file(f"{name}/{name}.usda")
     mend = f"{FOLDERS_VARIABLE}={Path.cwd()}" if here else f"folders in {FOLDERS_VARIABLE}"

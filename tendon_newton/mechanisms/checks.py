@@ -22,9 +22,6 @@ def check_asset(name_or_file: str | Path) -> tuple[AssetFinding, ...]:
 
     What the finished mechanism must keep is checked only where the stage itself is free of errors.
 
-    Args:
-        name_or_file: A name under ``assets/``, or the path of a USD file.
-
     Raises:
         InvalidAsset: The file is unreadable.
     """

@@ -38,6 +38,7 @@ from tendon_newton.mechanisms.usd.usd_tendon import NAMESPACE, register_tendon_a
 OBSTACLE = "tendon:obstacle"
 BONE = "tendon:bone"
 MEETING = "tendon:meeting"
+# Name, rows, type, what an index refers to
 _ATTRIBUTES: tuple[tuple[str, str, type, str | None], ...] = (
     ("obstacle_shape", OBSTACLE, wp.int32, "shape"),
     ("obstacle_stiffness", OBSTACLE, wp.float32, None),
@@ -47,17 +48,15 @@ _ATTRIBUTES: tuple[tuple[str, str, type, str | None], ...] = (
     ("meeting_obstacle", MEETING, wp.int32, "shape"),
     ("meeting_bone", MEETING, wp.int32, "shape"),
 )
-"""Name, rows, type, what an index refers to."""
-OBSTACLE_GROUP = 1
-"""Collision group of obstacles."""
+OBSTACLE_GROUP = 1  # Collision group of obstacles
+# Collision group of links: Newton lets a negative one meet all others, but not itself. Links that
+# are obstacles have the groups below.
 BONE_GROUP = -1
-"""Collision group of links: Newton lets a negative one meet all others, but not itself. Links that
-are obstacles have the groups below."""
+# Just above the least coefficient that MuJoCo takes [1]. MuJoCo takes the greater coefficient of
+# two shapes: the obstacle's.
 LEAST_FRICTION = 2.0e-5
-"""Just above the least coefficient that MuJoCo takes [1]. MuJoCo takes the greater coefficient of
-two shapes: the obstacle's."""
+# Force [N] at which Newton's linear damper is as strong as the one that grows with the depth
 USUAL_FORCE = 1.0
-"""Force [N] at which Newton's linear damper is as strong as the one that grows with the depth."""
 
 
 def register_contact_attributes(builder: newton.ModelBuilder) -> None:
@@ -131,10 +130,7 @@ def with_shapes(mechanism: Mechanism) -> newton.ModelBuilder:
 def stretch_bones(model: Any, joints: Sequence[Joint], variants: Sequence[Sequence[Joint]]) -> None:
     """Stretch the capsules of links with the links, from their joints on.
 
-    Args:
-        model: Worlds of one mechanism with obstacles.
-        joints: The mechanism's, which its shapes belong to.
-        variants: Those of each world.
+    The model's shapes belong to the mechanism's `joints`; each world has its variant of them.
     """
     bones, bodies = model.tendon.bone_shape.numpy(), model.shape_body.numpy()
     places, sizes = model.shape_transform.numpy(), model.shape_scale.numpy()

@@ -15,18 +15,15 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-FEW = 3
-"""Up to so many worlds a model is Newton's own."""
+FEW = 3  # Up to so many worlds a model is Newton's own
+# Fields of a model that have no rows of worlds, and one that `_shapes_of_bodies` makes
 DESCRIPTIONS = ("attribute_specs", "attribute_frequency", "attribute_assignment", "body_shapes")
-"""Fields of a model that have no rows of worlds, and one that `_shapes_of_bodies` makes."""
 
 
 def model_of_worlds(replicate: Callable[[int], newton.Model], world_count: int) -> newton.Model:
     """Return the finalized model of W equal worlds.
 
-    Args:
-        replicate: Makes that of a few worlds with Newton's builder.
-        world_count: Number of worlds W.
+    `replicate` makes a model of a few worlds with Newton's builder.
     """
     model: Any = replicate(min(world_count, FEW))
     if world_count > FEW:

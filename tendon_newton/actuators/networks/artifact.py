@@ -35,8 +35,7 @@ from tendon_newton.force_networks.weights_file import (
 )
 
 CARD_NAME = "card.json"
-FILE_SIZE_LIMIT = 1 << 28
-"""Bytes; a force network has about 1 << 17."""
+FILE_SIZE_LIMIT = 1 << 28  # Bytes; a force network has about 1 << 17
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,17 +10,13 @@ import warp as wp
 
 from tendon_newton.actuators.networks.fused_weights import Shape
 
-LANES = 32
-"""Threads of a CUDA warp."""
-WARPS = 4
-"""Warps of a block."""
-TOGETHER = 2
-"""Servos that a warp takes at once: what a weight costs to load is shared by them."""
-BLOCK = WARPS * LANES
-"""Threads of a block."""
+LANES = 32  # Threads of a CUDA warp
+WARPS = 4  # Warps of a block
+TOGETHER = 2  # Servos that a warp takes at once: what a weight costs to load is shared by them
+BLOCK = WARPS * LANES  # Threads of a block
+# Most blocks for each multiprocessor; a block reads the weights once, and then takes servos by the
+# stride of all blocks. Three are resident; eight leave none of them idle at the end (one H200).
 BLOCKS_PER_PROCESSOR = 8
-"""Most blocks for each multiprocessor; a block reads the weights once, and then takes servos by the
-stride of all blocks. Three are resident; eight leave none of them idle at the end (one H200)."""
 SOURCE = Path(__file__).with_name("fused_transformer.cuh")
 
 

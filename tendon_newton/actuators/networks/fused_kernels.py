@@ -65,20 +65,13 @@ class SecondLayer(Placeholder):
     """Four lanes: its second layer."""
 
 
-LANES: int = constant()
-"""Servos of a thread."""
-WINDOW: int = constant()
-"""Samples that the network sees."""
-WIDTH: int = constant()
-"""Numbers in a token."""
-HEADS: int = constant()
-"""Heads of an attention."""
-DEPTH: int = constant()
-"""Numbers in a head's share of a token."""
-FEED: int = constant()
-"""Units between the two layers behind an attention."""
-CAUSAL: bool = constant()
-"""Whether a sample sees only those before it."""
+LANES: int = constant()  # Servos of a thread
+WINDOW: int = constant()  # Samples that the network sees
+WIDTH: int = constant()  # Numbers in a token
+HEADS: int = constant()  # Heads of an attention
+DEPTH: int = constant()  # Numbers in a head's share of a token
+FEED: int = constant()  # Units between the two layers behind an attention
+CAUSAL: bool = constant()  # Whether a sample sees only those before it
 AT_FEED_1: int = constant()
 AT_FEED_1_BIAS: int = constant()
 AT_FEED_2: int = constant()
@@ -101,6 +94,7 @@ AT_PLACES: int = constant()
 AT_SAMPLES: int = constant()
 AT_SECOND: int = constant()
 AT_SECOND_BIAS: int = constant()
+# Where each block of numbers begins among the weights; see `fused_weights`
 BLOCKS: dict[str, int] = {
     "feed_1": AT_FEED_1,
     "feed_1_bias": AT_FEED_1_BIAS,
@@ -125,10 +119,8 @@ BLOCKS: dict[str, int] = {
     "second": AT_SECOND,
     "second_bias": AT_SECOND_BIAS,
 }
-"""Where each block of numbers begins among the weights; see `fused_weights`."""
 
-NORM_FLOOR = 1.0e-5
-"""Added to a variance before its root, as `torch.nn.LayerNorm` does."""
+NORM_FLOOR = 1.0e-5  # Added to a variance before its root, as `torch.nn.LayerNorm` does
 
 
 @device_template

@@ -31,13 +31,11 @@ from tendon_newton.data.cards.force_network_card import INPUTS, PLAIN_HOLD
 from tendon_newton.data.recording import Array
 from tendon_newton.device_code.templates import Bindings, Specialiser
 
-LANES = 8
-"""Servos of a thread on a CPU: the numbers in a vector register of AVX2."""
+LANES = 8  # Servos of a thread on a CPU: the numbers in a vector register of AVX2
 
+# Largest difference [N] to the module that a fused kernel may show when it is loaded
 PARITY = 1.0e-4
-"""Largest difference [N] to the module that a fused kernel may show when it is loaded."""
-CHECKED_WINDOWS = 64
-"""Random windows that a fused kernel is checked on when it is loaded."""
+CHECKED_WINDOWS = 64  # Random windows that a fused kernel is checked on when it is loaded
 
 LOG = logging.getLogger(__name__)
 
@@ -45,11 +43,7 @@ LOG = logging.getLogger(__name__)
 class FusedQuery:
     """Runs a network over a window in one launch that reads the histories' ring in place.
 
-    Args:
-        module: The TorchScript module that the weights are taken from.
-        rate: Samples per second [Hz].
-        limit: The most that the servo gives [N].
-        device: Warp device.
+    The weights are the TorchScript module's; the rate is in [Hz], the servo's limit in [N].
 
     Raises:
         NoFusedKernel: The network is of another kind.

@@ -10,24 +10,21 @@ from numpy.typing import NDArray
 from tendon_newton.data.recording import Array
 
 LAYERS = 2
-HEAD_WIDTHS = (8, 4, 1)
-"""Units of the perceptron at the end."""
-ALIGNED = 4
-"""Numbers that a GPU loads at once, from a multiple of their size."""
+HEAD_WIDTHS = (8, 4, 1)  # Units of the perceptron at the end
+ALIGNED = 4  # Numbers that a GPU loads at once, from a multiple of their size
 
 
+# Window, width, heads, units of the feed-forward layer, causality, places of the blocks
 Shape = tuple[int, int, int, int, bool, tuple[tuple[str, int], ...]]
-"""Window, width, heads, units of the feed-forward layer, causality, places of the blocks."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FusedWeights:
     """All numbers of a Transformer with two layers, and where each block of them begins."""
 
-    values: NDArray[np.float32]
-    """The blocks one after the other."""
+    values: NDArray[np.float32]  # The blocks one after the other
+    # Block -> place of its first number; those of a layer count from the layer's place
     places: Mapping[str, int]
-    """Block -> place of its first number; those of a layer count from the layer's place."""
     window: int
     width: int
     heads: int

@@ -6,8 +6,8 @@ from typing import Any
 
 import warp as wp
 
+# Numbers of a sample: motor angle asked for [rad], motor angle [rad], its rate [rad/s]
 CHANNELS = 3
-"""Numbers of a sample: motor angle asked for [rad], motor angle [rad], its rate [rad/s]."""
 
 
 class History:
@@ -16,22 +16,19 @@ class History:
     Kernels write samples with `push_sample`; networks read `ring` in place, or `windows` in order.
     The ring is contiguous over servos, so that neighbouring threads touch neighbouring numbers.
 
-    Args:
-        count: Number of servos N, W worlds of D tendons each.
-        window: Samples H that a network sees.
-        device: Warp device.
+    It holds N servos, W worlds of D tendons each, and the H samples that a network sees.
     """
 
     def __init__(self, count: int, window: int, device: Any) -> None:
         self.count = count
         self.window = window
         self.device = device
+        # What was seen, shape (H, 3, N)
         self.ring = wp.zeros((window, CHANNELS, count), dtype=wp.float32, device=device)
-        """Samples, shape (H, 3, N)."""
+        # Place of each servo's newest sample in the ring, shape (N,)
         self.newest = wp.zeros(count, dtype=wp.int32, device=device)
-        """Place of each servo's newest sample in the ring, shape (N,)."""
+        # Samples oldest first as `order` left them, shape (N, H, 3)
         self.windows = wp.zeros((count, window, CHANNELS), dtype=wp.float32, device=device)
-        """Samples oldest first as `order` left them, shape (N, H, 3)."""
 
     def order(self) -> Any:
         """Copy the ring to `windows`, oldest sample first, and return that."""

@@ -45,11 +45,8 @@ def network_file(model: Model) -> Path:
 def open_query(model: Model, form: str, device: Any, *, trust: bool = False) -> ForceQuery:
     """Load a model's force network for a simulation, and warn of one that was not made for that.
 
-    Args:
-        model: A model whose actuator is `learned`.
-        form: How it runs: as TorchScript, or as a fused kernel where it has one.
-        device: Warp device.
-        trust: Whether to trust the file from now on; see `load_network`.
+    The form is ``torchscript``, or ``fused`` where there is such a kernel; see `load_network` on
+    trust.
 
     Raises:
         UnknownName: No such form.

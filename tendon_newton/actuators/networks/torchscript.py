@@ -19,15 +19,12 @@ def single_precision() -> Any:
 class ForceQuery(Protocol):
     """Answers what N servos pull after what their history shows."""
 
-    window: int
-    """Samples H that it looks back."""
-    rate: float
-    """Samples per second [Hz], and queries per second."""
-    hold: HoldLaw
-    """How its force answers to the shaft between two queries."""
+    window: int  # Samples H that it looks back
+    rate: float  # Samples per second [Hz], and queries per second
+    hold: HoldLaw  # How its force answers to the shaft between two queries
 
+    # Whether a query is Warp's launches alone, which a graph on a CPU may record
     is_warp_only: bool
-    """Whether a query is Warp's launches alone, which a graph on a CPU may record."""
 
     def __call__(self, history: History, force: wp.array) -> None:
         """Write the forces [N] of all servos, shape (N,)."""
@@ -72,9 +69,7 @@ class TorchScriptQuery(ModuleQuery):
 
     A Transformer is run in its form `last_query`, which gives the same force for less work.
 
-    Args:
-        module: Maps windows (N, H, 3), oldest sample first, to forces [N], (N,) or (N, 1).
-        **options: As for `ModuleQuery`.
+    The module maps windows (N, H, 3), oldest sample first, to forces [N], (N,) or (N, 1).
     """
 
     def __init__(self, module: Any, **options: Any) -> None:
@@ -96,9 +91,7 @@ class StreamingQuery(ModuleQuery):
 
     A servo that begins anew gets the state after a whole window of its first sample.
 
-    Args:
-        module: Has `initial_state`, `step` and `reset_state`; see `NetworkFile`.
-        **options: As for `ModuleQuery`; a fresh state is made from the samples of `window`.
+    The module has `initial_state`, `step` and `reset_state`; see `NetworkFile`.
     """
 
     def __init__(self, module: Any, **options: Any) -> None:

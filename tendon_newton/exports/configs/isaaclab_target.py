@@ -39,13 +39,13 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
 BENCH_FILE = "bench.usda"
+# Delays are whole steps of the physics, friction is the solver's, springs only Newton reads
 COVERAGE: dict[str, Coverage] = {
     **IN_THE_PRIMS,
     "command_delay": "approximate",
     "joint_stiffness_error": "approximate",
     "tendon_slack": "none",
 }
-"""Delays are whole steps of the physics, friction is the solver's, springs only Newton reads."""
 IMPORTS = [
     "from pathlib import Path",
     "",

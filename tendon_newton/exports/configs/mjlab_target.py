@@ -37,8 +37,8 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
 BENCH_FILE = "bench.xml"
+# Delays are whole steps of the physics, and a string pushes
 COVERAGE: dict[str, Coverage] = {**IN_THE_FILE, "tendon_slack": "approximate"}
-"""Delays are whole steps of the physics, and a string pushes."""
 IMPORTS = [
     "from pathlib import Path",
     "",

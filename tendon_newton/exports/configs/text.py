@@ -11,22 +11,13 @@ from tendon_newton.exports.networks.network_target import MLP_STEPS
 from tendon_newton.exports.networks.students import RATE, fit_mlp, lessons_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
-PHYSICS_STEP = 0.005
-"""Step of the physics [s] for which delays are counted."""
+PHYSICS_STEP = 0.005  # Step of the physics [s] for which delays are counted
 CONFIG_FILE, NETWORK_FILE = "servo_cfg.py", "mlp.pt"
-FAST = 1.0e6
-"""A speed [rad/s, m/s] that nothing reaches: the network knows the motor's."""
+FAST = 1.0e6  # A speed [rad/s, m/s] that nothing reaches: the network knows the motor's
 
 
 def config_text(title: str, imports: list[str], name: str, entries: dict[str, Any]) -> str:
-    """Return a Python file with configuration objects.
-
-    Args:
-        title: Its docstring.
-        imports: Import lines.
-        name: Of the dictionary.
-        entries: Key -> (class, numbers by field).
-    """
+    """Return a Python file with a dictionary of configuration objects: key -> (class, fields)."""
     lines = [f'"""{title}"""', "", *imports, "", f"{name} = {{"]
     for key, (kind, numbers) in entries.items():
         lines.append(f"    {key!r}: {kind}(")

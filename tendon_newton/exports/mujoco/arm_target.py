@@ -36,20 +36,19 @@ from tendon_newton.simulation.hosts.timeline import make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 
 FILE, PROGRAM = "arm.xml", "arm_step.py"
+# Modules of the program, in the order in which they are joined
 RUNTIME = (jets, commands, arm_stepping, rows)
-"""Modules of the program, in the order in which they are joined."""
+# What MJCF alone says of each effect
 IN_THE_FILE = coverage_of(
     (), ("command_delay", "actuator_lag", "position_offset", "deadband", "backlash")
 )
-"""What MJCF alone says of each effect."""
+# What the program says of each effect; the clock of a log is no part of an arm
 COVERAGE = coverage_of(tuple({*POSITION_EFFECTS} - {"sample_period_error"}), ())
-"""What the program says of each effect; the clock of a log is no part of an arm."""
+# Compliance of a servo [rad/(N m)] whose own is not known, in the file alone
 USUAL = IdealPosition.parameters[0].nominal
-"""Compliance of a servo [rad/(N m)] whose own is not known, in the file alone."""
+# How far the program's own commands go to either side of the middle of a joint's range [rad]
 SWING = 0.3
-"""How far the program's own commands go to either side of the middle of a joint's range [rad]."""
-TIP_RADIUS = 1.0e-3
-"""Of the ball at the tip that meets the floor [m]."""
+TIP_RADIUS = 1.0e-3  # Of the ball at the tip that meets the floor [m]
 
 
 def write_arm(folder: Path, arm: IdentifiedArm) -> tuple[Path, Path]:

@@ -24,23 +24,16 @@ from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
 
+# MuJoCo's `solimp` with which dry friction creeps least
 FRICTION_SHAPE = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
-"""MuJoCo's `solimp` with which dry friction creeps least."""
-FRICTION_TIME = 1.0e-3
-"""Time constant of that friction [s]: two steps, the least that MuJoCo takes."""
+FRICTION_TIME = 1.0e-3  # Time constant of that friction [s]: two steps, the least that MuJoCo takes
 
 
 def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: float) -> None:
     """Add an actuator whose control is the desired motor angle [rad].
 
-    That of a force network has the tension [N] for its control.
-
-    Args:
-        spec: MuJoCo's editable model.
-        tendon: The tendon.
-        model: Actuator and effects.
-        sign: Whether MuJoCo's tendon grows (+1) or shrinks (-1) when it is wound in.
-        offset: Excursion [m] where it has no length.
+    That of a force network has the tension [N] for its control. MuJoCo's tendon grows (sign +1) or
+    shrinks (-1) when it is wound in; at the offset [m] it has no length.
     """
     mujoco = newton_s_mujoco()
     actuator = spec.add_actuator(
@@ -108,13 +101,8 @@ def replay_file(
 ) -> Trajectory:
     """Replay a recording by the MJCF file alone.
 
-    Args:
-        path: The file.
-        mechanism: The bench.
-        model: What it was made of.
-        placed: Sign and offset [m] of each tendon, as for `add_servo`.
-        recording: Commands.
-        start: Joint positions [rad] from which it starts, shape (J,).
+    `placed` has sign and offset of each tendon, as for `add_servo`; it starts at joint positions
+    (J,) [rad].
     """
     mujoco = newton_s_mujoco()
     mj_model = mujoco.MjModel.from_xml_path(str(path))

@@ -24,13 +24,12 @@ from tendon_newton.law.servo import HELD
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
+# Modules of the program, in the order in which they are joined
 RUNTIME = (jets, servos, resting, networks, commands, stepping, rows)
-"""Modules of the program, in the order in which they are joined."""
+# What a motor at its greatest speed holds against, in shares of its greatest force [1]: MuJoCo's
+# solver loses its digits to a bound that is no force of the bench
 HOLDING = 4.0
-"""What a motor at its greatest speed holds against, in shares of its greatest force [1]: MuJoCo's
-solver loses its digits to a bound that is no force of the bench."""
-LONGEST_STEP = 1.0e-4
-"""Default step [s]."""
+LONGEST_STEP = 1.0e-4  # Default step [s]
 
 
 def program_text(
@@ -44,13 +43,7 @@ def program_text(
 ) -> str:
     """Return the Python file that steps an exported model.
 
-    Args:
-        mechanism: The bench with the model's own numbers.
-        model: Actuator and effects.
-        servos: `servo_numbers`.
-        title: First line of its docstring.
-        span: Motor angles [rad] between which its own commands move.
-        network: Its force network, if it has one.
+    `servos` are those of `servo_numbers`; its own commands move between two motor angles [rad].
     """
     rotor = find_actuator(model.actuator.name).rotor
     free = rotor and any(not tendon.direct for tendon in mechanism.tendons)
@@ -93,11 +86,7 @@ def servo_numbers(
 ) -> list[dict[str, Any]]:
     """Return what a program knows of each servo.
 
-    Args:
-        mechanism: The bench.
-        model: Actuator and effects.
-        signs: Whether MuJoCo's tendon grows (+1) or shrinks (-1) when it is wound in.
-        offsets: Excursion [m] at which MuJoCo's tendon has no length.
+    Signs and offsets [m] are as for `add_servo`.
     """
     dry = any(
         effect.values[name] != 0.0 for effect in model.effects for name in EFFECTS[effect.name].dry

@@ -39,6 +39,7 @@ from tendon_newton.simulation.hosts.rollout import Trajectory
 MODEL_FILE = "model.xml"
 PROGRAM_FILE = "tendon_step.py"
 
+# What MJCF alone says of each effect
 IN_THE_FILE = coverage_of(
     (
         "gain_error",
@@ -60,12 +61,11 @@ IN_THE_FILE = coverage_of(
         "stribeck_friction",
     ),
 )
-"""What MJCF alone says of each effect."""
+# A rotor in its play meets its edges in the middle of a step, which nothing divides. A servo
+# without inertia switches its least duty in every step.
 NEARLY = ("backlash", "starting_duty")
-"""A rotor in its play meets its edges in the middle of a step, which nothing divides. A servo
-without inertia switches its least duty in every step."""
+# What the program says of each effect
 COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY}), NEARLY)
-"""What the program says of each effect."""
 
 
 def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

@@ -19,19 +19,15 @@ from tendon_newton.exports.networks.students import (
 )
 
 OPSET = 17
-IR_VERSION = 9
-"""Version of ONNX files that runtimes of the last years read."""
-METADATA = "metadata"
-"""Key under which Newton's drives look for a JSON object."""
-GATES = (0, 3, 1, 2)
-"""ONNX's order of an LSTM's gates (input, output, forget, cell) among torch's."""
-GRU_GATES = (1, 0, 2)
-"""ONNX's order of a GRU's gates (update, reset, new) among torch's."""
+IR_VERSION = 9  # Version of ONNX files that runtimes of the last years read
+METADATA = "metadata"  # Key under which Newton's drives look for a JSON object
+GATES = (0, 3, 1, 2)  # ONNX's order of an LSTM's gates (input, output, forget, cell) among torch's
+GRU_GATES = (1, 0, 2)  # ONNX's order of a GRU's gates (update, reset, new) among torch's
+# What Newton's GRU is shown, by Newton's names
 GRU_COLUMNS = ("target_position", "position", "velocity")
-"""What Newton's GRU is shown, by Newton's names."""
 
+# What errors and speeds are multiplied by, and then the network's answer
 Scales = tuple[float, float, float]
-"""What errors and speeds are multiplied by, and then the network's answer."""
 
 
 def scale_numbers(scales: Scales) -> dict[str, float]:
@@ -101,10 +97,7 @@ def write_lstm_onnx(path: Path, network: StudentLstm, scales: Scales) -> None:
 def write_gru_onnx(path: Path, network: StudentGru, spread: tuple[Array, Array]) -> None:
     """Write a GRU for Newton's `DriveNeuralGRU`: time first, one sample at a time.
 
-    Args:
-        path: The file.
-        network: The GRU.
-        spread: Mean and standard deviation of its columns and of the force, shape (4,).
+    `spread` has mean and standard deviation of its columns and of the force, shape (4,).
     """
     from onnx import TensorProto, helper
 

@@ -25,15 +25,14 @@ from tendon_newton.exports.networks.students import (
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
-MLP_STEPS, MEMORY_STEPS = 1500, 600
-"""Steps of training."""
+MLP_STEPS, MEMORY_STEPS = 1500, 600  # Steps of training
 MLP_FILES, LSTM_FILES = ("mlp.onnx", "mlp.pt"), ("lstm.onnx", "lstm.pt")
 GRU_FILE = "gru.onnx"
+# What a servo and its tendon do is learned; the mechanism and the load cell are not
 COVERAGE: dict[str, Coverage] = {
     name: "approximate" if effect.side in ("actuator", "transmission") else "none"
     for name, effect in EFFECTS.items()
 }
-"""What a servo and its tendon do is learned; the mechanism and the load cell are not."""
 
 
 def write_networks_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

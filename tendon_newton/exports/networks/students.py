@@ -26,20 +26,13 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
-RATE = 200.0
-"""How often a student is asked [Hz]: the usual step of a simulation on Isaac Lab."""
-HISTORY = 16
-"""Samples that an MLP sees: 80 ms."""
-WIDTHS = (32, 32)
-"""Units of its hidden layers."""
-MEMORY = 24
-"""Size of an LSTM and of a GRU."""
-SPAN = 6.0
-"""Length of a run [s]."""
-TRAIN, HELD_OUT = 9, 3
-"""Runs that are learned, and runs that only tell the error."""
-PIECE = 100
-"""Samples of a piece of a run through which a memory learns."""
+RATE = 200.0  # How often a student is asked [Hz]: the usual step of a simulation on Isaac Lab
+HISTORY = 16  # Samples that an MLP sees: 80 ms
+WIDTHS = (32, 32)  # Units of its hidden layers
+MEMORY = 24  # Size of an LSTM and of a GRU
+SPAN = 6.0  # Length of a run [s]
+TRAIN, HELD_OUT = 9, 3  # Runs that are learned, and runs that only tell the error
+PIECE = 100  # Samples of a piece of a run through which a memory learns
 LEARNING_RATE = 3.0e-3
 
 
@@ -225,12 +218,8 @@ def fit_memory(
 ) -> float:
     """Fit a network with a memory; return its root mean square error on runs it has not seen.
 
-    Args:
-        network: From inputs (N, T, C) and a state to scaled forces (N, T, 1) and a state.
-        x: Scaled inputs, shape (R, T, C).
-        force: Scaled forces, shape (R, T).
-        start: Count N -> state that has seen nothing.
-        steps: Of training.
+    The network maps scaled inputs (N, T, C) and a state to scaled forces (N, T, 1) and a state;
+    `start` makes a state that has seen nothing for a count N.
     """
     pieces = x[:-HELD_OUT].reshape(-1, PIECE, x.shape[2])
     asked = force[:-HELD_OUT].reshape(-1, PIECE)

@@ -43,8 +43,7 @@ from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import SETTLED
 from tendon_newton.law.string import renewed_memory, tendon_flow
 
-RELAXATIONS = 3
-"""How often memories and spool are brought to rest in turn."""
+RELAXATIONS = 3  # How often memories and spool are brought to rest in turn
 
 
 @device_template
@@ -91,11 +90,7 @@ def at_rest(tendon: Tendon, p: ParameterVector, bench: DriveBench) -> Kept:
 def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: DriveBench) -> DriveAnswer:
     """Return what a drive gives from now on, and what it remembers then.
 
-    Args:
-        tendon: Where it is now, under the new command; its memory is the one before.
-        p: Numbers of actuator and effects.
-        before: What the drive remembered one step ago.
-        bench: Numbers of bench and step.
+    The tendon is under the new command; its memory is the one before.
     """
     out = DriveAnswer()
     here = tendon

@@ -34,10 +34,8 @@ from tendon_newton.exports.runtime.networks import open_network
 
 BENCH = FOLDER / "bench_drive.usda"
 SCHEMA = "TendonDriveAPI"
-SHORTEST_SHARE = 0.25
-"""Share of the longest step that a step must have at least [1]."""
-SWING_IN = 1.0
-"""How long [s] a bench swings in under its first command."""
+SHORTEST_SHARE = 0.25  # Share of the longest step that a step must have at least [1]
+SWING_IN = 1.0  # How long [s] a bench swings in under its first command
 
 
 class TendonDrive(DriveBase):
@@ -215,10 +213,7 @@ def one_world() -> Any:
 class Simulation:
     """Worlds that hold the bench, stepped by SolverMuJoCo.
 
-    Args:
-        worlds: How many.
-        step: [s]; errors of friction and strings fall with it.
-        device: Warp device.
+    Errors of friction and strings fall with the step [s].
     """
 
     def __init__(self, worlds: int = 1, step: float = TIME_STEP, device: Any = None) -> None:

@@ -28,10 +28,9 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
+# Share of a mechanism's momentum [1] that a servo's damping may take in one step
 DAMPED_SHARE = 0.3
-"""Share of a mechanism's momentum [1] that a servo's damping may take in one step."""
-POSES = 3
-"""Poses of each joint at which its inertia is looked at."""
+POSES = 3  # Poses of each joint at which its inertia is looked at
 
 
 def drive_numbers(
@@ -44,13 +43,8 @@ def drive_numbers(
 ) -> DriveNumbers:
     """Return what a drive knows of its bench.
 
-    Args:
-        mechanism: The bench before the model's effects, which the drive has itself.
-        corrected: As its file has it.
-        model: Actuator and effects, with the hold law of its network.
-        paths: Ways of the tendons.
-        network: Its force network, if it has one.
-        step: Longest step [s].
+    `mechanism` is the bench before the model's effects, which the drive has itself, and `corrected`
+    as its file has it. The step is the longest [s].
     """
     rotor = find_actuator(model.actuator.name).rotor
     direct = [tendon.direct for tendon in mechanism.tendons]
@@ -152,9 +146,7 @@ def longest_step(mechanism: Mechanism, model: Model) -> float:
 def least_inertia(mechanism: Mechanism, pulled: Tendon | Array) -> float:
     """Return the least inertia with which a mechanism answers a string [kg], or a joint's torque.
 
-    Args:
-        mechanism: The bench.
-        pulled: The tendon, or a direction of the joints.
+    What is pulled is a tendon, or a direction of the joints.
     """
     mujoco = newton_s_mujoco()
     compiled = mujoco_spec(mechanism).compile()

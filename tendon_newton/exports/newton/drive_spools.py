@@ -13,10 +13,8 @@ from tendon_newton.exports.newton.grips import GRIP, GRIP_DAMPING, UNBOUNDED
 from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import spool_balance
 
-HALVINGS = 60
-"""Bisections of where a spool comes to rest."""
-SPAN = 10.0
-"""Turns of a spool [rad] within which a loose one comes to rest."""
+HALVINGS = 60  # Bisections of where a spool comes to rest
+SPAN = 10.0  # Turns of a spool [rad] within which a loose one comes to rest
 
 
 @device_template

@@ -11,14 +11,12 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.exports.newton.drive_structs import DriveBench, Kept
 from tendon_newton.law.spool import UNBOUNDED
 
-GRIP = 0.3
-"""Turns [rad] that a stiff spring's oscillation may take in one step."""
+GRIP = 0.3  # Turns [rad] that a stiff spring's oscillation may take in one step
+# Share of an inertia's momentum [1] that its damper takes in one step: seven tenths critical
 GRIP_DAMPING = 0.42
-"""Share of an inertia's momentum [1] that its damper takes in one step: seven tenths critical."""
+# What a motor at its greatest speed holds against, in shares of its greatest force [1]
 OUTRUN = 4.0
-"""What a motor at its greatest speed holds against, in shares of its greatest force [1]."""
-STUCK = 1.0e-3
-"""Share of its span [1] by which friction that sticks is away from sliding."""
+STUCK = 1.0e-3  # Share of its span [1] by which friction that sticks is away from sliding
 
 
 @device_template

@@ -11,8 +11,8 @@ from tendon_newton.exports.network_export import NetworkFacts
 from tendon_newton.exports.newton import drive, drive_types
 from tendon_newton.exports.runtime import facts, networks, rows
 
+# Modules of the program, in the order in which they are joined
 MODULES = (drive_types, networks, drive, rows)
-"""Modules of the program, in the order in which they are joined."""
 DOCSTRING = """An identified tendon servo as a drive for Newton's actuators.
 
 Made by tendon-newton export. It needs newton 1.8 with MuJoCo and USD. The file `bench_drive.usda`
@@ -55,12 +55,7 @@ class DriveNumbers:
 
 
 def drive_text(model: Model, numbers: DriveNumbers) -> str:
-    """Return the Python file of a drive.
-
-    Args:
-        model: Actuator and effects.
-        numbers: Of its bench.
-    """
+    """Return the Python file of a drive."""
     law = ModelLaw(model, numbers.free_spool)
     known = {
         "FOLDER": Text("Path(__file__).resolve().parent"),

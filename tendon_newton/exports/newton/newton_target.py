@@ -45,10 +45,7 @@ from tendon_newton.simulation.model.parameter_table import spool_radius_of
 def loading_text(*, network: bool, plain: bool, stray: float) -> str:
     """Return how a user loads the files.
 
-    Args:
-        network: Whether a force network is asked.
-        plain: Whether Newton's own prims say the servo.
-        stray: Most by which a tendon's way in the drive strays from the bench's [m].
+    A tendon's way in the drive strays from the bench's by `stray` [m] at most.
     """
     packages = '"newton[sim,importers]==1.8.*"' + (" onnxruntime" if network else "")
     return f"""```sh
@@ -97,10 +94,10 @@ SENSORS = (
     "load_cell_bias",
     "load_cell_drift",
 )
+# A rotor in its play meets its edges in the middle of a step, which nothing divides
 NEARLY = ("backlash",)
-"""A rotor in its play meets its edges in the middle of a step, which nothing divides."""
+# What the drive says of each effect; nobody has a load cell
 COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY, *SENSORS}), NEARLY)
-"""What the drive says of each effect; nobody has a load cell."""
 
 
 def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

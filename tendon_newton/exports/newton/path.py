@@ -10,12 +10,9 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon, excursion
 
-DEGREE = 6
-"""Highest sum of powers of a routed tendon's terms."""
-SAMPLES = 9
-"""Samples of each joint's range at which it is fitted."""
-SWING = (-np.pi, np.pi)
-"""Range of a joint without end stops [rad]."""
+DEGREE = 6  # Highest sum of powers of a routed tendon's terms
+SAMPLES = 9  # Samples of each joint's range at which it is fitted
+SWING = (-np.pi, np.pi)  # Range of a joint without end stops [rad]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,13 +19,13 @@ from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tendon_newton.exports.newton.prims import LONGEST_STEP, gearing_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
+# What Newton's own prims say of each effect, where a tendon drives one joint
 IN_THE_PRIMS: dict[str, Coverage] = {
     **IN_THE_FILE,
     "command_delay": "exact",
     "tendon_slack": "approximate",
     "joint_dry_friction": "approximate",
 }
-"""What Newton's own prims say of each effect, where a tendon drives one joint."""
 
 
 def plain_joints(mechanism: Mechanism, model: Model) -> dict[str, dict[str, float]]:
@@ -52,11 +52,7 @@ def plain_replay(
 ) -> dict[str, Array]:
     """Replay commands by the prims alone.
 
-    Args:
-        path: The file with them.
-        mechanism: The bench.
-        model: What the prims were made of.
-        rows: Commands, and the joint positions [rad, m] at which it begins.
+    `rows` has commands, and the joint positions [rad, m] at which it begins.
     """
     bench = PlainBench(path)
     bench.place(rows["joints"])
@@ -74,11 +70,7 @@ def plain_replay(
 
 
 class PlainBench:
-    """A file's bench, stepped by SolverMuJoCo under the file's own actuators.
-
-    Args:
-        path: The file.
-    """
+    """A file's bench, stepped by SolverMuJoCo under the file's own actuators."""
 
     def __init__(self, path: Path) -> None:
         builder = newton.ModelBuilder()

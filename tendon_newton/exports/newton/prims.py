@@ -22,10 +22,8 @@ from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
-ACTUATORS = "actuators"
-"""Name of the scope under the bench's default prim."""
-LONGEST_STEP = 1.0e-4
-"""Default step [s]."""
+ACTUATORS = "actuators"  # Name of the scope under the bench's default prim
+LONGEST_STEP = 1.0e-4  # Default step [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,11 +140,7 @@ def write_actuators(
 ) -> None:
     """Write a layer with actuator prims above a bench.
 
-    Args:
-        path: The layer.
-        bench: The bench's file, in the same folder.
-        prims: What is added.
-        joints: Numbers of joints that differ: path -> attribute -> value.
+    Numbers of joints that differ are given by path and attribute.
 
     Raises:
         InvalidOutput: The file cannot be written.

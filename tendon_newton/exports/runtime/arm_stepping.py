@@ -17,20 +17,17 @@ from tendon_newton.exports.runtime.jets import MemoryVector
 from tendon_newton.law.spool import SETTLED
 from tendon_newton.simulation.kernels.position_kernels import carried, followed, profiled, reported
 
-BANDWIDTH = 100.0
-"""How fast a joint comes back to its servo once nothing holds it off [rad/s]."""
+BANDWIDTH = 100.0  # How fast a joint comes back to its servo once nothing holds it off [rad/s]
+# Inertia of a geared motor at its joint [kg m2], with which a light link holds what it touches.
+# Nothing of a free motion depends on it. Chosen: a hobby servo has some times that.
 ROTOR = 0.01
-"""Inertia of a geared motor at its joint [kg m2], with which a light link holds what it touches.
-Nothing of a free motion depends on it. Chosen: a hobby servo has some times that."""
-EASED = 0.5
-"""Share of its way to the load that is felt that a load takes in a step [1]."""
+EASED = 0.5  # Share of its way to the load that is felt that a load takes in a step [1]
 
 
 class ArmServo:
     """One servo: where it is, as it counts, whatever it takes to hold it there.
 
-    Args:
-        row: Its name, its numbers, and how the joint's angle follows from its own.
+    Its row has its name, its numbers, and how the joint's angle follows from its own.
     """
 
     def __init__(self, row: dict[str, Any]) -> None:

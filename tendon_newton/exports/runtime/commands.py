@@ -7,17 +7,14 @@ from typing import Any
 
 import numpy as np
 
-INSTANT = 1.0e-6
-"""Instants [s] closer than this are one."""
-REMEMBERED = 1.0
-"""For how long commands and readings are kept [s]; nothing is later."""
+INSTANT = 1.0e-6  # Instants [s] closer than this are one
+REMEMBERED = 1.0  # For how long commands and readings are kept [s]; nothing is later
 
 
 class CommandHistory:
     """Commands of all servos by the instant from which on they hold.
 
-    Args:
-        command: What was always commanded before [rad], shape (D,).
+    It begins with what was always commanded before [rad], shape (D,).
     """
 
     def __init__(self, command: Any) -> None:

@@ -13,11 +13,7 @@ from tendon_newton.exports.runtime.facts import FOLDER, NETWORK
 class Network:
     """A force network and what it has been shown.
 
-    Args:
-        path: The ONNX file.
-        rate: How often it is asked [Hz].
-        window: Samples that it sees.
-        streaming: Whether it keeps a state in place of a window.
+    An ONNX file, asked at a rate [Hz] with a window of samples, or streaming with a state.
     """
 
     def __init__(self, path: Path, rate: float, window: int, streaming: bool) -> None:

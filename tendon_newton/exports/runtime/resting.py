@@ -16,16 +16,11 @@ from tendon_newton.exports.runtime.servos import ExportedServo, Now
 from tendon_newton.law.joint import spring_torque
 from tendon_newton.law.spool import SETTLED
 
-SETTLING_STEPS = 400
-"""Most steps towards rest."""
-STRIDE = 0.3
-"""Longest of them [rad, m]."""
-STILL = 1.0e-11
-"""A step that is shorter has arrived [rad, m]."""
-GUIDE_STIFFNESS = 1.0e6
-"""Stiffness [N/m] of the guide that brings a tendon to a measured angle."""
-HALVINGS = 60
-"""Bisections of a balance between two forces."""
+SETTLING_STEPS = 400  # Most steps towards rest
+STRIDE = 0.3  # Longest of them [rad, m]
+STILL = 1.0e-11  # A step that is shorter has arrived [rad, m]
+GUIDE_STIFFNESS = 1.0e6  # Stiffness [N/m] of the guide that brings a tendon to a measured angle
+HALVINGS = 60  # Bisections of a balance between two forces
 
 
 def balance(excess: Any, low: float, high: float) -> float:
@@ -56,9 +51,8 @@ def resting_spool(servo: ExportedServo, now: Now) -> tuple[float, float]:
 class Rest:
     """The search for the rest of a hook's model.
 
-    Args:
-        hook: Whose model it is.
-        target: Motor angles [rad] at which stiff guides hold it, None for its own servos.
+    With a target its tendons are held at motor angles [rad] by stiff guides, else by its own
+    servos.
     """
 
     def __init__(self, hook: Any, target: Any = None) -> None:

@@ -43,11 +43,7 @@ class Now(NamedTuple):
 
 
 class ExportedServo:
-    """One motor with its spool, string and load cell.
-
-    Args:
-        numbers: What the model says of it.
-    """
+    """One motor with its spool, string and load cell."""
 
     def __init__(self, numbers: Any) -> None:
         self.numbers = numbers

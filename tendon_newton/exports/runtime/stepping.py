@@ -34,15 +34,14 @@ from tendon_newton.exports.runtime.resting import Rest, balance
 from tendon_newton.exports.runtime.servos import ExportedServo, Now
 from tendon_newton.law.joint import damping_torque, spring_torque
 
+# Time [s] in which a motion that a reading takes for rest comes to rest: far less than a command's
+# jump needs to turn the slowest motion round
 AT_ONCE = 1.0e-8
-"""Time [s] in which a motion that a reading takes for rest comes to rest: far less than a command's
-jump needs to turn the slowest motion round."""
+# How often a reading is solved, each time with the inertia of the side on which it slides
 ROUNDS = 3
-"""How often a reading is solved, each time with the inertia of the side on which it slides."""
-SAME_INERTIA = 1.0e-3
-"""Share of an inertia [1] by which another is the same."""
+SAME_INERTIA = 1.0e-3  # Share of an inertia [1] by which another is the same
+# MuJoCo's `solimp` of dry friction with which it creeps least
 STICKING = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
-"""MuJoCo's `solimp` of dry friction with which it creeps least."""
 
 
 class Hold(NamedTuple):
@@ -265,12 +264,8 @@ class Hook:
         """Give MuJoCo the forces of the step to come; `mj_step1` has been called.
 
         MuJoCo's friction gives way in proportion to its force. What it gave way by in the step
-        before is asked of it on top, so that what sticks does not creep.
-
-        Args:
-            nows: The present of each tendon.
-            h: Step [s].
-            within: Time [s] in which friction may bring a motion to rest, a step by default.
+        before is asked of it on top, so that what sticks does not creep. Friction may bring a
+        motion to rest within a time [s], a step by default.
         """
         within = within or h
         data = self.data
@@ -299,16 +294,9 @@ class Hook:
         return holds
 
     def next_inertia(self, d: int, hold: Hold, share: float, h: float) -> float:
-        """Note for the next step what a tendon's rotor and its damping add to the inertia.
+        """Note the inertia [kg] that a tendon's rotor and its damping add in the next step.
 
-        Args:
-            d: The tendon.
-            hold: The sides of its motion.
-            share: Where it is between them, 0 at the least pull.
-            h: Step [s].
-
-        Returns:
-            The inertia as the string feels it [kg].
+        The share tells where the string is between the sides of its motion, 0 at the least pull.
         """
         inertia = 0.0
         if not self.slack[d]:

@@ -18,12 +18,8 @@ def write_layers(
 ) -> Path:
     """Write the layers of an asset into a new folder of its name, and return the file to open.
 
-    Args:
-        folder: Where the new folder goes.
-        templates: Folder of the templates, one per layer, beside this file.
-        layers: Their names; ``interface`` becomes the file to open.
-        plan: What the templates read; its name is the asset's.
-        filters: How they write numbers.
+    Each layer has a template; ``interface`` becomes the file to open. Filters say how numbers are
+    written.
 
     Raises:
         InvalidOutput: The new folder is there already, or cannot be made.

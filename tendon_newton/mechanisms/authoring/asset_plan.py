@@ -12,21 +12,19 @@ from tendon_newton.errors import InvalidAsset, listed, shown
 from tendon_newton.mechanisms.authoring.asset_folder import write_layers
 
 LAYERS = ("interface", "geometry", "physics", "tendon")
-RESERVED = (*LAYERS, "base", "tip")
-"""Names that a file or a prim of a new asset has already."""
+RESERVED = (*LAYERS, "base", "tip")  # Names that a file or a prim of a new asset has already
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
-SLENDERNESS = 0.13
-"""Radius over length of a drawn bone [1], that of the nominal finger."""
-STOP_STIFFNESS = 30.0
-"""Stiffness of the end stops [N m/rad], that of the nominal finger."""
+SLENDERNESS = 0.13  # Radius over length of a drawn bone [1], that of the nominal finger
+STOP_STIFFNESS = 30.0  # Stiffness of the end stops [N m/rad], that of the nominal finger
+# Damping ratio [1] of a stop against all that swings outward of its joint: it rings once
 STOP_DAMPING_RATIO = 0.4
-"""Damping ratio [1] of a stop against all that swings outward of its joint: it rings once."""
+# How templates write numbers: as they are, and what USD wants in degrees
 NUMBER_FILTERS: dict[str, Callable[[float], str]] = {
     "number": lambda value: f"{value:.8g}",
     "degrees": lambda value: f"{180.0 / pi * value:.9g}",
     "per_degree": lambda value: f"{pi / 180.0 * value:.8g}",
 }
-"""How templates write numbers: as they are, and what USD wants in degrees."""
+# Numbers of a finger: outside, millimetres, grams or degrees slipped in
 RANGES: dict[str, tuple[float, float, str]] = {
     "length": (1e-3, 0.5, "m"),
     "mass": (1e-4, 10.0, "kg"),
@@ -37,7 +35,6 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "spool_radius": (1e-3, 0.1, "m"),
     "force_limit": (0.1, 1000.0, "N"),
 }
-"""Numbers of a finger: outside, millimetres, grams or degrees slipped in."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,10 +161,6 @@ def stop_damping(lengths: tuple[float, ...], masses: tuple[float, ...]) -> float
 
 def write_asset(folder: Path, plan: AssetPlan) -> Path:
     """Write the layers of a finger into a new folder of its name, and return the file to open.
-
-    Args:
-        folder: Where the new folder goes.
-        plan: The finger.
 
     Raises:
         InvalidOutput: The new folder is there already, or cannot be made.

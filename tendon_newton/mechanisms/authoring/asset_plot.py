@@ -27,19 +27,12 @@ COLORS = ("#1f6f8b", "#d1603d", "#6a4c93", "#3d8361", "#b8860b", "#555555")
 GREY = "#8a8f98"
 INK = "#2b2f36"
 POSTURES = 5
-DASHES = ("-", "--", ":", "-.")
-"""Line style of each tendon."""
-NO_ARM = 1.0e-6
-"""A moment arm smaller than this [m] all along is none."""
+DASHES = ("-", "--", ":", "-.")  # Line style of each tendon
+NO_ARM = 1.0e-6  # A moment arm smaller than this [m] all along is none
 
 
 def plot_asset(mechanism: Mechanism, path: Path) -> None:
-    """Draw excursion, moment arms, closing force and postures, flat and in space, into a PNG file.
-
-    Args:
-        mechanism: The mechanism.
-        path: File of the picture.
-    """
+    """Draw excursion, moment arms, closing force and postures, flat and in space, as PNG."""
     if path.suffix.lower() != ".png":
         raise InvalidOutput(f"The picture is a PNG file; {path} ends otherwise.")
     figure = new_figure(15.5, 7.5)

@@ -15,21 +15,12 @@ BONE = "#2b2f36"
 AXIS = "#1f6f8b"
 TIP = "#d1603d"
 STRING = "#3d8361"
-MOST_NAMED = 6
-"""More joints than this [1] are drawn without their names."""
-AXIS_LENGTH = 0.3
-"""Length of a joint's axis, over that of the whole chain [1], as drawn."""
+MOST_NAMED = 6  # More joints than this [1] are drawn without their names
+AXIS_LENGTH = 0.3  # Length of a joint's axis, over that of the whole chain [1], as drawn
 
 
 def plot_space(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices) -> None:
-    """Draw a mechanism in space, ever darker as it closes, with its axes and its tip's path.
-
-    Args:
-        axes: A plot with three axes.
-        mechanism: The mechanism.
-        path: Postures of the closing mechanism.
-        rows: Postures along it that are drawn.
-    """
+    """Draw a mechanism in space, ever darker as it closes, with its axes and its tip's path."""
     chains = [chain_points(mechanism, path.joint_position[row]) for row in rows]
     everything = np.concatenate([point for chain in chains for point in chain])
     size = max(float(np.max(np.ptp(everything, axis=0))), 1.0e-3)

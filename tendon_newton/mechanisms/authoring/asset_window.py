@@ -12,8 +12,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.statics import closing_path
 from tendon_newton.mechanisms.worlds import build_model
 
-FRAME_RATE = 60.0
-"""Frames per second."""
+FRAME_RATE = 60.0  # Frames per second
 
 
 def show_in_window(mechanism: Mechanism) -> None:
@@ -26,10 +25,7 @@ def show_in_window(mechanism: Mechanism) -> None:
 def play(mechanism: Mechanism, viewer: Any, frames: int | None = None) -> None:
     """Show a mechanism on its way along the equilibria, there and back.
 
-    Args:
-        mechanism: The mechanism.
-        viewer: One of Newton's viewers.
-        frames: Frames to show; until the viewer is closed by default.
+    It ends after some frames, or when the viewer is closed.
     """
     positions = closing_path(mechanism).joint_position
     there_and_back = np.concatenate([positions, positions[::-1]]).astype(np.float32)

@@ -72,6 +72,7 @@ def limit_force(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
     )
 
 
+# Effects that are nothing but other numbers of the mechanism, in the order in which they apply
 HOMES: dict[str, Callable[[Mechanism, Numbers], Mechanism]] = {
     "joint_dry_friction": add_dry_friction,  # a share of the spring before it is scaled
     "joint_stiffness_error": scale_stiffness,
@@ -81,28 +82,23 @@ HOMES: dict[str, Callable[[Mechanism, Numbers], Mechanism]] = {
     "position_offset": shift_excursion,  # on the spool that is really there
     "force_saturation": limit_force,
 }
-"""Effects that are nothing but other numbers of the mechanism, in the order in which they apply."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Correction:
     """A mechanism before and after a model's numbers were put into it."""
 
-    asset: Mechanism
-    """The mechanism of the asset."""
+    asset: Mechanism  # The mechanism of the asset
     corrected: Mechanism
-    applied: tuple[str, ...]
-    """Effects that are in the corrected numbers."""
+    applied: tuple[str, ...]  # Effects that are in the corrected numbers
+    # Effects that no number of a mechanism stands for: servo, sensors, memory of springs
     left: tuple[str, ...]
-    """Effects that no number of a mechanism stands for: servo, sensors, memory of springs."""
 
 
 def correct(asset: Mechanism, model: Model) -> Correction:
     """Put a model's bench numbers and effects into a mechanism, as far as they have a place there.
 
-    Args:
-        asset: The mechanism.
-        model: Its ``bench_overrides`` for this mechanism and its effects count.
+    The model's ``bench_overrides`` for this mechanism and its effects count.
     """
     own = model.bench_overrides.get(asset.name)
     corrected = asset if own is None else override_mechanism(asset, own)

@@ -12,6 +12,7 @@ from tendon_newton.mechanisms.authoring.asset_folder import write_layers
 from tendon_newton.mechanisms.authoring.asset_plan import NUMBER_FILTERS, check_name
 
 Kind = Literal["slider", "shaft"]
+# Numbers of a machine from a watch to a crane; units as in `DirectPlan`
 RANGES: dict[str, tuple[float, float]] = {
     "mass": (1e-6, 1e6),
     "length": (1e-4, 100.0),
@@ -20,11 +21,9 @@ RANGES: dict[str, tuple[float, float]] = {
     "stiffness": (0.0, 1e9),
     "force_limit": (1e-6, 1e6),
 }
-"""Numbers of a machine from a watch to a crane; units as in `DirectPlan`."""
+# By this share of its range [1] a cart enters a stop that holds its drive's full force
 STOP_GIVE = 1e-3
-"""By this share of its range [1] a cart enters a stop that holds its drive's full force."""
-STOP_DAMPING_RATIO = 0.4
-"""Damping ratio [1] of a stop against the cart: it rings once."""
+STOP_DAMPING_RATIO = 0.4  # Damping ratio [1] of a stop against the cart: it rings once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,20 +31,14 @@ class DirectPlan:
     """A bench without a string: its drive pushes as well as pulls."""
 
     name: str
-    kind: Kind
-    """A cart on a rail, or a mass on an arm that hangs from a shaft."""
-    mass: float
-    """Mass of the cart, or at the arm's end [kg]."""
-    length: float = 0.1
-    """Length of the arm [m]; a slider has none."""
+    kind: Kind  # A cart on a rail, or a mass on an arm that hangs from a shaft
+    mass: float  # Mass of the cart, or at the arm's end [kg]
+    length: float = 0.1  # Length of the arm [m]; a slider has none
+    # Travel of the cart from stop to stop, the middle at 0 [m]; a shaft turns freely
     range: float = 1.0
-    """Travel of the cart from stop to stop, the middle at 0 [m]; a shaft turns freely."""
-    damping: float = 0.0
-    """Viscous damping [N s/m], of a shaft [N m s/rad]."""
-    stiffness: float = 0.0
-    """Spring to the middle [N/m], of a shaft to straight down [N m/rad]."""
-    force_limit: float = 100.0
-    """The most that the drive can give [N], of a shaft [N m]."""
+    damping: float = 0.0  # Viscous damping [N s/m], of a shaft [N m s/rad]
+    stiffness: float = 0.0  # Spring to the middle [N/m], of a shaft to straight down [N m/rad]
+    force_limit: float = 100.0  # The most that the drive can give [N], of a shaft [N m]
 
     def __post_init__(self) -> None:
         """Refuse names and numbers that are none."""

@@ -10,8 +10,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.authoring.asset_folder import write_layers
 from tendon_newton.mechanisms.authoring.foreign_plan import LAYERS, ForeignPlan
 
-ROUNDING = 1.0e-7
-"""Share of a vector's largest component that is rounding of float32 [1]."""
+ROUNDING = 1.0e-7  # Share of a vector's largest component that is rounding of float32 [1]
 
 
 def write_foreign(folder: Path, plan: ForeignPlan) -> Path:

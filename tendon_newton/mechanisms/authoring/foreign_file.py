@@ -22,10 +22,8 @@ from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 INCLUDE = re.compile(r"""<\s*include\b[^>]*?\bfile\s*=\s*["']([^"']*)""", re.IGNORECASE)
-SIZE_LIMIT = 8_000_000
-"""Bytes of a file of joints and links; meshes lie beside it."""
-TAKEN = ("base", "joints", "tendons", "scene")
-"""Names that prims of every imported asset have."""
+SIZE_LIMIT = 8_000_000  # Bytes of a file of joints and links; meshes lie beside it
+TAKEN = ("base", "joints", "tendons", "scene")  # Names that prims of every imported asset have
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,8 +34,8 @@ class ForeignFinger:
     joints: tuple[Joint, ...]
     links: tuple[str, ...]
     gravity: Array
+    # Joint whose link has the site named ``tip``, and its place there [m]
     tip: tuple[int, Array] | None
-    """Joint whose link has the site named ``tip``, and its place there [m]."""
 
 
 def read_foreign(path: Path) -> ForeignFinger:

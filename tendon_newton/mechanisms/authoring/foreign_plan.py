@@ -22,12 +22,10 @@ from tendon_newton.mechanisms.authoring.foreign_file import TAKEN, ForeignFinger
 from tendon_newton.mechanisms.geometry.joints import Joint, freeze_arrays
 
 LAYERS = ("interface", "links", "tendon")
-RESERVED = (*LAYERS, *TAKEN, "tip")
-"""Names that a file or a prim of an imported asset has already."""
+RESERVED = (*LAYERS, *TAKEN, "tip")  # Names that a file or a prim of an imported asset has already
+# Stiffness of stops that a file leaves to Newton [N m/rad]: too hard for links of some grams
 IMPORTED_STOP = 1.0e4
-"""Stiffness of stops that a file leaves to Newton [N m/rad]: too hard for links of some grams."""
-LEAST_BONE = 1.0e-4
-"""Length below which no bone is drawn [m]."""
+LEAST_BONE = 1.0e-4  # Length below which no bone is drawn [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,13 +76,11 @@ class ForeignPlan:
     """Everything that the layers of an imported asset say."""
 
     name: str
-    source: str
-    """Name of the file that it came from."""
+    source: str  # Name of the file that it came from
     joints: tuple[ForeignJoint, ...]
+    # Moment arms of the one tendon; none where each joint has a servo of its own
     moment_arms: tuple[float, ...]
-    """Moment arms of the one tendon; none where each joint has a servo of its own."""
-    springs: tuple[float, ...]
-    """Return springs that are added; none where the file has its own."""
+    springs: tuple[float, ...]  # Return springs that are added; none where the file has its own
     spool_radius: float
     force_limit: float
     gravity: float

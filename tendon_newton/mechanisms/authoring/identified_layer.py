@@ -20,18 +20,16 @@ from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
 
-PROVENANCE = "tendon_newton"
-"""Key of the provenance in the layer's ``customLayerData``."""
-RELATIVE = 1.0e-9
-"""Difference of a number that is none [1]: the rest of the arithmetic."""
+PROVENANCE = "tendon_newton"  # Key of the provenance in the layer's ``customLayerData``
+RELATIVE = 1.0e-9  # Difference of a number that is none [1]: the rest of the arithmetic
 DOCUMENTATION = """What a diagnosis found about {name}, above its asset: open this in its place.
 
 Every number here is an override; without this layer the asset is as it was. What has no place in
 USD (servo, sensors, springs that remember, lengths of links) stands in customLayerData alone. The
 model.toml beside it says the same of the asset as it was: use one of the two."""
 
+# Prim, attribute, name of its type in `Sdf.ValueTypeNames`, and value
 Overrides = Iterator[tuple[str, str, str, Any]]
-"""Prim, attribute, name of its type in `Sdf.ValueTypeNames`, and value."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,27 +45,21 @@ class FoundNumber:
 class Provenance:
     """Program, diagnosis and dataset behind the numbers of a layer."""
 
-    version: str
-    """Version of the program."""
-    schema: int
-    """Schema of its diagnosis."""
+    version: str  # Version of the program
+    schema: int  # Schema of its diagnosis
     verdict: str
-    dataset: str
-    """SHA-256 of the dataset."""
+    dataset: str  # SHA-256 of the dataset
+    # Effect -> parameter -> number, of all effects of the model, with a place in USD or not
     numbers: Mapping[str, Mapping[str, FoundNumber]]
-    """Effect -> parameter -> number, of all effects of the model, with a place in USD or not."""
+    # Joint -> length of its link, where the model states lengths: shapes and frames of a link would
+    # have to follow, so that a layer of numbers leaves them
     lengths: Mapping[str, FoundNumber] = field(default_factory=dict)
-    """Joint -> length of its link, where the model states lengths: shapes and frames of a link
-    would have to follow, so that a layer of numbers leaves them."""
 
 
 def write_identified_layer(path: Path, correction: Correction, provenance: Provenance) -> None:
     """Write the layer; it holds overrides only and names the asset as its sublayer.
 
-    Args:
-        path: The file; replaced if it is there.
-        correction: The mechanism as its asset has it, and corrected.
-        provenance: Origin of the numbers.
+    A file that is there is replaced.
 
     Raises:
         InvalidOutput: The file cannot be written.

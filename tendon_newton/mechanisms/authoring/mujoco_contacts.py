@@ -17,24 +17,20 @@ from tendon_newton.mechanisms.geometry.meetings import bones_of
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
 from tendon_newton.mechanisms.obstacle_shapes import USUAL_FORCE, quaternion
 
+# Share of a contact's acceleration that MuJoCo's constraint decides [1], at any depth
 IMPEDANCE = 0.9
-"""Share of a contact's acceleration that MuJoCo's constraint decides [1], at any depth."""
+# How much harder friction is than the push [1]: what sticks creeps by less than 1 mm/s at 1 N
 IMPRATIO = 100.0
-"""How much harder friction is than the push [1]: what sticks creeps by less than 1 mm/s at 1 N."""
+# Time in which friction brings a creep to rest [s]; MuJoCo asks for two steps at least
 FRICTION_TIME = 2.0e-3
-"""Time in which friction brings a creep to rest [s]; MuJoCo asks for two steps at least."""
+# Colours of what stays and of what moves
 RGBA = {False: [0.85, 0.87, 0.90, 1.0], True: [0.80, 0.30, 0.24, 1.0]}
-"""Colours of what stays and of what moves."""
 
 
 def add_obstacles(spec: Any, mechanism: Mechanism, bones: Sequence[Any], mujoco: Any) -> None:
     """Add a mechanism's obstacles and their contacts to MuJoCo's editable model.
 
-    Args:
-        spec: The model, with the mechanism alone.
-        mechanism: The mechanism.
-        bones: Geoms of the capsules that its links carry; each has a name.
-        mujoco: The package.
+    `bones` are the geoms of the capsules that its links carry; each has a name.
     """
     if not mechanism.obstacles:
         return

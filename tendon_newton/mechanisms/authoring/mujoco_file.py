@@ -25,26 +25,22 @@ from tendon_newton.mechanisms.authoring.mujoco_contacts import add_obstacles
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 
+# Step [s]: the stops of a light link ring at more than MuJoCo's own 2 ms can follow
 TIME_STEP = 5.0e-4
-"""Step [s]: the stops of a light link ring at more than MuJoCo's own 2 ms can follow."""
+# Shapes that both draw alike
 DRAWN = {
     int(newton.GeoType.SPHERE): "mjGEOM_SPHERE",
     int(newton.GeoType.CAPSULE): "mjGEOM_CAPSULE",
     int(newton.GeoType.CYLINDER): "mjGEOM_CYLINDER",
     int(newton.GeoType.BOX): "mjGEOM_BOX",
 }
-"""Shapes that both draw alike."""
 
 
 def write_mujoco(path: Path, mechanism: Mechanism) -> None:
     """Write a mechanism as MJCF.
 
     The control of a motor is the tension [N] at its tendon. Spool, servo and effects stay behind:
-    what they do is a program's business in MuJoCo.
-
-    Args:
-        path: The file; replaced if it is there.
-        mechanism: The bench.
+    what they do is a program's business in MuJoCo. A file that is there is replaced.
 
     Raises:
         InvalidOutput: The file cannot be written.
@@ -80,9 +76,7 @@ def mujoco_spec(mechanism: Mechanism) -> Any:
 def scene_spec(mechanism: Mechanism, names: Mapping[str, str]) -> Any:
     """Return a mechanism and its obstacles, which may move, as MuJoCo's editable model.
 
-    Args:
-        mechanism: The mechanism.
-        names: What its prims are called; see `names_of`.
+    Its prims are called as `names_of` says.
     """
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         draft = Path(folder) / "export.xml"

@@ -14,8 +14,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 
-Body = tuple[Array, Array, Array]
-"""Mass, centre and inertia about the centre."""
+Body = tuple[Array, Array, Array]  # Mass, centre and inertia about the centre
 
 
 def with_arm(load: Body, arm: Array) -> Body:

@@ -13,8 +13,7 @@ from tendon_newton.mechanisms.geometry.statics import closing_path
 class ClosingPostures:
     """A mechanism's postures on its way along the friction-free equilibria.
 
-    Args:
-        mechanism: Its first tendon closes it.
+    Its first tendon closes it.
 
     Raises:
         InvalidParameter: It has no equilibrium.
@@ -27,19 +26,15 @@ class ClosingPostures:
         self._angle = self.path.excursion[order] / mechanism.tendons[0].spool_radius
         self._joints = self.path.joint_position[order]
         straight = self.bones(np.zeros(len(mechanism.joints)))
+        # Length of its bones together [m]
         self.size = sum(float(np.linalg.norm(b[1] - b[0])) for b in straight) or 1.0
-        """Length of its bones together [m]."""
 
     def joints_at(self, motor_angle: float) -> Array:
         """Return the joints [rad] at a motor angle [rad], shape (J,); a slack string pulls none."""
         return np.array([np.interp(motor_angle, self._angle, q) for q in self._joints.T])
 
     def bones(self, joint_position: Array) -> list[Array]:
-        """Return the ends of each bone as x and -z [m], shape (2, 2): down counts as on a screen.
-
-        Args:
-            joint_position: Joint positions [rad], shape (J,).
-        """
+        """Return the ends of each bone at positions (J,) [rad] as x and -z [m], (2, 2)."""
         bones = chain_points(self.mechanism, joint_position)
         return [np.column_stack([bone[:, 0], -bone[:, 2]]) for bone in bones]
 

@@ -15,14 +15,10 @@ from tendon_newton.mechanisms.geometry.joints import Joint
 class Posture:
     """World frames of every link and joint at one set of joint positions, or at many."""
 
-    rotation: tuple[Array, ...]
-    """From each link's frame to the world, J of shape (..., 3, 3)."""
-    position: tuple[Array, ...]
-    """Origin of each link's frame [m], J of shape (..., 3)."""
-    axis: tuple[Array, ...]
-    """Each joint's axis in the world, J of shape (..., 3)."""
-    anchor: tuple[Array, ...]
-    """Each joint's origin in the world [m], J of shape (..., 3)."""
+    rotation: tuple[Array, ...]  # From each link's frame to the world, J of shape (..., 3, 3)
+    position: tuple[Array, ...]  # Origin of each link's frame [m], J of shape (..., 3)
+    axis: tuple[Array, ...]  # Each joint's axis in the world, J of shape (..., 3)
+    anchor: tuple[Array, ...]  # Each joint's origin in the world [m], J of shape (..., 3)
 
     def place(self, body: int, point: Array) -> Array:
         """Return a point of a link in the world [m], shape (..., 3); link -1 is the base."""
@@ -34,12 +30,7 @@ class Posture:
 
 
 def frames_of(joints: tuple[Joint, ...], joint_position: Array) -> Posture:
-    """Compute the frames of a tree of joints.
-
-    Args:
-        joints: The joints, each behind its parent.
-        joint_position: Joint positions [rad], shape (..., J).
-    """
+    """Compute the frames of a tree of joints, parents first, at positions (..., J) [rad]."""
     rotation: list[Array] = []
     position: list[Array] = []
     axis: list[Array] = []
@@ -77,12 +68,8 @@ def _motion(joint: Joint, q: Array) -> tuple[Array, Array]:
 def way_between(parents: tuple[int, ...], seen_from: int, body: int) -> tuple[tuple[int, int], ...]:
     """Return the joints that move a link as seen from another, outwards from the second.
 
-    Each comes with +1 where it carries the link, and -1 where it carries the one that looks.
-
-    Args:
-        parents: Parent of each joint, -1 for the base.
-        seen_from: The link that looks; -1 is the base.
-        body: The link that is looked at.
+    Each comes with +1 where it carries the link, and -1 where it carries the one that looks. A body
+    or a parent of -1 is the base.
     """
     looking, carrying = ancestors(parents, seen_from), ancestors(parents, body)
     up = [(joint, -1) for joint in looking if joint not in carrying]
@@ -111,14 +98,8 @@ def relative_motion(
 ) -> tuple[Array, Array]:
     """Return first and second derivatives of a point by the joints, as seen from a link.
 
-    Args:
-        joints: The joints.
-        frames: Places of the joints in the world.
-        way: The joints between the link that looks and the point's; see `way_between`.
-        point: The point in the world [m], shape (3,).
-
-    Returns:
-        Shapes (J, 3) and (J, J, 3), in the axes of the world.
+    The point (3,) [m] and the derivatives, (J, 3) and (J, J, 3), are in the axes of the world;
+    `way_between` gives the way.
     """
     first = np.zeros((len(joints), 3))
     second = np.zeros((len(joints), len(joints), 3))

@@ -10,12 +10,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 
 def posture(mechanism: Mechanism, joint_position: Array) -> Posture:
-    """Compute the frames of a mechanism.
-
-    Args:
-        mechanism: The mechanism.
-        joint_position: Joint positions [rad], shape (J,).
-    """
+    """Compute the frames of a mechanism at joint positions (J,) [rad]."""
     return frames_of(mechanism.joints, joint_position)
 
 

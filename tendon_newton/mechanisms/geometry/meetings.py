@@ -16,14 +16,10 @@ from tendon_newton.mechanisms.geometry.obstacles import LinkObstacle, Obstacle
 class Bone:
     """A capsule that a link carries."""
 
-    shape: int
-    """Number among the shapes of a world."""
-    link: int
-    """Link that carries it."""
-    prim: str
-    """Path of its prim in the asset."""
-    link_prim: str
-    """Path of the link's."""
+    shape: int  # Number among the shapes of a world
+    link: int  # Link that carries it
+    prim: str  # Path of its prim in the asset
+    link_prim: str  # Path of the link's
 
     def is_called(self, name: str) -> bool:
         """Tell whether its path, or that of its link, ends with a name."""
@@ -35,13 +31,11 @@ class Bone:
 class Meeting:
     """One capsule that is an obstacle to others."""
 
-    obstacle: int
-    """Number among the obstacles."""
-    shape: int
-    """Number among the shapes of a world."""
+    obstacle: int  # Number among the obstacles
+    shape: int  # Number among the shapes of a world
+    # Shapes of the capsules that may press against it; a pair of obstacles stands with the first of
+    # them
     met_by: tuple[int, ...]
-    """Shapes of the capsules that may press against it; a pair of obstacles stands with the first
-    of them."""
 
 
 def bones_of(template: newton.ModelBuilder) -> list[Bone]:
@@ -63,9 +57,7 @@ def find_meetings(
 ) -> tuple[Meeting, ...]:
     """Return which capsules may meet, each pair of them once.
 
-    Args:
-        template: One world of the mechanism alone.
-        obstacles: What is in its way.
+    The template is one world of the mechanism alone.
 
     Raises:
         InvalidParameter: A link is named that cannot meet another.

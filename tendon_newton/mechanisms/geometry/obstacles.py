@@ -20,10 +20,9 @@ STIFFNESS = 5.0e3
 That of a human fingertip under some newtons, measured as 1 to 10 N/mm. Source: Pawluk and Howe,
 Dynamic lumped element response of the human fingerpad, J. Biomech. Eng. 121 (1999).
 """
+# Default of `dissipation` [s/m]: at 0.1 m/s nothing bounces, as with skin or rubber
 DISSIPATION = 10.0
-"""Default of `dissipation` [s/m]: at 0.1 m/s nothing bounces, as with skin or rubber."""
-FRICTION = 0.5
-"""Default of `friction` [1]."""
+FRICTION = 0.5  # Default of `friction` [1]
 NOT_NEGATIVE = ("stiffness", "dissipation", "friction")
 
 
@@ -41,16 +40,11 @@ class Obstacle:
 
     shape: ClassVar[ObstacleShape]
 
-    position: Array
-    """Centre, or a point of a plane, in the base frame [m], shape (3,)."""
-    stiffness: float = STIFFNESS
-    """Force per depth, k [N/m]; 0 removes the obstacle."""
-    dissipation: float = DISSIPATION
-    """Rise of the force with the closing speed, chi [s/m]."""
-    friction: float = FRICTION
-    """Coulomb's coefficient [1]."""
-    mass: float | None = None
-    """Mass of a solid that is free to move [kg]; None: fixed to the base."""
+    position: Array  # Centre, or a point of a plane, in the base frame [m], shape (3,)
+    stiffness: float = STIFFNESS  # Force per depth, k [N/m]; 0 removes the obstacle
+    dissipation: float = DISSIPATION  # Rise of the force with the closing speed, chi [s/m]
+    friction: float = FRICTION  # Coulomb's coefficient [1]
+    mass: float | None = None  # Mass of a solid that is free to move [kg]; None: fixed to the base
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
@@ -113,8 +107,7 @@ class Sphere(Obstacle):
 
     shape: ClassVar[ObstacleShape] = "sphere"
 
-    radius: float
-    """[m]."""
+    radius: float  # [m]
 
     def __post_init__(self) -> None:
         """Refuse a ball without a size."""
@@ -139,10 +132,9 @@ class Box(Obstacle):
 
     shape: ClassVar[ObstacleShape] = "box"
 
-    half_size: Array
-    """Half of its edges [m], shape (3,)."""
+    half_size: Array  # Half of its edges [m], shape (3,)
+    # Rotation matrix from the edges to the base frame, shape (3, 3); along its axes by default
     turn: Array | None = None
-    """Rotation matrix from the edges to the base frame, shape (3, 3); along its axes by default."""
 
     def __post_init__(self) -> None:
         """Refuse a box without a size, and a turn that is no rotation."""
@@ -185,8 +177,7 @@ class Plane(Obstacle):
 
     shape: ClassVar[ObstacleShape] = "plane"
 
-    normal: Array
-    """Direction away from the solid, shape (3,); its length does not matter."""
+    normal: Array  # Direction away from the solid, shape (3,); its length does not matter
 
     def __post_init__(self) -> None:
         """Refuse a normal without a direction, and a plane that moves."""
@@ -222,15 +213,14 @@ class LinkObstacle(Obstacle):
 
     shape: ClassVar[ObstacleShape] = "capsule"
 
+    # End of the link's path in the asset, such as ``index/distal_phalanx``; that of a capsule's
+    # path where the link carries several
     link: str
-    """End of the link's path in the asset, such as ``index/distal_phalanx``; that of a capsule's
-    path where the link carries several."""
+    # Ends of the paths of links that may press against it; by default all of other fingers
     met_by: Sequence[str] = ()
-    """Ends of the paths of links that may press against it; by default all of other fingers."""
+    # Unused: its joints place it [m], shape (3,)
     position: Array = field(init=False, default_factory=lambda: np.zeros(3))
-    """Unused: its joints place it [m], shape (3,)."""
-    mass: float | None = field(init=False, default=None)
-    """Unused: its mass is the asset's [kg]."""
+    mass: float | None = field(init=False, default=None)  # Unused: its mass is the asset's [kg]
 
     def __post_init__(self) -> None:
         """Refuse a contact that cannot be."""

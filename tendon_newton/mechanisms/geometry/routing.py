@@ -39,12 +39,9 @@ from tendon_newton.mechanisms.geometry.joints import Joint, freeze_arrays
 class RouteSite:
     """A point of a link that a string runs through without friction."""
 
-    prim: str
-    """Path of its prim in the asset."""
-    body: int
-    """Link that carries it; -1 is the base."""
-    point: Array
-    """Place in that link's frame [m], shape (3,)."""
+    prim: str  # Path of its prim in the asset
+    body: int  # Link that carries it; -1 is the base
+    point: Array  # Place in that link's frame [m], shape (3,)
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -54,20 +51,14 @@ class RouteSite:
 class Pulley:
     """A cylinder that a string is wrapped around, turning freely or not: its surface is smooth."""
 
-    prim: str
-    """Path of its prim in the asset."""
-    body: int
-    """Link that carries it; -1 is the base."""
-    point: Array
-    """Middle of the pulley in that link's frame [m], shape (3,)."""
-    rotation: Array
-    """From its own frame, with the axis along z, to the link's, shape (3, 3)."""
-    radius: float
-    """To the middle of the string [m]."""
-    side: Array
-    """A point of the same link on the side where the string passes [m], shape (3,)."""
+    prim: str  # Path of its prim in the asset
+    body: int  # Link that carries it; -1 is the base
+    point: Array  # Middle of the pulley in that link's frame [m], shape (3,)
+    rotation: Array  # From its own frame, with the axis along z, to the link's, shape (3, 3)
+    radius: float  # To the middle of the string [m]
+    side: Array  # A point of the same link on the side where the string passes [m], shape (3,)
+    # +1 where the string goes round counterclockwise about the axis, -1 where clockwise
     turn: float = 1.0
-    """+1 where the string goes round counterclockwise about the axis, -1 where clockwise."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -91,10 +82,8 @@ class RoutedSpan:
 class Route:
     """The path of one tendon over the joints of a mechanism."""
 
-    joints: tuple[Joint, ...]
-    """All joints of the mechanism."""
-    spans: tuple[RoutedSpan, ...]
-    """From the spool to the last site."""
+    joints: tuple[Joint, ...]  # All joints of the mechanism
+    spans: tuple[RoutedSpan, ...]  # From the spool to the last site
 
     @property
     def joint_count(self) -> int:
@@ -196,15 +185,9 @@ def wrapped_angle(start: Array, end: Array, pulley: Pulley) -> float:
 
 
 def span_length(start: Array, end: Array, pulley: Pulley | None) -> tuple[float, Array, Array]:
-    """Return a span's length [m] and its derivatives by its two ends.
+    """Return a span's length [m], its gradient (6,) and second derivatives (6, 6) by its two ends.
 
-    Args:
-        start: Start of the span [m], shape (3,).
-        end: End of the span [m], shape (3,).
-        pulley: In whose frame both are.
-
-    Returns:
-        Length, gradient (6,), second derivatives (6, 6).
+    The ends (3,) [m] are in the pulley's frame, if there is one.
     """
     arc = -1.0 if pulley is None else wrapped_angle(start, end, pulley)
     if pulley is None or arc <= 0.0:
@@ -229,13 +212,9 @@ def span_length(start: Array, end: Array, pulley: Pulley | None) -> tuple[float,
 def _tangent(site: Array, pulley: Pulley, turn: float) -> tuple[float, Array, Array]:
     """Return the free part of a wrapped string at one end, and how all of it changes there.
 
-    Args:
-        site: The end in the pulley's frame [m], shape (3,).
-        pulley: The pulley.
-        turn: +1 where more string is wound as the end moves counterclockwise.
-
-    Returns:
-        Tangent's length [m]; first (2,) and second derivatives (2, 2) of the whole flat length.
+    The site (3,) [m] is in the pulley's frame; a turn of +1 winds more string as it moves
+    counterclockwise. Returned are the tangent's length [m], and the first (2,) and second
+    derivatives (2, 2) of the whole flat length.
     """
     rho, r = float(np.hypot(*site[:2])), pulley.radius
     s = float(np.sqrt(rho**2 - r**2))
@@ -254,11 +233,7 @@ def _tangent(site: Array, pulley: Pulley, turn: float) -> tuple[float, Array, Ar
 def side_turn(start: Array, end: Array, side: Array, radius: float) -> float:
     """Return which way a string goes round so that its middle is on a side: +1 or -1.
 
-    Args:
-        start: Where it starts, in the pulley's frame [m], shape (3,).
-        end: End of the span [m], shape (3,).
-        side: A point on the side where it passes [m], shape (3,).
-        radius: The pulley's [m].
+    All points (3,) [m] are in the pulley's frame; the side is a point where the string passes.
     """
     first, last = np.arctan2(start[1], start[0]), np.arctan2(end[1], end[0])
     free = [np.arccos(min(1.0, radius / np.hypot(*site[:2]))) for site in (start, end)]

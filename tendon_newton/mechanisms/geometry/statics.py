@@ -22,25 +22,19 @@ from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import arm_slope, excursion, moment_arms
 
-RESIDUAL = 1.0e-10
-"""An equilibrium is found when no joint is off by more [N m]."""
+RESIDUAL = 1.0e-10  # An equilibrium is found when no joint is off by more [N m]
 ITERATIONS = 200
-STEP_LIMIT = 0.5
-"""Longest Newton step [rad]: gravity and stops are not linear beyond."""
+STEP_LIMIT = 0.5  # Longest Newton step [rad]: gravity and stops are not linear beyond
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClosingPath:
     """The equilibria that a mechanism passes through while tendons close it."""
 
-    tension: Array
-    """Tension of each tendon that closes [N], shape (N,)."""
-    joint_position: Array
-    """Joint positions [rad], shape (N, J)."""
-    excursion: Array
-    """Excursion of that tendon, or of the first of several [m], shape (N,)."""
-    tip: Array | None
-    """Tip in the base frame [m], shape (N, 3)."""
+    tension: Array  # Tension of each tendon that closes [N], shape (N,)
+    joint_position: Array  # Joint positions [rad], shape (N, J)
+    excursion: Array  # Excursion of that tendon, or of the first of several [m], shape (N,)
+    tip: Array | None  # Tip in the base frame [m], shape (N, 3)
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -49,12 +43,9 @@ class ClosingPath:
 def gravity_torque(
     mechanism: Mechanism, joint_position: Array, gravity: Array | None = None
 ) -> Array:
-    """Return the torque of gravity in each joint [N m], shape (..., J).
+    """Return the torque of gravity in each joint at positions (..., J) [rad], in [N m], (..., J).
 
-    Args:
-        mechanism: The mechanism.
-        joint_position: Joint positions [rad], shape (..., J).
-        gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
+    Gravity [m/s^2], shape (3,), is the mechanism's own by default.
     """
     g = mechanism.gravity if gravity is None else gravity
     if not np.any(g):
@@ -100,11 +91,8 @@ def equilibrium(
 ) -> Array:
     """Return the joint positions at which a mechanism rests [rad], shape (J,).
 
-    Args:
-        mechanism: The mechanism.
-        tension: Tension of each tendon [N], shape (D,).
-        gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
-        start: Where the search starts [rad], shape (J,); the springs' rest by default.
+    Tensions [N] have the shape (D,). Gravity [m/s^2], shape (3,), is the mechanism's own by
+    default; the search starts at the springs' rest, or at positions (J,) [rad].
     """
     T = np.asarray(tension, dtype=np.float64)
     q = np.array([joint.rest for joint in mechanism.joints]) if start is None else np.array(start)
@@ -169,12 +157,8 @@ def closing_tension(
 ) -> float:
     """Return the tension that brings every joint on some tendons to its upper limit [N].
 
-    For a direct drive, which has no range, it is the torque that holds a quarter turn.
-
-    Args:
-        mechanism: The mechanism.
-        tendon: The tendon, or several of one tension.
-        gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
+    For a direct drive, which has no range, it is the torque that holds a quarter turn. Several
+    tendons have one tension; gravity is as for `gravity_torque`.
     """
     closed = closed_position(mechanism)
     arms = sum(moment_arms(mechanism.tendons[d], closed) for d in np.atleast_1d(tendon))
@@ -197,11 +181,8 @@ def closing_path(
 ) -> ClosingPath:
     """Follow the equilibria from slack tendons until every joint that they act on is closed.
 
-    Args:
-        mechanism: The mechanism.
-        tendon: Which tendon closes it, or which ones do under one tension; the others stay slack.
-        count: Number of equilibria N.
-        gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
+    One tendon closes it, or several under one tension; the others stay slack. There are so many
+    equilibria; gravity is as for `gravity_torque`.
     """
     # Denser towards the end, where a pendulum's angle grows without bound.
     spacing = np.sin(np.linspace(0.0, np.pi / 2.0, count))

@@ -33,6 +33,7 @@ NUMBERS = (
     "tendon:contactDissipation",
     "tendon:contactFriction",
 )
+# Attributes that hold several numbers, and how many
 LISTS: dict[str, int | None] = {
     "physics:centerOfMass": 3,
     "physics:diagonalInertia": 3,
@@ -45,15 +46,14 @@ LISTS: dict[str, int | None] = {
     "mjc:path:divisors": None,
     "mjc:sideSites:indices": None,
 }
-"""Attributes that hold several numbers, and how many."""
+# Attributes that hold a word, and which words they may
 WORDS: dict[str, tuple[str, ...] | None] = {
     "physics:axis": ("X", "Y", "Z"),
     "mjc:type": ("fixed", "spatial"),
     "tendon:servo": None,
 }
-"""Attributes that hold a word, and which words they may."""
+# Attributes that may be infinite: USD's own value for no limit
 UNLIMITED = ("physics:lowerLimit", "physics:upperLimit")
-"""Attributes that may be infinite: USD's own value for no limit."""
 
 
 def attribute_findings(stage: Any) -> Iterator[AssetFinding]:
@@ -104,9 +104,7 @@ def is_finite_place(value: Any) -> bool:
 def schema_fault(kind: Any, value: Any) -> str | None:
     """Return what USD's own schema wants of an attribute; None where it has it.
 
-    Args:
-        kind: The attribute's type as the schema gives it, whatever the file wrote.
-        value: Value that the file gives.
+    The kind is the attribute's type as the schema gives it, whatever the file wrote.
     """
     if value is None or isinstance(value, type(kind.defaultValue)):
         return None

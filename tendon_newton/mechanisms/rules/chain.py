@@ -8,8 +8,8 @@ from typing import Any
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 
+# Joints with one degree of freedom, which can carry a moment arm
 JOINT_TYPES = ("PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
-"""Joints with one degree of freedom, which can carry a moment arm."""
 
 
 def all_joints(stage: Any) -> list[Any]:

@@ -21,10 +21,10 @@ from tendon_newton.mechanisms.rules.spring_rules import check_losses, check_spri
 from tendon_newton.mechanisms.rules.tendon_rules import joint_tendons
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
+# A range of fewer degrees than a turn has radians was most likely written in radians
 SMALL_RANGE = 2.0 * pi
-"""A range of fewer degrees than a turn has radians was most likely written in radians."""
+# Two halves of a joint farther apart than this [m] when the asset is drawn do not fit
 FRAME_GAP = 1.0e-4
-"""Two halves of a joint farther apart than this [m] when the asset is drawn do not fit."""
 
 
 def joint_findings(stage: Any) -> Iterator[AssetFinding]:

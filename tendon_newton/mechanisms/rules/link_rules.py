@@ -10,12 +10,11 @@ import numpy as np
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
+# Masses that a bench on a table has [kg]; outside, grams or millimetres slipped in
 MASS_RANGE = (1.0e-4, 10.0)
-"""Masses that a bench on a table has [kg]; outside, grams or millimetres slipped in."""
+# Distance of a centre of mass from its link's frame [m] that no bench on a table exceeds
 REACH = 0.5
-"""Distance of a centre of mass from its link's frame [m] that no bench on a table exceeds."""
-GYRATION_LIMIT = 0.3
-"""Radius of gyration [m] that no link of a bench on a table exceeds."""
+GYRATION_LIMIT = 0.3  # Radius of gyration [m] that no link of a bench on a table exceeds
 
 
 def link_findings(stage: Any) -> Iterator[AssetFinding]:

@@ -19,17 +19,17 @@ from tendon_newton.mechanisms.geometry.statics import (
 from tendon_newton.mechanisms.rules.routed_rules import routed_findings
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 
+# Beyond this many turns [1] the string climbs over itself and the spool radius grows
 TURN_LIMIT = 2.0
-"""Beyond this many turns [1] the string climbs over itself and the spool radius grows."""
+# A servo that closes less than this share of the range [1] does not drive the bench
 REACH_LIMIT = 0.1
-"""A servo that closes less than this share of the range [1] does not drive the bench."""
+# Shares of the range [1] that gravity closes by itself: worth a note, and no return at all
 SLACK_NOTE, SLACK_LIMIT = 0.15, 0.5
-"""Shares of the range [1] that gravity closes by itself: worth a note, and no return at all."""
+# Moment arms and the slope of the excursion agree to this share [1] in float64
 ARM_TOLERANCE = 1.0e-6
-"""Moment arms and the slope of the excursion agree to this share [1] in float64."""
 
+# Postures from open to closed at which paths are looked at [1]: every 4 degrees of a finger
 RANGE_STEPS = 25
-"""Postures from open to closed at which paths are looked at [1]: every 4 degrees of a finger."""
 
 
 def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:

@@ -18,8 +18,8 @@ from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import PathTarget, path_targets, targets_of
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
+# Two sites of a path closer than this [m] are one, and the string between has no direction
 SAME_PLACE = 1.0e-5
-"""Two sites of a path closer than this [m] are one, and the string between has no direction."""
 
 
 def route_findings(stage: Any, prim: Any) -> Iterator[AssetFinding]:

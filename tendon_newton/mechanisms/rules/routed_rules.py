@@ -13,8 +13,8 @@ from tendon_newton.mechanisms.geometry.routing import Pulley, Route, RoutedSpan,
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import turned_span
 
+# A moment arm smaller than this [m] over the whole range is none: the string crosses the axis
 NO_ARM = 1.0e-6
-"""A moment arm smaller than this [m] over the whole range is none: the string crosses the axis."""
 
 
 def routed_findings(
@@ -22,10 +22,7 @@ def routed_findings(
 ) -> Iterator[AssetFinding]:
     """Apply the rules to one routed tendon.
 
-    Args:
-        tendon: The tendon.
-        joint_names: Names of the mechanism's joints.
-        positions: Joint positions over the range [rad], shape (N, J).
+    Positions [rad], shape (N, J), span the joints' range.
     """
     if tendon.route is None:
         return

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-STAGE = "/"
-"""Stands in the place of a prim for the whole stage."""
+STAGE = "/"  # Stands in the place of a prim for the whole stage
 Severity = Literal["error", "warning", "note"]
 
 
@@ -14,16 +13,12 @@ Severity = Literal["error", "warning", "note"]
 class AssetFinding:
     """One thing that is wrong, doubtful or worth knowing about an asset."""
 
-    prim: str
-    """Path of the prim, or `STAGE`."""
-    rule: str
-    """Name of the rule."""
-    message: str
-    """Expected and found values, without a full stop."""
-    remedy: str
-    """Remedy, without a full stop."""
+    prim: str  # Path of the prim, or `STAGE`
+    rule: str  # Name of the rule
+    message: str  # Expected and found values, without a full stop
+    remedy: str  # Remedy, without a full stop
+    # An ``error`` cannot be simulated, a ``warning`` should be mended, a ``note`` informs
     severity: Severity
-    """An ``error`` cannot be simulated, a ``warning`` should be mended, a ``note`` informs."""
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ from typing import Any
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
+# Degrees per radian [1]: newton:* attributes of revolute joints are per degree
 DEGREES = 180.0 / pi
-"""Degrees per radian [1]: newton:* attributes of revolute joints are per degree."""
+# Return springs above these are no finger's (0.03-0.05 N m/rad) and no bench's (200-800 N/m)
 SPRING_LIMITS = {"PhysicsRevoluteJoint": (5.0, "N m/rad"), "PhysicsPrismaticJoint": (1e5, "N/m")}
-"""Return springs above these are no finger's (0.03-0.05 N m/rad) and no bench's (200-800 N/m)."""
+# A joint whose damping over stiffness [s] is longer creeps open; fingers take some 10 ms
 RETURN_TIME = 0.5
-"""A joint whose damping over stiffness [s] is longer creeps open; fingers take some 10 ms."""
+# End stops stiffer than this [N m/rad, N/m] need steps far below a millisecond
 STOP_LIMITS = {"PhysicsRevoluteJoint": 1.0e4, "PhysicsPrismaticJoint": 1.0e7}
-"""End stops stiffer than this [N m/rad, N/m] need steps far below a millisecond."""
 
 
 def check_losses(prim: Any) -> Iterator[AssetFinding]:

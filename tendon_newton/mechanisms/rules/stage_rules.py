@@ -20,8 +20,8 @@ from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, ab
 from tendon_newton.mechanisms.rules.tendon_rules import tendon_findings
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
+# Gravity of the bodies that one builds on [m/s^2]; outside, another unit slipped in
 GRAVITY_RANGE = (1.0, 30.0)
-"""Gravity of the bodies that one builds on [m/s^2]; outside, another unit slipped in."""
 
 
 def stage_findings(stage: Any) -> list[AssetFinding]:

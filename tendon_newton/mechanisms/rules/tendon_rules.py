@@ -11,10 +11,8 @@ from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, ab
 from tendon_newton.mechanisms.usd.usd_route import is_routed
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
-MOMENT_ARM_LIMIT = 0.1
-"""A moment arm above this [m] is no finger's; millimetres slipped in."""
-RATIO_LIMIT = 10.0
-"""Metres of tendon per metre of travel above this are no pulley's."""
+MOMENT_ARM_LIMIT = 0.1  # A moment arm above this [m] is no finger's; millimetres slipped in
+RATIO_LIMIT = 10.0  # Metres of tendon per metre of travel above this are no pulley's
 
 
 def joint_tendons(stage: Any, joint: Any) -> list[Any]:

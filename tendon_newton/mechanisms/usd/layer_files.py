@@ -11,13 +11,12 @@ from pathlib import Path
 
 from tendon_newton.errors import InvalidAsset
 
+# Opening braces of a text layer; each prim has one, and 20,000 nested ones still parse
 BRACE_LIMIT = 20_000
-"""Opening braces of a text layer; each prim has one, and 20,000 nested ones still parse."""
+# Bytes of all text layers of an asset. Parsed arrays take a hundred times as much; what is larger
+# belongs into a binary layer.
 TEXT_LIMIT = 8_000_000
-"""Bytes of all text layers of an asset. Parsed arrays take a hundred times as much; what is larger
-belongs into a binary layer."""
-LAYER_LIMIT = 200
-"""Layers of one asset that are looked at."""
+LAYER_LIMIT = 200  # Layers of one asset that are looked at
 REFERENCE = re.compile(rb"@([^@\n]{1,1000})@")
 
 

@@ -19,12 +19,11 @@ from tendon_newton.data.files.guarded import TooMuch, guarded
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.usd.layer_files import check_layers
 
+# Bytes that opening an asset with binary layers may take; those of a hand take a tenth
 MEMORY = 1 << 29
-"""Bytes that opening an asset with binary layers may take; those of a hand take a tenth."""
+# Prims of a stage that we read; a hand has some hundreds, and validators take 0.2 ms for each
 PRIM_LIMIT = 5000
-"""Prims of a stage that we read; a hand has some hundreds, and validators take 0.2 ms for each."""
-REASON_LENGTH = 500
-"""Most that is repeated of what USD says [characters]."""
+REASON_LENGTH = 500  # Most that is repeated of what USD says [characters]
 
 
 def open_stage(path: Path) -> Any:

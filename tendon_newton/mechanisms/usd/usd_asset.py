@@ -33,8 +33,7 @@ _KINDS: dict[int, JointKind] = {
     int(newton.JointType.REVOLUTE): "revolute",
     int(newton.JointType.PRISMATIC): "prismatic",
 }
-_UNLIMITED = 1.0e6
-"""Newton writes a joint without limits as +-1e10 [rad]; no bench turns this far."""
+_UNLIMITED = 1.0e6  # Newton writes a joint without limits as +-1e10 [rad]; no bench turns this far
 
 
 def asset_name(stage: Any, path: Path) -> str:

@@ -33,14 +33,13 @@ from tendon_newton.mechanisms.usd.usd_tendon import authored
 MARK = "tendon:obstacle"
 MET_BY = "tendon:metBy"
 MASS = "physics:mass"
-UNKNOWN_MASS = 0.0
-"""By which UsdPhysics says that a mass is not given [kg]."""
+UNKNOWN_MASS = 0.0  # By which UsdPhysics says that a mass is not given [kg]
+# Attributes of an obstacle's prim, and what counts where it has none
 NUMBERS = {
     "stiffness": ("tendon:contactStiffness", STIFFNESS),
     "dissipation": ("tendon:contactDissipation", DISSIPATION),
     "friction": ("tendon:contactFriction", FRICTION),
 }
-"""Attributes of an obstacle's prim, and what counts where it has none."""
 
 
 def read_obstacles(stage: Any, builder: newton.ModelBuilder, path: Path) -> tuple[Obstacle, ...]:

@@ -26,8 +26,8 @@ from tendon_newton.mechanisms.geometry.routing import (
     side_turn,
 )
 
+# Half of the range of a joint without a stop [rad] that is taken for its middle
 OPEN_END = np.pi / 2.0
-"""Half of the range of a joint without a stop [rad] that is taken for its middle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,11 +100,8 @@ def read_route(
 ) -> Route:
     """Return the route of one tendon from the rows that Newton keeps.
 
-    Args:
-        rows: Columns of ``model.tendon.path_*`` by the name after ``path_``.
-        tendon: Place of the tendon among all.
-        prim: USD prim of the tendon, which knows the names.
-        joints: All joints.
+    `rows` has columns of ``model.tendon.path_*`` by the name after ``path_``; the prim knows the
+    names.
     """
     own = [row for row, owner in enumerate(rows["tendon"]) if owner == tendon]
     names = [target.prim for target in path_targets(prim)]
@@ -141,10 +138,7 @@ def middle_position(joints: Sequence[Joint]) -> Array:
 def turned_span(span: RoutedSpan, joints: tuple[Joint, ...], joint_position: Array) -> RoutedSpan:
     """Return a span whose string goes round its pulley on the side of the side site.
 
-    Args:
-        span: The span.
-        joints: All joints.
-        joint_position: Where that is decided [rad], shape (J,).
+    The side is decided at joint positions (J,) [rad].
     """
     pulley = span.pulley
     if pulley is None:

@@ -46,11 +46,10 @@ ARM = "tendon:arm"
 PATH = "tendon:path"
 TIP = "tendon:tip"
 
-NOMINAL_SPOOL_RADIUS = 0.0125
-"""Spool radius of the nominal bench [m], for a prim that gives none."""
-NOMINAL_FORCE_LIMIT = 21.0
-"""The most the nominal servo can pull [N], for a prim that gives none."""
+NOMINAL_SPOOL_RADIUS = 0.0125  # Spool radius of the nominal bench [m], for a prim that gives none
+NOMINAL_FORCE_LIMIT = 21.0  # The most the nominal servo can pull [N], for a prim that gives none
 
+# Name, rows, type, what an index refers to, default
 _ATTRIBUTES: tuple[tuple[str, str, type, str | None, float], ...] = (
     ("world", TENDON, wp.int32, "world", 0),
     ("spool_radius", TENDON, wp.float32, None, NOMINAL_SPOOL_RADIUS),
@@ -73,7 +72,6 @@ _ATTRIBUTES: tuple[tuple[str, str, type, str | None, float], ...] = (
     ("tip_body", TIP, wp.int32, "body", 0),
     ("tip_point", TIP, wp.vec3, None, 0.0),
 )
-"""Name, rows, type, what an index refers to, default."""
 
 
 def register_tendon_attributes(builder: newton.ModelBuilder) -> None:

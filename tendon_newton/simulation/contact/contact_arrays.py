@@ -28,9 +28,7 @@ SHAPE_NAMES = {
 def read_contact_plan(model: Any, moved_by: dict[int, int]) -> ContactPlan:
     """Return which contacts all worlds of a model may have.
 
-    Args:
-        model: A finalized `newton.Model`.
-        moved_by: Joint of the first world that moves each of its bodies.
+    `moved_by` gives the joint of the first world that moves each of its bodies.
     """
     rows = model.tendon
     if not hasattr(rows, "obstacle_shape"):
@@ -75,11 +73,7 @@ def free_shapes(model: Any) -> Indices:
 def contact_numbers(model: Any, plan: ContactPlan, frames: Any, basis: Array | None) -> Any:
     """Return the numbers of a model's contacts by the names that the kernels use.
 
-    Args:
-        model: A finalized `newton.Model`.
-        plan: Its contacts.
-        frames: Its `RestFrames`.
-        basis: The plane (2, 3) in which the chain moves, None for a chain in space.
+    The frames are its `RestFrames`; the basis is that of the plane (2, 3) in which the chain moves.
     """
     rows, worlds = model.tendon, model.world_count
     shapes = rows.obstacle_shape.numpy().reshape(worlds, -1)
@@ -121,12 +115,7 @@ def capsule_numbers(model: Any, plan: ContactPlan, frames: Any, basis: Array | N
 
 
 def body_numbers(model: Any, gravity: Array) -> dict[str, Array]:
-    """Return mass, inertia and gravity of each world's free body.
-
-    Args:
-        model: A finalized `newton.Model`.
-        gravity: Of each world [m/s2], shape (W, 3).
-    """
+    """Return mass, inertia and gravity of each world's free body, from gravity (W, 3) [m/s2]."""
     bodies = model.shape_body.numpy()[free_shapes(model)]
     return {
         "body_mass": model.body_mass.numpy()[bodies],

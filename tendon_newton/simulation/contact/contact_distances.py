@@ -21,19 +21,15 @@ SPHERE = SHAPES.index("sphere")
 BOX = SHAPES.index("box")
 PLANE = SHAPES.index("plane")
 
-ALL = 1.0e6
-"""More than any depth [m]: an end bears all of it."""
-TINY = 1.0e-12
-"""A distance [m] too short to have a direction."""
+ALL = 1.0e6  # More than any depth [m]: an end bears all of it
+TINY = 1.0e-12  # A distance [m] too short to have a direction
+# Halvings of a capsule's axis that find where it comes closest to a box; one step of Newton's
+# method does the rest
 HALVINGS = 10
-"""Halvings of a capsule's axis that find where it comes closest to a box; one step of Newton's
-method does the rest."""
-REACH = 0.5**HALVINGS
-"""Share of the axis that is left then [1]."""
+REACH = 0.5**HALVINGS  # Share of the axis that is left then [1]
+# Angle between link and face [rad] over which the closest point wanders from end to end
 TILT = 0.02
-"""Angle between link and face [rad] over which the closest point wanders from end to end."""
-PREFERENCE = 2.0 * TILT
-"""Slope of the preference for the middle of an axis [1]."""
+PREFERENCE = 2.0 * TILT  # Slope of the preference for the middle of an axis [1]
 
 
 @device_template

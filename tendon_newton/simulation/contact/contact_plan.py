@@ -6,23 +6,22 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
+# Shapes of obstacles; the device code knows them by their places here
 SHAPES = ("sphere", "box", "plane")
-"""Shapes of obstacles; the device code knows them by their places here."""
-LINK_SHAPE = len(SHAPES)
-"""Stands for the shape of an obstacle that is a link's capsule."""
+LINK_SHAPE = len(SHAPES)  # Stands for the shape of an obstacle that is a link's capsule
+# Where on a capsule a contact is: at an end of its axis, or wherever it comes closest
 START, END, BETWEEN = 0, 1, 2
-"""Where on a capsule a contact is: at an end of its axis, or wherever it comes closest."""
+# A flat face is met by both ends of a link that lies on it, an edge by what lies in between
 PLACES = {"sphere": (BETWEEN,), "box": (START, END, BETWEEN), "plane": (START, END)}
-"""A flat face is met by both ends of a link that lies on it, an edge by what lies in between."""
-STRETCH = 3
-"""Numbers of memory per contact: how far friction has stretched it, a vector."""
+STRETCH = 3  # Numbers of memory per contact: how far friction has stretched it, a vector
+# Stands for capsule and link of a contact between a free body and a fixed obstacle, and for those
+# of an obstacle that is none
 NO_LINK = -1
-"""Stands for capsule and link of a contact between a free body and a fixed obstacle, and for those
-of an obstacle that is none."""
+# Corners of a box. A box meets a flat face with each of them by itself.
 CORNERS = 8
-"""Corners of a box. A box meets a flat face with each of them by itself."""
+# Where a ball meets something; behind the corners of a free box and those of a fixed one
 CENTRE = 2 * CORNERS
-"""Where a ball meets something; behind the corners of a free box and those of a fixed one."""
+# Where a free body of a shape may meet fixed obstacles of each
 REST_PLACES = {
     "sphere": dict.fromkeys(SHAPES, (CENTRE,)),
     "box": {
@@ -31,27 +30,20 @@ REST_PLACES = {
         "plane": tuple(range(CORNERS)),
     },
 }
-"""Where a free body of a shape may meet fixed obstacles of each."""
-FIXED = -1
-"""Stands for the free body where there is none."""
-BODY_COORDINATES = 6
-"""Coordinates of a free body: a way, then a turn."""
+FIXED = -1  # Stands for the free body where there is none
+BODY_COORDINATES = 6  # Coordinates of a free body: a way, then a turn
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactPlan:
     """Which capsules of a world may meet which obstacles, and where."""
 
-    links: tuple[int, ...]
-    """Link that carries each capsule, shape (C,)."""
-    shapes: tuple[str, ...]
-    """Shape of each obstacle, shape (O,); "capsule" of a link."""
-    body: int = FIXED
-    """The obstacle that is free to move."""
-    chains: int = 1
-    """Equal chains of a world, which meet the same obstacles."""
+    links: tuple[int, ...]  # Link that carries each capsule, shape (C,)
+    shapes: tuple[str, ...]  # Shape of each obstacle, shape (O,); "capsule" of a link
+    body: int = FIXED  # The obstacle that is free to move
+    chains: int = 1  # Equal chains of a world, which meet the same obstacles
+    # Contacts between links; see `LinkContactPlan`
     pairs: ClassVar[tuple[tuple[int, int], ...]] = ()
-    """Contacts between links; see `LinkContactPlan`."""
 
     @property
     def moves(self) -> bool:
@@ -107,11 +99,10 @@ class LinkContactPlan(ContactPlan):
     A plan without pairs says nothing of them, so that its kernels keep their names.
     """
 
+    # Capsule that each obstacle is, `NO_LINK` of one that is no link, shape (O,)
     capsules: tuple[int, ...]
-    """Capsule that each obstacle is, `NO_LINK` of one that is no link, shape (O,)."""
+    # Capsule and obstacle of each contact between links
     pairs: tuple[tuple[int, int], ...]  # pyright: ignore[reportIncompatibleVariableOverride]
-    """Capsule and obstacle of each contact between links."""
 
 
-NO_CONTACTS = ContactPlan(links=(), shapes=())
-"""A mechanism with nothing in its way."""
+NO_CONTACTS = ContactPlan(links=(), shapes=())  # A mechanism with nothing in its way

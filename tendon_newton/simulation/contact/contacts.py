@@ -61,16 +61,14 @@ from tendon_newton.simulation.contact.free_body import home_of, past_body, with_
 from tendon_newton.simulation.contact.link_contacts import link_overlap, past_link
 from tendon_newton.simulation.contact.rest_distances import rest_overlap
 
+# Stiffness along a contact as a share of that across it, k_t / k [1]: 2 (1 - nu) / (2 - nu) with nu
+# = 1/2, since skin and rubber keep their volume
 SHEAR = 2.0 / 3.0
-"""Stiffness along a contact as a share of that across it, k_t / k [1]: 2 (1 - nu) / (2 - nu) with
-nu = 1/2, since skin and rubber keep their volume."""
+# Share [1] of the velocity gained since the start of a step that the way to its second stage has
+# not seen: 1 - gamma of the integrator
 WITHIN = 0.5**0.5
-"""Share [1] of the velocity gained since the start of a step that the way to its second stage has
-not seen: 1 - gamma of the integrator."""
-AFTER = 0.5
-"""Share of it that the end of a step has not seen [1]."""
-RELAXED = 1.0e6
-"""Time [s] after which friction holds nothing any more: a world that settles."""
+AFTER = 0.5  # Share of it that the end of a step has not seen [1]
+RELAXED = 1.0e6  # Time [s] after which friction holds nothing any more: a world that settles
 
 
 @device_template

@@ -30,8 +30,8 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.structs import ChainTerms, ContactPose, Drive, Forces, Mechanism
 from tendon_newton.device_code.templates import device_template
 
+# Angle [rad] below which two terms of a series are its sine and cosine to rounding
 SMALL_TURN = 1.0e-3
-"""Angle [rad] below which two terms of a series are its sine and cosine to rounding."""
 
 
 @device_template

@@ -36,12 +36,8 @@ def nearest_shares(apart: Vec3, axis: Vec3, other: Vec3, reach: real) -> Vec2:
 
     The squared distance, with the preference for the middles, is a quadratic form. Its least value
     within the square of both shares has the first of them free, or follows from the second's.
-
-    Args:
-        apart: From the start of the second axis to that of the first [m].
-        axis: First axis [m].
-        other: Second axis [m].
-        reach: Distance at which both touch [m].
+    `apart` leads from the start of the second axis to that of the first [m]; at `reach` [m] both
+    touch.
     """
     long = wp.dot(axis, axis)
     wide = wp.dot(other, other)
@@ -86,11 +82,8 @@ def link_overlap(
 def past_link(pose: ContactPose, columns: SpaceMatrix, met: int, point: Vec3) -> SpaceMatrix:
     """Return how the coordinates move a link past another at a point, shape (J, 3).
 
-    Args:
-        pose: Where the joints are.
-        columns: How they move the first one.
-        met: Link that is met, -1 where the obstacle is none.
-        point: Point [m].
+    `columns` say how they move the first one; the link that is met is -1 where the obstacle is
+    none.
     """
     moves = SpaceMatrix()
     if met >= 0:

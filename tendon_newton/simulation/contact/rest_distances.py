@@ -32,11 +32,8 @@ def corner(number: int, place: Vec3, frame: Mat33, half: Vec3) -> Vec3:
 def met(point: Vec3, radius: real, near: Surface, side: real) -> Overlap:
     """Return how deep a ball about a point is in a surface.
 
-    Args:
-        point: Its centre, or a corner.
-        radius: Its radius [m], 0 for a corner.
-        near: The surface as the point sees it.
-        side: +1 where the ball is the body's, -1 where the surface is.
+    A corner has the radius 0 [m]; the side is +1 where the ball is the body's, -1 where the surface
+    is.
     """
     out = Overlap()
     out.depth = radius - near.distance

@@ -44,12 +44,10 @@ from tendon_newton.simulation.tendons.spools import (
 from tendon_newton.simulation.tendons.states import flow_at
 from tendon_newton.simulation.tendons.tension import tension_now
 
-AT_LIMIT = 1.0e-6
-"""Share of the greatest speed within which the motor may be held at it [1]."""
+AT_LIMIT = 1.0e-6  # Share of the greatest speed within which the motor may be held at it [1]
+# Share of the greatest speed above which the motor is faster than it can be [1]
 BEYOND = 1.0 + AT_LIMIT
-"""Share of the greatest speed above which the motor is faster than it can be [1]."""
-SWEEPS = 12
-"""Gauss-Seidel sweeps over the rows that may be held; one row alone needs one."""
+SWEEPS = 12  # Gauss-Seidel sweeps over the rows that may be held; one row alone needs one
 
 
 @device_template

@@ -43,10 +43,9 @@ from tendon_newton.simulation.tendons.spools import is_rigid, is_string
 from tendon_newton.simulation.tendons.states import flow_at
 from tendon_newton.simulation.tendons.world_drive import at_end, in_same_mode
 
+# How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]
 EDGE = 1.0e-6
-"""How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""
-NOTHING = -1
-"""Row of an event that brings no row to a speed."""
+NOTHING = -1  # Row of an event that brings no row to a speed
 
 
 @device_template

@@ -24,8 +24,7 @@ from tendon_newton.simulation.tendons.states import flow_memory, joint_state
 from tendon_newton.simulation.tendons.tension import held_share
 from tendon_newton.simulation.tendons.world_drive import at_end
 
-SHORTEST = 1.0e-12
-"""A part of a divided step [s] too short for a difference quotient."""
+SHORTEST = 1.0e-12  # A part of a divided step [s] too short for a difference quotient
 
 
 @device_template

@@ -42,8 +42,7 @@ from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.states import tendon_state
 from tendon_newton.simulation.tendons.tension import tension_now
 
-INSTANT = 1.0e-6
-"""Instants [s] closer than this are one."""
+INSTANT = 1.0e-6  # Instants [s] closer than this are one
 
 
 @device_template

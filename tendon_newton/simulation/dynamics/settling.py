@@ -47,22 +47,20 @@ from tendon_newton.simulation.tendons.spools import SNUG, is_rigid, is_string
 from tendon_newton.simulation.tendons.states import flow_at, tendon_state
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
-SETTLING_STEPS = 200
-"""Most steps towards an equilibrium; an asset's finger takes ten to sixty."""
+SETTLING_STEPS = 200  # Most steps towards an equilibrium; an asset's finger takes ten to sixty
+# Time [s] in which the first step lets inertia answer, and the longest such time
 FIRST_PACE, LAST_PACE = 3.0e-3, 10.0
-"""Time [s] in which the first step lets inertia answer, and the longest such time."""
+# By which that time grows after a step that went well, and shrinks after one that did not [1]
 HASTE, CAUTION = 2.0, 0.4
-"""By which that time grows after a step that went well, and shrinks after one that did not [1]."""
-OVERSHOOT = 0.5
-"""Share of the torque along a step that may push back at its end [1]."""
+OVERSHOOT = 0.5  # Share of the torque along a step that may push back at its end [1]
+# A step towards equilibrium that is shorter has arrived [rad, m], unless inertia shortened it; one
+# that rounding swallows has arrived in any case
 STILL = 1.0e-12
-"""A step towards equilibrium that is shorter has arrived [rad, m], unless inertia shortened it; one
-that rounding swallows has arrived in any case."""
+# Where a recording starts: in the equilibrium to which it goes from relaxed springs, as its first
+# row says, or in the equilibrium to which it goes from there
 FROM_SPRINGS, AS_MEASURED, NEAR_MEASURED = 0, 1, 2
-"""Where a recording starts: in the equilibrium to which it goes from relaxed springs, as its first
-row says, or in the equilibrium to which it goes from there."""
+# Stiffness [N/m] of the guide that brings a tendon to a measured angle at the start
 GUIDE_STIFFNESS = 1.0e6
-"""Stiffness [N/m] of the guide that brings a tendon to a measured angle at the start."""
 
 
 @device_template

@@ -34,8 +34,7 @@ from tendon_newton.simulation.model.mechanism_arrays import (
 )
 from tendon_newton.simulation.model.structure import Precision
 
-SHOWN_WORLDS = 8
-"""Most worlds that a message names."""
+SHOWN_WORLDS = 8  # Most worlds that a message names
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,17 +14,13 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.simulation.hosts.network_source import NetworkForce
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 
-RATE_SLACK = 1.0e-6
-"""Relative difference of two rates that are one."""
+RATE_SLACK = 1.0e-6  # Relative difference of two rates that are one
 
 
 class SolverServos:
     """The servos of a solver's worlds, as a source of forces sees them.
 
-    Args:
-        solver: The worlds.
-        state: Where they are.
-        worlds: A mask of those that are meant, shape (W,).
+    `worlds` is a mask of those that are meant, shape (W,).
     """
 
     def __init__(self, solver: TendonSolver, state: Any, worlds: wp.array) -> None:
@@ -58,24 +54,19 @@ class SolverServos:
 
 
 class HeldForce:
-    """What a force network gives in the worlds of a solver.
-
-    Args:
-        solver: Worlds whose actuator is `learned`.
-        query: The network.
-    """
+    """What a force network gives in the worlds of a solver."""
 
     def __init__(self, solver: TendonSolver, query: ForceQuery) -> None:
         device = solver.model.device
         self._solver = solver
         self._query = query
         self._network = NetworkForce(query, solver.world_count, solver.tendon_count, device)
+        # What the network gave last [N], before its scale and the servo's limit, shape (W, D)
         self.history, self.force = self._network.history, self._network.force
-        """What the network gave last [N], before its scale and the servo's limit, shape (W, D)."""
         numbers = wp.to_torch(solver.parameters)[:, solver.table.column("learned", "force_scale")]
+        # Multiplies the servo's forces [1], those between two queries too, for each of K chains,
+        # shape (W, K); to write to
         self.scale: Tensor = numbers.unflatten(0, (solver.world_count, solver.chain_count))
-        """Multiplies the servo's forces [1], those between two queries too, for each of K chains,
-        shape (W, K); to write to."""
 
     @property
     def is_warp_only(self) -> bool:

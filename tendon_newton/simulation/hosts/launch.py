@@ -14,10 +14,9 @@ import warp as wp
 
 from tendon_newton.scheduler import thread_count
 
+# Launches per thread, so that a slow one does not leave the other thread idle
 CHUNKS_PER_THREAD = 4
-"""Launches per thread, so that a slow one does not leave the other thread idle."""
-ONE_AT_A_TIME = Lock()
-"""Warp loads modules as it prepares a launch, and not in two threads at once."""
+ONE_AT_A_TIME = Lock()  # Warp loads modules as it prepares a launch, and not in two threads at once
 
 
 @dataclass(frozen=True, kw_only=True)

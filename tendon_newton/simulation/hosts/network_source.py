@@ -19,8 +19,7 @@ from tendon_newton.simulation.hosts.force_source import RestingServos, Servos
 from tendon_newton.simulation.hosts.query_rows import query_table, with_queries
 from tendon_newton.simulation.hosts.timeline import Timeline
 
-BALANCING_STEPS = 12
-"""Steps of the search; it ends at the rounding of float32."""
+BALANCING_STEPS = 12  # Steps of the search; it ends at the rounding of float32
 
 
 @dataclass(frozen=True)
@@ -61,21 +60,14 @@ class NetworkSource:
 
 
 class NetworkForce:
-    """What a network gives in W worlds of D tendons.
-
-    Args:
-        query: The network.
-        worlds: W.
-        tendons: D.
-        device: Warp device.
-    """
+    """What a network gives in W worlds of D tendons."""
 
     def __init__(self, query: ForceQuery, worlds: int, tendons: int, device: Any) -> None:
         self._query = query
         self.history = History(worlds * tendons, query.window, device)
         self._held = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
+        # What the network gave last [N], before its scale and the servo's limit, shape (W, D)
         self.force: Tensor = wp.to_torch(self._held)
-        """What the network gave last [N], before its scale and the servo's limit, shape (W, D)."""
 
     def renew(self, servos: Servos) -> None:
         """Show the network the present and hold what it answers."""
@@ -118,11 +110,7 @@ def balance(
 ) -> Tensor:
     """Return the forces [N] at which network and mechanism are in balance.
 
-    Args:
-        answer: What the network gives where forces hold the mechanism in equilibrium.
-        least: Least forces.
-        limit: Greatest forces, pulling or pushing.
-        steps: Steps of the search.
+    `answer` says what the network gives where forces hold the mechanism in equilibrium.
     """
     least = torch.maximum(least, -limit)
 

@@ -9,10 +9,8 @@ import numpy as np
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.simulation.hosts.timeline import Timeline
 
-NEAR = 0.1
-"""A row this near to the instant of a query, in periods of the network, stands for it."""
-NONE_LEFT = -1
-"""Row of a recording that has ended."""
+NEAR = 0.1  # A row this near to the instant of a query, in periods of the network, stands for it
+NONE_LEFT = -1  # Row of a recording that has ended
 
 
 def with_queries(timeline: Timeline, rate: float) -> Timeline:

@@ -43,19 +43,8 @@ def rollout_of(
 ) -> Rollout:
     """Return the rollout of a model, with its force network where it has one.
 
-    Args:
-        mechanism: The bench of all recordings.
-        recordings: Recordings that one rollout may hold.
-        model: Actuator and effects with their numbers.
-        effects: Effects that the kernels hold, and effects of one servo; by default those of the
-            model.
-        shared: As for `Rollout`.
-        unknown: Numbers of benches that candidates may replace.
-        time_step: Longest step [s].
-        network: How a force network runs, ``torchscript`` or ``fused``.
-        trust: Whether to trust its file from now on.
-        free_spools: As for `Rollout`.
-        device: Warp device.
+    `effects` are those that the kernels hold, also of one servo; by default those of the model. A
+    force network runs as ``torchscript`` or ``fused``. Other arguments are those of `Rollout`.
     """
     effects = [effect.cause for effect in model.effects] if effects is None else effects
     radius = spool_radius_of(model)
@@ -96,12 +85,7 @@ def replay(
 ) -> list[Trajectory]:
     """Simulate recordings in closed loop from their commands and first rows.
 
-    Args:
-        recordings: Recordings of any benches.
-        model: Actuator and effects with their numbers.
-        time_step: Longest step [s].
-        network: How a force network runs, ``torchscript`` or ``fused``.
-        trust: Whether to trust its file from now on.
+    A force network runs as ``torchscript`` or ``fused``; its file may be trusted from now on.
 
     Raises:
         UnknownName: A bench, the actuator or an effect is not known.

@@ -56,15 +56,14 @@ TIME_STEP = 1.25e-4
 Measured in tests/physics/test_accuracy.py; 0.25 ms leaves 0.0077 N on a finger with dry friction
 at its stops.
 """
+# What simulated rows have, and where kernels write it
 SIGNALS = {
     "angle": "motor_position",
     "rate": "motor_velocity",
     "force": "force",
     "joints": "joint_position",
 }
-"""What simulated rows have, and where kernels write it."""
-NEVER = 1 << 30
-"""A row that no recording has."""
+NEVER = 1 << 30  # A row that no recording has
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,13 +236,7 @@ class Rollout:
         )
 
     def run(self, parameters: Array) -> list[list[Trajectory]]:
-        """Simulate every recording with every candidate.
-
-        Args:
-            parameters: Vectors of the candidates for each recording, shape (N, R, P).
-
-        Returns:
-            One trajectory per candidate and recording.
+        """Simulate every recording with the vectors (N, R, P) of every candidate.
 
         Raises:
             SimulationDiverged: A state is not finite.
@@ -330,12 +323,7 @@ class Rollout:
         return vectors.reshape(-1, vectors.shape[-1]), bench.reshape(vectors[..., 0].size, -1)
 
     def _bench_numbers(self, values: Array, world_recording: Indices) -> tuple[Any, Indices]:
-        """Return the bench's numbers, and which of them each world has, shape (W,).
-
-        Args:
-            values: Numbers of benches that may be replaced, shape (W, B).
-            world_recording: Recording and chain of each world, shape (W,).
-        """
+        """Return the bench's numbers with those replaced, (W, B), and which each world has."""
         if not self._is_own.any():
             return self.numbers, world_recording
         arrays = {name: getattr(self.numbers, name).numpy()[world_recording] for name in WRITTEN}

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 class RolloutServos:
     """The servos of all worlds of a launch, in a row of each recording.
 
-    Args:
-        kernels: Kernels of the rollout.
-        launch: Its worlds.
-        rows: Row of each recording, shape (R,).
+    `rows` has the row of each recording, shape (R,).
     """
 
     def __init__(self, kernels: KernelSet, launch: Launch, rows: Indices) -> None:

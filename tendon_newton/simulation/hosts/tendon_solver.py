@@ -58,17 +58,17 @@ from tendon_newton.simulation.model.parameter_table import table_of
 from tendon_newton.simulation.model.structure import Precision, Structure
 from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 
+# Default of `max_step` [s]: a policy's simulation, an eighth of an encoder's count off, as
+# tests/physics/test_accuracy.py measures
 LONGEST_STEP = 5.0e-4
-"""Default of `max_step` [s]: a policy's simulation, an eighth of an encoder's count off
-(tests/physics/test_accuracy.py)."""
+# Worlds of a CUDA block in a step, and blocks that a multiprocessor has room for: 128 registers a
+# thread, with some kept in memory, are a fifth faster than the compiler's own 213 and half as many
+# threads, on one H200
 BLOCK = (128, 4)
-"""Worlds of a CUDA block in a step, and blocks that a multiprocessor has room for: 128 registers a
-thread, with some kept in memory, are a fifth faster than the compiler's own 213 and half as many
-threads (one H200)."""
+# Worlds and blocks with a free body, whose kernel keeps 20 KB of a world in memory. With 255
+# registers and small blocks, which spread over all multiprocessors, `hand_ball` makes 24,200
+# control steps a second in place of 14,100 (one H200, 8,192 worlds).
 BODY_BLOCK = (32, 8)
-"""Worlds and blocks with a free body, whose kernel keeps 20 KB of a world in memory. With 255
-registers and small blocks, which spread over all multiprocessors, `hand_ball` makes 24,200 control
-steps a second in place of 14,100 (one H200, 8,192 worlds)."""
 
 
 class TendonSolver(SolverBase):
@@ -304,11 +304,8 @@ class TendonSolver(SolverBase):
     def settle(self, state: newton.State, world_mask: wp.array | None = None) -> None:
         """Put worlds at rest in the friction-free equilibrium of their `command`.
 
-        Where a recording starts. Under a force that is held, its equilibrium.
-
-        Args:
-            state: Gets their joint coordinates.
-            world_mask: Worlds to settle, shape (W + 1,); all by default.
+        Where a recording starts. Under a force that is held, its equilibrium. The mask has the
+        shape (W + 1,); all by default. The state gets their joint coordinates.
         """
         self.begin(state, self._chosen(world_mask), at_rest=True)
 
@@ -354,11 +351,7 @@ class TendonSolver(SolverBase):
     ) -> None:
         """Add what force networks are shown of the chosen worlds, shape (W,), to their history.
 
-        Args:
-            state: Where the worlds are.
-            samples: History of all W D servos.
-            chosen: Worlds whose history goes on.
-            fill: Whether the sample stands for all the past.
+        The history is that of all W D servos; to fill is to let the sample stand for all the past.
         """
         wp.launch(
             self._kernel_of["sense"],

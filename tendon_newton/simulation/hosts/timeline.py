@@ -18,39 +18,33 @@ import numpy as np
 
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
-GAP_RATIO = 1.5
-"""An interval this many times longer than the median has lost rows."""
+GAP_RATIO = 1.5  # An interval this many times longer than the median has lost rows
 MEMORY = 1.0
 """Time [s] for which a wrong command in a gap disturbs what follows.
 
 Measured on bristle-friction benches.
 """
+# A gap is smooth if its mean slope lies between those around it, widened by this share of them
 SLOPE_SLACK = 0.5
-"""A gap is smooth if its mean slope lies between those around it, widened by this share of them."""
-FORCE_PARTS = 4
-"""Steps per row by which a sagging force is drawn."""
+FORCE_PARTS = 4  # Steps per row by which a sagging force is drawn
 
 
 @dataclass(frozen=True, kw_only=True)
 class Timeline:
     """One recording as a simulation sees it."""
 
-    time: Array
-    """Instants of the simulated rows [s], shape (S,) with S >= T."""
+    time: Array  # Instants of the simulated rows [s], shape (S,) with S >= T
+    # Commands in force from each of them on [rad], or measured forces [N], shape (S, D)
     command: Array
-    """Commands in force from each of them on [rad], or measured forces [N], shape (S, D)."""
-    measured: Indices
-    """Index of each recorded row among the simulated ones, shape (T,)."""
+    measured: Indices  # Index of each recorded row among the simulated ones, shape (T,)
+    # Whether the command's past is known well enough at each recorded row, shape (T,)
     trusted: Mask
-    """Whether the command's past is known well enough at each recorded row, shape (T,)."""
 
 
 def make_timeline(recording: Recording, stiffness: float = 0.0) -> Timeline:
     """Fill the gaps of a recording; without commands draw its force.
 
-    Args:
-        recording: What was measured.
-        stiffness: Force by which the servo answers a turn of its shaft between rows [N/rad].
+    The stiffness is by how much the servo answers a turn of its shaft between rows [N/rad].
     """
     time, command = recording.time, recording.command
     if command is None:

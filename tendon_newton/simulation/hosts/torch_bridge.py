@@ -9,17 +9,12 @@ from typing import Any
 import torch
 import warp as wp
 
-WARM_UPS = 3
-"""Runs before a capture: they compile and allocate, and torch's allocator settles."""
+WARM_UPS = 3  # Runs before a capture: they compile and allocate, and torch's allocator settles
 
 
 @contextmanager
 def torch_stream(device: Any) -> Generator[None]:
-    """Let Warp launch on torch's current stream, so that one waits for the other; CPUs have none.
-
-    Args:
-        device: Warp device.
-    """
+    """Let Warp launch on torch's current stream, so that one waits for the other, on CUDA."""
     if not device.is_cuda:
         yield
         return
@@ -42,11 +37,6 @@ class Graph:
 
     What the chain reads and writes must stay where it is. On CUDA the chain may use torch and Warp;
     on a CPU only Warp's launches are recorded, so that a chain with torch in it must stay eager.
-
-    Args:
-        work: The chain.
-        device: Warp device.
-        enabled: Whether to capture at all.
     """
 
     def __init__(self, work: Callable[[], None], device: Any, *, enabled: bool = True) -> None:

@@ -52,10 +52,10 @@ from tendon_newton.simulation.kernels.control_kernels import (
 )
 from tendon_newton.simulation.tendons.routes import placed
 
+# Rounds over the chains of a world in a step. With two, no mode of up to four fingers and a body of
+# 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press with up to 20 N
+# (tests/physics/contact/test_rounds.py).
 ROUNDS = 2
-"""Rounds over the chains of a world in a step. With two, no mode of up to four fingers and a body
-of 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press with up to 20 N
-(tests/physics/contact/test_rounds.py)."""
 
 
 @device_template

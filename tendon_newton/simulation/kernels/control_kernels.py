@@ -44,8 +44,7 @@ from tendon_newton.simulation.kernels.history_kernels import all_present, push_s
 from tendon_newton.simulation.tendons.routes import located, placed
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
-FARTHEST = 1.0e5
-"""A joint's position [rad, m] or speed beyond this is no mechanism's."""
+FARTHEST = 1.0e5  # A joint's position [rad, m] or speed beyond this is no mechanism's
 
 
 @device_template

@@ -53,6 +53,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.gear import gear_line
 from tendon_newton.law.servo import HELD
 
+# Effects that can act where a path is led
 PATH_EFFECTS = (
     "spool_radius_error",
     "position_offset",
@@ -67,13 +68,9 @@ PATH_EFFECTS = (
     "load_cell_gain",
     "load_cell_bias",
 )
-"""Effects that can act where a path is led."""
-RIGID = 1.0e8
-"""Stiffness [N/m] from which a string does not stretch: 20 N move it by 0.2 um."""
-NEWTON_STEPS = 8
-"""Steps towards a balance at most; a law with one corner takes three."""
-BALANCED = 1.0e-14
-"""Change of the joint's angle in such a step [rad] that ends them."""
+RIGID = 1.0e8  # Stiffness [N/m] from which a string does not stretch: 20 N move it by 0.2 um
+NEWTON_STEPS = 8  # Steps towards a balance at most; a law with one corner takes three
+BALANCED = 1.0e-14  # Change of the joint's angle in such a step [rad] that ends them
 
 
 @device_template

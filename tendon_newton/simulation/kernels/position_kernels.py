@@ -41,6 +41,7 @@ from tendon_newton.law.spool import SETTLED, UNBOUNDED
 from tendon_newton.simulation.dynamics.settling import AS_MEASURED
 from tendon_newton.simulation.kernels.acting_command import acting_row, log_of, mean_command
 
+# Effects that can act where only positions are known
 POSITION_EFFECTS = (
     "command_delay",
     "sample_period_error",
@@ -51,9 +52,8 @@ POSITION_EFFECTS = (
     "actuator_lag",
     "speed_limit",
 )
-"""Effects that can act where only positions are known."""
+# Step [s]: nothing here is stiff, and the lag is exact for a command that stands still
 POSITION_STEP = 2.5e-3
-"""Step [s]: nothing here is stiff, and the lag is exact for a command that stands still."""
 
 
 @device_template

@@ -7,8 +7,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import DeviceArray, DeviceGrid
 
-REVOLUTE = wp.constant(int(newton.JointType.REVOLUTE))
-"""Newton's number of a joint that turns."""
+REVOLUTE = wp.constant(int(newton.JointType.REVOLUTE))  # Newton's number of a joint that turns
 
 
 @wp.kernel(enable_backward=False)

@@ -39,6 +39,7 @@ from tendon_newton.simulation.model.stage_fields import check_stage
 from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.tendons import measured_force, routes, stages
 
+# Where each stage is called, and the template that applies its effects
 STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.PERIOD: (slots.period_effects, stages.scalar_stage),
     Stage.CLOCK: (slots.clock_effects, stages.tendon_number_stage),
@@ -63,7 +64,7 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.CELL_LAG: (slots.cell_lag_effects, stages.tendon_number_stage),
     Stage.CELL: (slots.cell_effects, stages.timed_stage),
 }
-"""Where each stage is called, and the template that applies its effects."""
+# Stages after which effects may renew what they remember
 MEMORIES: dict[Stage, tuple[Any, Any]] = {
     Stage.ERROR: (slots.error_memory, stages.tendon_memory),
     Stage.DUTY: (slots.duty_memory, stages.tendon_memory),
@@ -72,13 +73,13 @@ MEMORIES: dict[Stage, tuple[Any, Any]] = {
     Stage.TENSION: (slots.tension_memory, stages.tendon_memory),
     Stage.SPRING: (slots.spring_memory, stages.joint_memory),
 }
-"""Stages after which effects may renew what they remember."""
+# Where effects on an angle act where only positions are known, by their side: play lies before the
+# shaft, the encoder's offset after
 ANGLE_SIDES: dict[str, Any] = {
     "sensor": slots.offset_effects,
     "transmission": slots.play_effects,
 }
-"""Where effects on an angle act where only positions are known, by their side: play lies before the
-shaft, the encoder's offset after."""
+# Parts of a string's path that fold to little where it is known which joints move them
 ROUTE_PARTS = (
     routes.sign_of,
     routes.turn_sign,
@@ -87,38 +88,39 @@ ROUTE_PARTS = (
     routes.span_bend,
     routes.span_route,
 )
-"""Parts of a string's path that fold to little where it is known which joints move them."""
+# More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute
 UNROLLED_JOINTS = 6
-"""More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
+# Where links may meet, kernels of more coordinates than this [1] call their parts: copied to where
+# they are used, a CPU's compiler takes minutes over six
 COPIED_COORDINATES = 4
-"""Where links may meet, kernels of more coordinates than this [1] call their parts: copied to where
-they are used, a CPU's compiler takes minutes over six."""
+# Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number
 WARP_UNROLL = 16
-"""Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
-CUDA_BLOCK = 256
-"""Threads of a block [1] on CUDA unless a launch says otherwise: Warp's own number."""
+CUDA_BLOCK = 256  # Threads of a block [1] on CUDA unless a launch says otherwise: Warp's own number
+# With more effects than this [1] a kernel is one of a search, which runs it for minutes
 MANY_EFFECTS = 20
-"""With more effects than this [1] a kernel is one of a search, which runs it for minutes."""
+# Compiler flags of such a kernel on a CPU: Warp's own, but what is called is nearly all inlined. A
+# call copies 2 KB of a world. With one tendon whose arms are constant it takes 15 % less time to
+# run, and 8 s more to compile. With two, or with routes, it would gain at most 4 % for 28 s.
+# Without ``-march=native`` it is as fast and gives the same bits (docs/lab/start.md), and serves
+# every x86-64 processor: so the wheel brings some such kernels.
 INLINING_FLAGS = (
     "-mllvm=-inline-threshold=60000 -mllvm=-inline-cold-callsite-threshold=3000"
     " -mllvm=-slp-recursion-max-depth=4"
 )
-"""Compiler flags of such a kernel on a CPU: Warp's own, but what is called is nearly all inlined. A
-call copies 2 KB of a world. With one tendon whose arms are constant it takes 15 % less time to run,
-and 8 s more to compile. With two, or with routes, it would gain at most 4 % for 28 s. Without
-``-march=native`` it is as fast and gives the same bits (docs/lab/start.md), and serves every x86-64
-processor: so the wheel brings some such kernels."""
+# Warp's own flags on a CPU without ``-march=native``, for kernels that the wheel brings too. One
+# tendon with constant arms steps as fast with them; a hand with a ball takes a third longer.
 PORTABLE_FLAGS = "-mllvm=-inline-threshold=9000 -mllvm=-inline-cold-callsite-threshold=3000"
-"""Warp's own flags on a CPU without ``-march=native``, for kernels that the wheel brings too.
-One tendon with constant arms steps as fast with them; a hand with a ball takes a third longer."""
 
+# What a long kernel does seldom, and calls: so it compiles in half the time
 RARE_PARTS = (
     integrator.divided_step,
     sensors.read_sensors,
     sensors.tensions,
     settling.frictionless_forces,
 )
-"""What a long kernel does seldom, and calls: so it compiles in half the time."""
+# What a kernel with a free body, or of a hand whose links meet, does in several places, and calls;
+# what is called stands first. With these copied into one function a compiler for CUDA takes more
+# than six minutes over a free body.
 LONG_PARTS = (
     contact_states.constrained_solve,
     routes.located,
@@ -129,9 +131,6 @@ LONG_PARTS = (
     integrator.rosenbrock,
     events.bring_back,
 )
-"""What a kernel with a free body, or of a hand whose links meet, does in several places, and calls;
-what is called stands first. With these copied into one function a compiler for CUDA takes more than
-six minutes over a free body."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,9 +214,7 @@ def kernel_set(structure: Structure) -> KernelSet:
 def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     """Bind the device code of a structure.
 
-    Args:
-        structure: What decides the code.
-        taped: Whether a tape walks its kernels back.
+    A tape may walk its kernels back.
     """
     types = kernel_types(structure)
     # without paths and bodies kernels are inlined: references cost a finger 5 to 15 % on an H200
@@ -358,13 +355,9 @@ def stage_function(
 ) -> Any:
     """Bind a stage's template to the device functions of some effects.
 
-    Args:
-        specialiser: Binds it.
-        template: Of the stage.
-        hooks: Device functions with the names of their effects.
-        structure: Has the effects.
-        places: Where each function's result goes in a world's memory, if it is remembered.
-        inline: Whether it is inlined whatever its length: a call copies all of a world's numbers.
+    Hooks are device functions with the names of their effects; the result of each goes to its place
+    in a world's memory, if it is remembered. It is inlined whatever its length: a call copies all
+    of a world's numbers.
     """
     child = specialiser.child()
     child.bind(placeholders.FUNCTIONS, tuple(child.function(hook) for _, hook in hooks))

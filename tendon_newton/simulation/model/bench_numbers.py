@@ -22,17 +22,15 @@ from tendon_newton.mechanisms.geometry.arms import Body, with_arm, without_arm
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 
-OWNER = "bench"
-"""Owner of these columns in a parameter table."""
+OWNER = "bench"  # Owner of these columns in a parameter table
+# A number may turn out so many times as large, or as small, as where its search starts
 REACH = 10.0
-"""A number may turn out so many times as large, or as small, as where its search starts."""
+# Numbers of a bench that are as built and not as drawn, and the share by which they may differ:
+# what kitchen scales and a ruler tell. Springs and dampers have effects of the catalogue.
 TOLERATED, TOLERANCE = ("mass", "length", "moment_arm"), 0.05
-"""Numbers of a bench that are as built and not as drawn, and the share by which they may differ:
-what kitchen scales and a ruler tell. Springs and dampers have effects of the catalogue."""
-BY_DEFINITION = 1.0
-"""Moment arm of a slider and of a shaft: they have no other."""
+BY_DEFINITION = 1.0  # Moment arm of a slider and of a shaft: they have no other
+# Arrays of a mechanism that these numbers change
 WRITTEN = ("stiffness", "damping", "upper", "mass", "inertia", "centre", "offset", "arms")
-"""Arrays of a mechanism that these numbers change."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,10 +64,8 @@ def unknown_numbers(
 ) -> tuple[BenchNumber, ...]:
     """Return the numbers of benches that a model's ``fit`` names.
 
-    Args:
-        model: Its ``fit`` names numbers of the actuator too, which are left out here.
-        benches: The mechanisms of all recordings, with the model's own numbers.
-        recordings: They may carry numbers of their own.
+    The ``fit`` names numbers of the actuator too, which are left out. The benches have the model's
+    own numbers, recordings may carry others.
 
     Raises:
         InvalidModelFile: A number is zero or missing on every bench, or recordings contradict.
@@ -115,11 +111,6 @@ def tolerated_numbers(
     """Return the numbers of benches that may differ a little from what their assets state.
 
     Numbers that the model or a recording states stay as they are stated.
-
-    Args:
-        model: Its ``fit`` and ``bench_overrides`` name numbers that are left out here.
-        benches: The mechanisms of all recordings.
-        recordings: They may carry numbers of their own.
     """
     out = []
     for bench, mechanism in benches.items():
@@ -233,12 +224,7 @@ def write_by_chain(
 ) -> None:
     """Write unknown numbers into the arrays of a mechanism of equal chains.
 
-    Args:
-        arrays: As for `write_numbers`, each world one chain.
-        numbers: B numbers of the whole mechanism.
-        values: Their values in every world, shape (W, B).
-        parents: Parent joint of each joint of a chain.
-        chain: Which chain each world is, shape (W,).
+    All is as for `write_numbers`, each world one chain; `chain` tells which, shape (W,).
     """
     joints = len(parents)
     for k in np.unique(chain):
@@ -256,11 +242,8 @@ def write_numbers(
 ) -> None:
     """Write unknown numbers into the arrays of a mechanism.
 
-    Args:
-        arrays: The `WRITTEN` ones, shape (W, J, ...), (W, D, J) for the arms; changed in place.
-        numbers: B numbers of this mechanism's bench.
-        values: Their values in every world, shape (W, B).
-        parents: Parent joint of each joint.
+    The arrays are the `WRITTEN` ones, shape (W, J, ...), (W, D, J) for the arms, and are changed in
+    place. B numbers of this bench have values in every world, shape (W, B).
     """
     arms = [(values[:, c], n) for c, n in enumerate(numbers) if n.key == "arm_mass"]
     for _, number in arms:

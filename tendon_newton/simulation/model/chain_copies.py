@@ -53,9 +53,7 @@ def are_independent(mechanism: Mechanism) -> bool:
 def chain_copies(topology: Topology, arms: Array) -> ChainCopies:
     """Divide a mechanism into as many equal chains as it has, one after the other.
 
-    Args:
-        topology: Of a whole world.
-        arms: Its moment arms [m], shape (W, D, J).
+    The moment arms [m] have the shape (W, D, J).
     """
     joints, tendons = len(topology.parents), topology.tendon_count
     if topology.touch.pairs:  # what a link does to another is in one implicit step for both

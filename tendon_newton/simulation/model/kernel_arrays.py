@@ -14,15 +14,7 @@ from tendon_newton.device_code.templates import Bindings
 def zeros(
     types: Bindings, struct: type, *shape: int, device: Any, requires_grad: bool = False
 ) -> Any:
-    """Return a struct whose arrays all have one shape, filled with zeros.
-
-    Args:
-        types: What the kernels' declarations stand for.
-        struct: Declaration of a struct of arrays.
-        shape: Of each array.
-        device: Warp device.
-        requires_grad: Whether the arrays have gradients.
-    """
+    """Return a struct whose arrays all have one shape, filled with zeros."""
     out = types[struct]()
     for name in types[struct].vars:
         dtype = types[struct].vars[name].type.dtype

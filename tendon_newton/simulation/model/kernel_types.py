@@ -17,16 +17,15 @@ from tendon_newton.errors import InvalidDeviceCode
 from tendon_newton.simulation.contact.contact_plan import NO_LINK, SHAPES, LinkContactPlan
 from tendon_newton.simulation.model.structure import Structure
 
+# Speed below which a dry friction may stick [m/s, rad/s]: some roundings of a finger's speed
 REST = {"float64": 1.0e-9, "float32": 1.0e-6}
-"""Speed below which a dry friction may stick [m/s, rad/s]: some roundings of a finger's speed."""
 
+# Longest step towards equilibrium [rad, m]: no tendon turns so much on the way that its pull
+# misleads
 STRIDE = 0.3
-"""Longest step towards equilibrium [rad, m]: no tendon turns so much on the way that its pull
-misleads."""
+# Longest step towards equilibrium past obstacles [rad, m]: a link must not leap over one
 TOUCHING_STRIDE = 0.02
-"""Longest step towards equilibrium past obstacles [rad, m]: a link must not leap over one."""
-MOST_EFFECTS = 63
-"""Bits of a whole number that is not negative."""
+MOST_EFFECTS = 63  # Bits of a whole number that is not negative
 
 
 @cache

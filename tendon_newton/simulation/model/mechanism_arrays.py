@@ -25,12 +25,12 @@ from tendon_newton.simulation.model.assembly import Assembly, KernelSet
 from tendon_newton.simulation.model.route_arrays import read_numbers, read_plan
 from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
 
+# A `newton.Model` after `finalize`; its class declares every array as optional
 FinalModel: TypeAlias = Any
-"""A `newton.Model` after `finalize`; its class declares every array as optional."""
+# Axis of the base about which a bench that is not level is tipped
 TIPPING_AXIS = np.array([0.0, 1.0, 0.0])
-"""Axis of the base about which a bench that is not level is tipped."""
-PUSH_FORCE = 1.0e30
-"""A direct drive pushes with any force [N]; a string with none."""
+PUSH_FORCE = 1.0e30  # A direct drive pushes with any force [N]; a string with none
+# Numbers of each joint, and the arrays of a Newton model that hold one per degree of freedom
 JOINT_NUMBERS = {
     "stiffness": "joint_stiffness",
     "damping": "joint_damping",
@@ -41,13 +41,11 @@ JOINT_NUMBERS = {
     "limit_stiffness": "joint_limit_ke",
     "limit_damping": "joint_limit_kd",
 }
-"""Numbers of each joint, and the arrays of a Newton model that hold one per degree of freedom."""
+# Arrays of a mechanism that hold vectors, masses and inertias of each joint's link
 PER_COORDINATE = ("offset", "centre", "axis", "mass", "inertia")
-"""Arrays of a mechanism that hold vectors, masses and inertias of each joint's link."""
+# How the names of arrays begin that belong to a world and not to its chains
 OF_A_WORLD = ("obstacle_", "body_")
-"""How the names of arrays begin that belong to a world and not to its chains."""
-NO_STOP = 1.0e30
-"""Neither a spool nor a body has an end stop within this [m, rad]."""
+NO_STOP = 1.0e30  # Neither a spool nor a body has an end stop within this [m, rad]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -203,11 +201,6 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
 
     Where the kernels are those of one chain of several, each chain of a world counts as a world;
     obstacles stay a world's.
-
-    Args:
-        model: W worlds of one mechanism.
-        kernels: Kernels of its structure.
-        device: Where the arrays live; the model's device by default.
     """
     structure = kernels.structure
     topology = read_topology(model)
@@ -286,10 +279,8 @@ def coordinate_axis(name: str) -> int | None:
 def with_more(name: str, values: Array, further: int) -> Array:
     """Return numbers of joints with columns for spools and a body, which meet no stop.
 
-    Args:
-        name: Array of a mechanism; those that have no column per joint stay as they are.
-        values: Its numbers, shape (W, J, ...), of the arms (W, D, J).
-        further: Coordinates of spools and of a body.
+    Arrays that have no column per joint stay as they are. Values have the shape (W, J, ...), those
+    of the arms (W, D, J).
     """
     axis = coordinate_axis(name)
     if further == 0 or axis is None:
@@ -307,12 +298,7 @@ def spools_are_free(model: FinalModel, actuator: str) -> bool:
 
 
 def chain_arms(arms: Array, copies: int) -> Array:
-    """Return moment arms of each chain's tendons at its own joints [m], (W K, D / K, J / K).
-
-    Args:
-        arms: Of whole worlds [m], shape (W, D, J).
-        copies: Chains K of a world.
-    """
+    """Return moment arms (W, D, J) [m] of K chains at their own joints, (W K, D / K, J / K)."""
     worlds, tendons, joints = arms.shape
     blocks = arms.reshape(worlds, copies, tendons // copies, copies, joints // copies)
     own = blocks[:, np.arange(copies), :, np.arange(copies)]

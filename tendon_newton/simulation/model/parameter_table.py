@@ -23,33 +23,28 @@ from tendon_newton.errors import InvalidModelFile, unknown_name
 from tendon_newton.simulation.model.bench_numbers import OWNER
 from tendon_newton.simulation.model.structure import in_catalogue_order
 
+# Radii [m] that a spool may have; a direct drive's angle is its excursion, so that it has 1
 SPOOL_RADII = (1.0e-3, 1.0)
-"""Radii [m] that a spool may have; a direct drive's angle is its excursion, so that it has 1."""
+# Keys that any actuator may carry besides its own parameters
 SHARED_KEYS = ("spool_radius", "file")
-"""Keys that any actuator may carry besides its own parameters."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterTable:
     """The parameter vector of one structure: the actuator's numbers, then each effect's."""
 
-    actuator: str
-    """Kind of the actuator."""
-    effects: tuple[str, ...]
-    """Effects in the order of the catalogue."""
-    by_servo: tuple[str, ...] = ()
-    """Effects of which each servo has numbers of its own."""
-    servos: int = 1
-    """Number of servos D."""
+    actuator: str  # Kind of the actuator
+    effects: tuple[str, ...]  # Effects in the order of the catalogue
+    by_servo: tuple[str, ...] = ()  # Effects of which each servo has numbers of its own
+    servos: int = 1  # Number of servos D
+    # Whether each servo moves a finger of its own, which may then have effects of its own
     independent: bool = False
-    """Whether each servo moves a finger of its own, which may then have effects of its own."""
+    # Effects of `by_servo` that all servos may share. Kernels do not read shared numbers; they
+    # stand for each servo that has none of its own.
     shared: tuple[str, ...] = ()
-    """Effects of `by_servo` that all servos may share. Kernels do not read shared numbers; they
-    stand for each servo that has none of its own."""
-    bench: tuple[Parameter, ...] = ()
-    """Unknown numbers of benches; `bench_numbers` has them."""
+    bench: tuple[Parameter, ...] = ()  # Unknown numbers of benches; `bench_numbers` has them
+    # Scale of the benches: ranges and units follow it
     scale: BenchScale = field(default_factory=BenchScale)
-    """Scale of the benches: ranges and units follow it."""
 
     @property
     def bench_columns(self) -> slice:
@@ -115,15 +110,7 @@ class ParameterTable:
         return np.array(out, dtype=np.intp)
 
     def kernel_vectors(self, vectors: Array, chains: int = 1) -> Array:
-        """Return what the kernels of each of K equal chains read of parameter vectors.
-
-        Args:
-            vectors: Numbers of whole worlds, shape (..., P).
-            chains: How many chains K a world has.
-
-        Returns:
-            Numbers of the chains, shape (..., K, P').
-        """
+        """Return what kernels of K equal chains, (..., K, P'), read of worlds' vectors (..., P)."""
         out, null = vectors, self.null_vector()
         for effect in self.shared:
             whole = list(self.columns(effect))
@@ -184,11 +171,7 @@ class ParameterTable:
 def table_of(actuator: str, causes: Iterable[str], servos: int, **more: Any) -> ParameterTable:
     """Return the table of a structure: each servo has its own of what is said of one servo.
 
-    Args:
-        actuator: Kind of the actuator.
-        causes: Effects, and effects of one servo.
-        servos: Number of servos.
-        **more: Further fields of the table.
+    Further fields of the table may be given.
     """
     chosen = tuple(causes)
     owned = {effect_of(cause) for cause in chosen if servo_of(cause) is not None}

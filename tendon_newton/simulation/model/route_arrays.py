@@ -17,24 +17,18 @@ from tendon_newton.simulation.model.route_plan import NO_PULLEY, NO_ROUTES, Rout
 class RouteNumbers:
     """Path points of every world, with the chain at q = 0."""
 
+    # From the joint that moves each point to it [m], shape (W, N, 3); on the base its place
     point: Array
-    """From the joint that moves each point to it [m], shape (W, N, 3); on the base its place."""
-    frame: Array
-    """From a pulley's frame, axis along z, to the base, shape (W, N, 3, 3)."""
-    radius: Array
-    """Radius of a pulley [m], 0 for a site, shape (W, N)."""
-    turn: Array
-    """Which way round it the string goes, +1 or -1, shape (W, N)."""
-    rest_length: Array
-    """Length of each tendon at q = 0 [m], 0 without a path, shape (W, D)."""
+    frame: Array  # From a pulley's frame, axis along z, to the base, shape (W, N, 3, 3)
+    radius: Array  # Radius of a pulley [m], 0 for a site, shape (W, N)
+    turn: Array  # Which way round it the string goes, +1 or -1, shape (W, N)
+    rest_length: Array  # Length of each tendon at q = 0 [m], 0 without a path, shape (W, D)
 
 
 def read_plan(model: Any, moved_by: dict[int, int]) -> RoutePlan:
     """Return the routes that all worlds of a model share.
 
-    Args:
-        model: A finalized `newton.Model`.
-        moved_by: Joint of the first world that moves each of its bodies.
+    `moved_by` gives the joint of the first world that moves each of its bodies.
     """
     rows = model.tendon
     if not hasattr(rows, "path_tendon"):  # Newton keeps no columns without rows
@@ -46,14 +40,7 @@ def read_plan(model: Any, moved_by: dict[int, int]) -> RoutePlan:
 
 
 def read_numbers(model: Any, plan: RoutePlan, frames: Any, tendon_count: int) -> RouteNumbers:
-    """Return the numbers of a model's routes.
-
-    Args:
-        model: A finalized `newton.Model`.
-        plan: Its routes.
-        frames: Its `RestFrames`.
-        tendon_count: Number of tendons D of a world.
-    """
+    """Return the numbers of a model's routes."""
     rows, shape = model.tendon, (model.world_count, len(plan.bodies))
     own = rows.path_point.numpy().astype(np.float64).reshape(*shape, 3)
     turned = rotation_matrices(rows.path_rotation.numpy().astype(np.float64).reshape(*shape, 4))

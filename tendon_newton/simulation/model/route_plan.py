@@ -57,17 +57,13 @@ class RoutePlan:
         return tuple(rows)
 
 
-NO_ROUTES = RoutePlan(bodies=(), spans=())
-"""A mechanism whose moment arms are all constant."""
+NO_ROUTES = RoutePlan(bodies=(), spans=())  # A mechanism whose moment arms are all constant
 
 
 def plan_of(tendons: list[int], bodies: list[int], radii: list[float]) -> RoutePlan:
     """Return the plan of one world's path points, tendon by tendon in their order.
 
-    Args:
-        tendons: Tendon of each path point.
-        bodies: Its link, -1 for the base.
-        radii: Its radius [m], 0 for a site.
+    A link is -1 for the base, a radius [m] 0 for a site.
     """
     spans: list[SpanPlan] = []
     start, pulley = -1, NO_PULLEY

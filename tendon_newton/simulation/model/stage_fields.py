@@ -11,6 +11,8 @@ from tendon_newton.device_code.templates import is_struct
 from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidDeviceCode
 
+# Stages in which a field of `Tendon` has its value; it is zero in the others. Every other field has
+# its value in all stages.
 KNOWN_IN: dict[str, tuple[Stage, ...]] = {
     "error": (
         Stage.ERROR,
@@ -23,16 +25,12 @@ KNOWN_IN: dict[str, tuple[Stage, ...]] = {
     "motor_force": (Stage.SPOOL_FORCE, Stage.TENSION),
     "tension": (Stage.ENCODER,),
 }
-"""Stages in which a field of `Tendon` has its value; it is zero in the others. Every other field
-has its value in all stages."""
 
 
 def check_stage(hook: Callable[..., Any], stage: Stage | None) -> None:
     """Refuse a device function that reads a field of a tendon which has no value in its stage.
 
-    Args:
-        hook: Device function of an effect.
-        stage: Where it acts, None where it renews what the effect remembers.
+    The stage is None where the function renews what the effect remembers.
 
     Raises:
         InvalidDeviceCode: It does; the message names function, field, stage and line.

@@ -17,34 +17,28 @@ from tendon_newton.simulation.contact.contact_plan import (
 from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
 
 Precision = Literal["float32", "float64"]
+# Stages with a jet per joint; the other stages with jets have one per tendon
 JOINT_STAGES = (Stage.SPRING, Stage.DAMPING)
-"""Stages with a jet per joint; the other stages with jets have one per tendon."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Structure:
     """All that decides a kernel's code; numbers that only decide results are not in it."""
 
-    parents: tuple[int, ...]
-    """Index of each joint's parent joint, -1 for the base, shape (J,)."""
-    revolute: tuple[bool, ...]
-    """Whether each joint turns (or else slides), shape (J,)."""
+    parents: tuple[int, ...]  # Index of each joint's parent joint, -1 for the base, shape (J,)
+    revolute: tuple[bool, ...]  # Whether each joint turns (or else slides), shape (J,)
     tendon_count: int
     actuator: str
-    effects: tuple[str, ...]
-    """Names in the order of the catalogue."""
-    by_servo: tuple[str, ...] = ()
-    """Effects of which each servo has numbers of its own."""
+    effects: tuple[str, ...]  # Names in the order of the catalogue
+    by_servo: tuple[str, ...] = ()  # Effects of which each servo has numbers of its own
+    # Whether the chain moves in one plane, which costs a third of the general equations
     planar: bool = True
-    """Whether the chain moves in one plane, which costs a third of the general equations."""
     precision: Precision = "float64"
     driven_by: DrivenBy = "command"
+    # Whether each spool has a coordinate of its own: how far it leads its mechanism
     free_spool: bool = False
-    """Whether each spool has a coordinate of its own: how far it leads its mechanism."""
-    routes: RoutePlan = NO_ROUTES
-    """Paths of the tendons whose moment arms are not constant."""
-    touch: ContactPlan = NO_CONTACTS
-    """Where links may meet obstacles."""
+    routes: RoutePlan = NO_ROUTES  # Paths of the tendons whose moment arms are not constant
+    touch: ContactPlan = NO_CONTACTS  # Where links may meet obstacles
 
     @property
     def joint_count(self) -> int:

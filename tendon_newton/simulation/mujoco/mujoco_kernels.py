@@ -51,9 +51,9 @@ from tendon_newton.simulation.tendons.spools import rotor_inertia
 from tendon_newton.simulation.tendons.states import excursion, flow_at, joint_state
 from tendon_newton.simulation.tendons.world_drive import at_end, world_drive
 
+# Width of the smoothed sign of dry friction on a tendon [m/s]: below it the tendon creeps, where
+# ours would stick
 SLIDING_SPEED = 1.0e-3
-"""Width of the smoothed sign of dry friction on a tendon [m/s]: below it the tendon creeps, where
-ours would stick."""
 
 
 @device_template
@@ -80,13 +80,7 @@ def tendon_pull(
 ) -> Vec2:
     """Return the tension at the load cell [N] and the pull on the mechanism [N].
 
-    Args:
-        mechanism: Numbers of all benches.
-        p: Numbers of actuator and effects.
-        here: What acts on the world, and where it is.
-        d: The tendon.
-        rate: How the tendon's excursion accelerates [m/s2], which a rotor feels.
-        slack: Whether the string of a rotor has come loose.
+    The excursion accelerates at a rate [m/s2], which a rotor feels; its string may be slack.
     """
     arms = tendon_arms(mechanism, here)
     share = smooth_share(arms, d, here.v)

@@ -44,12 +44,12 @@ from tendon_newton.simulation.mujoco.mujoco_rollout_contacts import (
     solver_with_contacts,
 )
 
+# Default step [s]: the tendon's force is explicit here, and stiff friction must be met with short
+# steps
 MUJOCO_STEP = 5.0e-4
-"""Default step [s]: the tendon's force is explicit here, and stiff friction must be met with
-short steps."""
+# MuJoCo's `solimp` of joint friction with which a joint creeps least; its default lets a joint
+# slide to the end
 STICKING_FRICTION = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
-"""MuJoCo's `solimp` of joint friction with which a joint creeps least; its default lets a joint
-slide to the end."""
 UNSUPPORTED = (*LOG_STAGES, Stage.SPEED, Stage.INERTIA, Stage.TILT, Stage.JOINT_FRICTION)
 
 
@@ -64,14 +64,8 @@ class MujocoRollout:
     own, from the asset's numbers. A rotor is the tendon's armature: its spool never moves on its
     own, so that a slack string shows as no tension, and not in the angle.
 
-    Args:
-        mechanism: The bench.
-        recordings: R recordings of it.
-        model: Actuator and effects with their numbers.
-        time_step: Step [s]; shortened so that the instants of a force network fall on its grid.
-        network: How a force network runs, ``torchscript`` or ``fused``.
-        trust: Whether to trust its file from now on.
-        device: Warp device.
+    The step [s] is shortened so that the instants of a force network fall on its grid. The network
+    runs as ``torchscript`` or ``fused``.
     """
 
     def __init__(

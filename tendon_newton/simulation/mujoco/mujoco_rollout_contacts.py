@@ -8,13 +8,12 @@ import newton
 import numpy as np
 from newton.solvers import SolverMuJoCo
 
+# Newton's ``solref_mode`` in which stiffness and damping of a shape are [N/m] and [N s/m]
 FORCE_SPACE = 0
-"""Newton's ``solref_mode`` in which stiffness and damping of a shape are [N/m] and [N s/m]."""
+# MuJoCo's `solimp` with which a contact is a spring and a damper also in motion; by its default it
+# gives way as if the link were as heavy as a body, and lets light links pass
 SOFTNESS = (0.01, 0.01, 1.0e-3, 0.5, 2.0)
-"""MuJoCo's `solimp` with which a contact is a spring and a damper also in motion; by its default
-it gives way as if the link were as heavy as a body, and lets light links pass."""
-SLIP_RATIO = 1.0e4
-"""MuJoCo's ``impratio`` [1]: how much less friction creeps than a contact gives."""
+SLIP_RATIO = 1.0e4  # MuJoCo's ``impratio`` [1]: how much less friction creeps than a contact gives
 
 
 class MujocoContacts:
@@ -23,9 +22,6 @@ class MujocoContacts:
     Newton's stiffness per shape is that of ours. Its damping is linear, as much as ours at a
     newton (`obstacle_shapes.USUAL_FORCE`). By MuJoCo's priorities one material of two counts: that
     of an obstacle before that of a link which is one, and that before another link's.
-
-    Args:
-        model: A finalized `newton.Model`; its shapes get the materials of the obstacles.
     """
 
     def __init__(self, model: Any) -> None:

@@ -21,8 +21,7 @@ FRICTIONS = ("viscous_friction", "coulomb_friction")
 
 Stribeck's law is left out: without a spring it takes the place of both, and of their sum.
 """
-COMMANDED = ("tendon_slack", "backlash")
-"""Effects outside the servo that act through its command."""
+COMMANDED = ("tendon_slack", "backlash")  # Effects outside the servo that act through its command
 
 
 @device_template
@@ -48,9 +47,7 @@ def reading_instant(time: real, d: int, p: ParameterVector) -> real:
 def acts(effect: str, *, has_spring: bool) -> bool:
     """Tell whether an effect shows where a mechanism is driven by measured force.
 
-    Args:
-        effect: A name in the catalogue.
-        has_spring: Whether the mechanism has a return spring, so that a string may pull it.
+    With a return spring a string may pull it.
     """
     declared = EFFECTS[effect]
     if declared.side == "actuator":

@@ -101,11 +101,8 @@ def end_moves(pose: JointPose, way: WayVector, point: Vec3) -> SpaceMatrix:
 def end_turning(pose: JointPose, way: WayVector, slope: Vec3, moves: SpaceMatrix) -> LinkMatrix:
     """Return what an end gives a length's second derivatives as its moves turn, shape (L, L).
 
-    Args:
-        pose: Where the joints are.
-        way: Places of the joints on the way to the end.
-        slope: Derivative of the length by the end [1].
-        moves: How the joints move it [m/rad].
+    `way` has the places of the joints on the way to the end, `slope` the length's derivative by it
+    [1], and `moves` how the joints move it [m/rad].
     """
     out = LinkMatrix()
     for j in range(LINKS):

@@ -15,8 +15,8 @@ from tendon_newton.device_code.structs import JointPose, Mechanism, SpanTerms
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.spatial_chain import row, turn_of
 
+# A string that passes its pulley freely spans less than nothing of it, down to this [rad]
 QUARTER = 0.5 * wp.pi
-"""A string that passes its pulley freely spans less than nothing of it, down to this [rad]."""
 TURN = 2.0 * wp.pi
 
 

@@ -39,10 +39,8 @@ from tendon_newton.law.spool import UNBOUNDED, felt_inertia, spool_balance
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
 from tendon_newton.simulation.tendons.states import tendon_state
 
-SNUG = 1.0e-9
-"""A string with less slack [m] than this has none."""
-SNUG_RATE = 1.0e-9
-"""A spool that leads or lags by less [m/s] moves with its mechanism."""
+SNUG = 1.0e-9  # A string with less slack [m] than this has none
+SNUG_RATE = 1.0e-9  # A spool that leads or lags by less [m/s] moves with its mechanism
 
 
 @device_template

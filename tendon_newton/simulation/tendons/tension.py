@@ -51,16 +51,8 @@ def tension_now(
     """Return the tension at the load cell [N]: what gear and rotor leave of the motor's force.
 
     Where the tendon is held it is what holds it; where its spool moves on its own, what the string
-    carries. A negative one says that the string cannot be taut.
-
-    Args:
-        mechanism: Numbers of all benches.
-        p: Numbers of actuator and effects.
-        here: What acts on the world, and where it is.
-        contact: What slides, sticks and pulls.
-        d: The tendon.
-        forces: Forces in these contact states.
-        acceleration: Accelerations of the coordinates now [rad/s2, m/s2], for a rotor alone.
+    carries. A negative one says that the string cannot be taut. Accelerations of the coordinates
+    [rad/s2, m/s2] count for a rotor alone.
     """
     tension = real(0.0)
     moves = bool(False)
