@@ -3,12 +3,12 @@
 ``python -m examples.studies.investigation unit 50 --way investigate --out DIR``
 
 The unit has three wrong things that its seed plants. They are looked for by ``investigate``, or by
-the plan ``quick`` of ``collect`` and one diagnosis, in the same time at the bench. One process does
-one unit in one way. Both are judged by recordings that neither has seen.
+the plan ``quick`` of ``collect`` and one diagnosis, in the same time at the bench, or in half of
+it. One process does one unit in one way. All are judged by recordings that neither has seen.
 
-``python -m examples.studies.investigation limits DIR/investigate_50/diagnosis_3 --out FILE``
+``python -m examples.studies.investigation limits DIR/investigate_50 --out FILE``
 
-Commands are optimised for diagnoses and benches in turn, one search for each seed.
+Runs are designed anew for each moment of investigations, one search for each seed.
 
 ``python -m examples.studies.investigation table DIR``
 
@@ -51,10 +51,9 @@ def main() -> None:
     part.add_argument("--out", type=Path, required=True)
     part.add_argument("--run-length", type=float, default=9.0, help="of an investigation [s]")
     part = parts.add_parser("limits")
-    part.add_argument("diagnoses", type=Path, nargs="+", help="folders diagnosis_1, ...")
+    part.add_argument("folders", type=Path, nargs="+", help="investigations")
     part.add_argument("--out", type=Path, default=Path("limits.json"))
     part.add_argument("--seeds", type=int, nargs=2, default=(0, 100), metavar=("FIRST", "END"))
-    part.add_argument("--run-length", type=float, default=9.0, help="[s]")
     part.add_argument("--wall", default="10h", help="after which no search is begun")
     part = parts.add_parser("table")
     part.add_argument("folder", type=Path)
@@ -67,8 +66,7 @@ def main() -> None:
         look(words.unit, words.way, words.out, words.run_length)
         return
     wall = read_duration(words.wall, "--wall")
-    seeds = range(*words.seeds)
-    limits(words.diagnoses, seeds, words.out, length=words.run_length, wall=wall)
+    limits(words.folders, range(*words.seeds), words.out, wall=wall)
 
 
 if __name__ == "__main__":

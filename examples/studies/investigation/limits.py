@@ -1,14 +1,14 @@
 """Do optimised commands keep the limits of a bench?
 
-Each command is simulated under models that are drawn anew from the intervals of a diagnosis, twice
-as wide, and is recorded on the virtual unit that the diagnosis is of.
+Each command is simulated under models that are drawn anew from the intervals of an investigation's
+sets, twice as wide, and is recorded on its virtual unit.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -18,7 +18,7 @@ import numpy as np
 from examples.studies.so101_figure import AFTER, BEFORE, GREY, INK, dress
 from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.collection.collect import record_run
-from tendon_hardware.collection.excitation_plan import BENCHES, DesignedRun
+from tendon_hardware.collection.excitation_plan import DesignedRun
 from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.errors import SafetyStop
 from tendon_hardware.stop_request import StopRequest
@@ -26,19 +26,16 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED, LARGEST_COMMAND
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.files.picture import new_figure, save
-from tendon_newton.data.model_file import load_model
-from tendon_newton.diagnosis.diagnosis_file import diagnosis_table
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast, plan_of
-from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
-from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE, read_noise, read_scale
-from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
+from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, read_log
+from tendon_newton.diagnosis.next_experiment.run_design import design
 from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase
-from tendon_newton.diagnosis.posterior import read_posterior
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.workflows.collection import address_of, settings_of
-from tendon_newton.workflows.investigation import LOG
-from tendon_newton.workflows.investigation_choice import FORCE_SHARE, RECORDINGS
+from tendon_newton.workflows.investigation import LOG, open_sets
+from tendon_newton.workflows.investigation_check import binding
+from tendon_newton.workflows.investigation_choice import FORCE_SHARE, RECORDINGS, task_of
 from tendon_newton.workflows.options import InvestigateOptions
 
 MODELS = 64
@@ -56,7 +53,8 @@ class Peak:
     """Of its search."""
     rank: int
     """Place among the commands of its search; 0 is the one that an investigation would record."""
-    diagnosis: str
+    moment: str
+    """Investigation, and how many runs it had recorded."""
     bench: str
     command: tuple[float, float]
     """Its smallest and greatest angle [rad]."""
@@ -70,18 +68,15 @@ class Peak:
     """Why it was."""
 
 
-def limits(
-    folders: Sequence[Path], seeds: Sequence[int], out: Path, *, length: float, wall: float
-) -> None:
-    """Optimise commands for diagnoses and benches in turn, and write how far each goes.
+def limits(folders: Sequence[Path], seeds: Sequence[int], out: Path, *, wall: float) -> None:
+    """Design runs anew for each moment of investigations, and write how hard each pulls.
 
     A search that is in the file already is not made again.
 
     Args:
-        folders: Diagnoses of investigations: ``DIR/diagnosis_2``.
-        seeds: One search each.
+        folders: Investigations.
+        seeds: One search each: of the first investigations, then of their next runs.
         out: File of the results.
-        length: Length of a run [s].
         wall: Time after which no further search is begun [s].
     """
     start = time.monotonic()
@@ -92,60 +87,68 @@ def limits(
         if time.monotonic() - start > wall:
             break
         folder = folders[seed % len(folders)]
-        bench = BENCHES[seed // len(folders) % len(BENCHES)]
-        peaks += search(folder, bench, seed, length)
+        peaks += search(folder, seed // len(folders), seed)
         searched.append(seed)
         write_json(out, {"searched": searched, "peaks": [asdict(peak) for peak in peaks]})
-        print(f"  search {seed}: {len(peaks)} commands; {folder}, {bench}", flush=True)
+        print(f"  search {seed}: {len(peaks)} commands; {folder}", flush=True)
 
 
-def search(folder: Path, bench: str, seed: int, length: float) -> list[Peak]:
-    """Optimise commands on a bench, and return how hard each that is not refused may pull."""
-    recordings = load_dataset(folder.parent / RECORDINGS).train
-    known = recordings[: int(folder.name.rpartition("_")[2])]
-    table, model = diagnosis_table(folder / FILE), folder.parent / RECORDINGS / "model.toml"
-    question = OpenSets(
-        posterior=likeliest(read_posterior(folder / FILE)),
-        model=load_model(model),
-        noise=read_noise(table),
-        scale=read_scale(table),
-    )
-    setting = Setting(bench=bench)
-    forecast = Forecast(question, [plan_of(r) for r in known], usual_task(setting, length))
-    found = design(
+def search(folder: Path, moment: int, seed: int) -> list[Peak]:
+    """Design runs as an investigation did, with other draws; return how hard each may pull.
+
+    Args:
+        folder: The investigation.
+        moment: Which of its designed runs was next; beyond the last they are taken in turn.
+        seed: Draws commands and models.
+    """
+    options, log = of_folder(folder)
+    designed = [k for k, step in enumerate(log.steps) if step.expected is not None]
+    before = replace(log, steps=log.steps[: designed[moment % len(designed)]])
+    question = open_sets(before, options)
+    assert question is not None  # a run was designed for it
+    known = load_dataset(folder / RECORDINGS).train[: before.runs]
+    forecast = Forecast(question, [plan_of(r) for r in known], task_of(options))
+    runs = design(
         forecast,
-        [setting],
+        [Setting(bench=bench) for bench in options.benches],
         np.random.default_rng(seed),
-        duration=length,
-        force_limit=FORCE_SHARE * TENSION,
-    )
-    runs = [e for e in found.runs if e.plan.excitation == DESIGNED]
+        duration=options.run_length,
+        force_limit=FORCE_SHARE * options.force_limit,
+    ).runs
     plans = [e.plan for e in runs]
     worst = WorstCase(question, np.random.default_rng([1, seed]))
     drawn = worst.drawn(plans, MODELS).tolist() if plans else []
-    log = read_json(folder.parent / LOG, InvalidOutput, "a log is a JSON file")
-    port = log["options"]["port"]
     return [
         Peak(
             seed=seed,
             rank=rank,
-            diagnosis=str(folder),
-            bench=bench,
+            moment=f"{folder.name}, {before.runs} runs",
+            bench=plan.setting.bench,
             command=(float(plan.command.min()), float(plan.command.max())),
             designed=expected.peak_force or 0.0,
             drawn=peak,
-            **recorded(expected, port),
+            **recorded(expected, options),
         )
         for rank, (expected, plan, peak) in enumerate(zip(runs, plans, drawn, strict=True))
     ]
 
 
-def recorded(expected: Expected, port: str) -> dict[str, Any]:
-    """Record a command on the unit that the diagnosis is of."""
-    plan = expected.plan
+def of_folder(folder: Path) -> tuple[InvestigateOptions, InvestigationLog]:
+    """Return the options and the log of an investigation of a virtual unit."""
+    own = read_json(folder / LOG, InvalidOutput, "a log is a JSON file")["options"]
     options = InvestigateOptions(
-        port=port, out=Path(), force_limit=TENSION, faster_than_real_time=True
+        port=own["port"],
+        out=folder,
+        run_length=own["run-length"],
+        force_limit=TENSION,
+        faster_than_real_time=True,
     )
+    return options, read_log(folder / LOG, binding(options))
+
+
+def recorded(expected: Expected, options: InvestigateOptions) -> dict[str, Any]:
+    """Record a command on the unit that the investigation is of."""
+    plan = expected.plan
     run = DesignedRun(
         name="run",
         bench=plan.setting.bench,

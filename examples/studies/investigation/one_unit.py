@@ -31,11 +31,13 @@ from tendon_newton.workflows.investigation_check import binding
 from tendon_newton.workflows.investigation_choice import RECORDINGS
 from tendon_newton.workflows.options import CollectOptions, InvestigateOptions
 
-INVESTIGATE, QUICK = "investigate", "quick"
-WAYS = (INVESTIGATE, QUICK)
-"""How a unit is looked at: by designed runs, or by a plan of ``collect`` and one diagnosis."""
+INVESTIGATE, HALF, QUICK = "investigate", "half", "quick"
 BENCH_SECONDS = sum(run.duration for run in find_plan(QUICK))
-"""Time at the bench of either way [s]."""
+"""Time at the bench of the plan [s]."""
+BUDGETS = {HALF: BENCH_SECONDS / 2.0, INVESTIGATE: BENCH_SECONDS}
+"""Investigation -> time at the bench [s]: half of one is its beginning, and is made before it."""
+WAYS = (*BUDGETS, QUICK)
+"""How a unit is looked at: by designed runs, or by a plan of ``collect`` and one diagnosis."""
 JUDGE_SEED = 1
 """Seed of the recordings by which both ways are judged: neither has seen them."""
 PROMISE = "a result of this study is a JSON file"
@@ -73,12 +75,16 @@ class Result:
 
 def look(unit: int, way: str, out: Path, run_length: float) -> Result:
     """Look at a unit and write ``DIR/result_WAY_UNIT.json``; what is on disk is not done again."""
-    folder, runs, ended, operator = out / f"{way}_{unit}", (), "the plan is recorded", Telling()
-    if way == INVESTIGATE:
+    path, operator = out / f"result_{way}_{unit}.json", Telling()
+    if path.exists():
+        return read_result(path)
+    folder, runs, ended = out / f"{way}_{unit}", (), "the plan is recorded"
+    if way in BUDGETS:
+        folder = out / f"{INVESTIGATE}_{unit}"
         options = InvestigateOptions(
             port=port_of(unit), out=folder, run_length=run_length, faster_than_real_time=True
         )
-        investigate(options, operator, budget=BENCH_SECONDS)
+        investigate(options, operator, budget=BUDGETS[way])
         log = read_log(folder / LOG, binding(options))
         runs, ended = runs_of(log, operator), log.ended or ""
         answer, recordings = folder / f"diagnosis_{log.runs}", folder / RECORDINGS
@@ -115,7 +121,7 @@ def look(unit: int, way: str, out: Path, run_length: float) -> Result:
         runs=runs,
         ended=ended,
     )
-    write_json(out / f"result_{way}_{unit}.json", asdict(result))
+    write_json(path, asdict(result))
     return result
 
 
@@ -168,13 +174,16 @@ class Telling(SilentOperator):
     def __init__(self) -> None:
         super().__init__()
         self.seconds: dict[str, float] = {}
-        """Time of this process's cores from the run before to a designed run, by its name [s]."""
+        """Time of this process's cores from the run before to a designed run, by its name [s].
+        What a whole diagnosis takes between them is not counted."""
         self._last: float | None = None
 
     def announce(self, text: str) -> None:
         """Print it with the time of day."""
         now, name = time.process_time(), text.partition(" on ")[0]
-        if name.startswith("run_"):
+        if name.startswith("  diagnosis"):
+            self._last = None
+        elif name.startswith("run_"):
             if self._last is not None:
                 self.seconds[name] = now - self._last
             self._last = now

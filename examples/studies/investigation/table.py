@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from examples.studies.investigation.one_unit import INVESTIGATE, QUICK, Result
+from examples.studies.investigation.one_unit import BUDGETS, QUICK, Result
 
 FACTOR = 2.0
 """Within which information that came counts as predicted [1]."""
@@ -31,11 +31,18 @@ def unit_table(results: Sequence[Result]) -> str:
 def comparison(results: Sequence[Result]) -> str:
     """Return how investigations do against the plan on the same units."""
     found = {(r.unit, r.way): r for r in results}
-    pairs = [(own, found[unit, QUICK]) for (unit, way), own in found.items()
-             if way == INVESTIGATE and (unit, QUICK) in found]  # fmt: skip
-    if not pairs:
-        return "no unit was looked at in both ways"
-    lines = [f"{len(pairs)} units, investigation less plan (95 % interval over units):"]
+    lines: list[str] = []
+    for way, seconds in BUDGETS.items():
+        pairs = [(own, found[unit, QUICK]) for (unit, how), own in found.items()
+                 if how == way and (unit, QUICK) in found]  # fmt: skip
+        if pairs:
+            lines += compared(pairs, f"investigation of {seconds:.0f} s less plan")
+    return "\n".join(lines) or "no unit was looked at in both ways"
+
+
+def compared(pairs: Sequence[tuple[Result, Result]], what: str) -> list[str]:
+    """Return lines that compare pairs of results."""
+    lines = [f"{len(pairs)} units, {what} (95 % interval over units):"]
     for words, values in (
         ("planted causes named", [len(own.found) - len(plan.found) for own, plan in pairs]),
         ("deserved names", [own.deserved - plan.deserved for own, plan in pairs]),
@@ -50,7 +57,7 @@ def comparison(results: Sequence[Result]) -> str:
             f"  {words}: mean {np.mean(values):+.2f} [{low:+.2f}, {high:+.2f}]; more on {own[0]}, "
             f"fewer on {own[1]}"
         )
-    return "\n".join(lines)
+    return lines
 
 
 def interval(values: Sequence[float]) -> tuple[float, float]:

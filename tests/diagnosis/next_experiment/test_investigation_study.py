@@ -38,7 +38,7 @@ def test_a_result_is_read_as_it_was_written(tmp_path: Path) -> None:
 def test_units_are_compared_in_pairs() -> None:
     """Half the error is one binary order less; a unit without its pair does not count."""
     text = comparison([OWN, QUICK, replace(OWN, unit=41)])
-    assert text.startswith("1 units, investigation less plan")
+    assert text.startswith("1 units, investigation of 72 s less plan")
     assert "planted causes named: mean +1.00 [+1.00, +1.00]; more on 1, fewer on 0" in text
     assert "undeserved names: mean -1.00" in text
     assert "log2 of held-out error: mean -1.00" in text
@@ -56,7 +56,7 @@ def test_information_that_came_is_held_against_what_was_predicted() -> None:
 def test_limits_count_searches_and_the_best_of_each() -> None:
     """A search that kept nothing is told; so is a command that passes under a drawn model."""
     best = Peak(
-        seed=0, rank=0, diagnosis="d", bench="finger", command=(0.0, 1.0), designed=20.0,
+        seed=0, rank=0, moment="d", bench="finger", command=(0.0, 1.0), designed=20.0,
         drawn=31.0, recorded=12.0, fault=None,
     )  # fmt: skip
     text = limits_table([0, 1], [best, replace(best, rank=1, drawn=22.0)])
