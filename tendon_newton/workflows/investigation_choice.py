@@ -117,7 +117,7 @@ def with_designed(
         name=f"run_{log.runs}",
         bench=expected.plan.setting.bench,
         seconds=options.run_length,
-        why=f"{told.names:.2f} bits about names and {told.task:.2f} about the task are expected",
+        why="what is expected to tell the most about what is open",
         excitation=DESIGNED,
         command=tuple(np.round(expected.plan.command, 4).tolist()),
         expected={"names": round(told.names, 3), "task": round(told.task, 3)},

@@ -124,8 +124,12 @@ def intervals(own: FittedSet) -> dict[str, dict[str, tuple[float, float, float]]
 
 
 def write_log(path: Path, log: InvestigationLog) -> None:
-    """Write the log whole or not at all."""
-    write_json(path, {"schema": SCHEMA, **asdict(log)})
+    """Write the log whole or not at all; JSON has no infinity, which stands there as null."""
+    rows = [asdict(step) for step in log.steps]
+    for row in rows:
+        for own in row["causes"].values():
+            own |= {k: [u if math.isfinite(u) else None for u in v] for k, v in own.items()}
+    write_json(path, {"schema": SCHEMA, **asdict(log), "steps": rows})
 
 
 def read_log(path: Path, options: Mapping[str, Any]) -> InvestigationLog:
@@ -178,6 +182,9 @@ def option_text(value: Any) -> str:
 def read_step(row: Mapping[str, Any]) -> Step:
     """Read one step."""
     command = row["command"]
-    causes = {c: {k: tuple(v) for k, v in own.items()} for c, own in row["causes"].items()}
+    causes = {
+        c: {k: tuple(math.inf if u is None else u for u in v) for k, v in own.items()}
+        for c, own in row["causes"].items()
+    }
     command = None if command is None else tuple(command)
     return Step(**{**row, "command": command, "causes": causes})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,20 +31,28 @@ def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:
         InvalidOutput: The file cannot be written.
     """
     answered = [step for step in log.steps if step.probabilities is not None]
+    shares = dict((answered[-1].probabilities or {}) if answered else {})
+    rows = step_rows(log.steps, folder)
     content = {
         "title": "Investigation",
-        "headline": log.ended or "going on",
+        "headline": (answered[-1].verdict or "going on").replace("_", " ") if answered else "",
+        "ended": log.ended or "it goes on",
         "seconds": f"{log.seconds:.0f}",
         "runs": log.runs,
-        "causes": [
-            {"name": name.replace("_", " "), "share": f"{share:.0%}"}
-            for name, share in ((answered[-1].probabilities or {}) if answered else {}).items()
-        ],
-        "steps": step_rows(log.steps, folder),
+        "answer": next((row["link"] for row in reversed(rows) if row["link"]), None),
+        "causes": [shown(name, share) for name, share in shares.items() if share >= SURE],
+        "open": [shown(name, share) for name, share in shares.items() if share < SURE],
+        "steps": rows,
+        "by_hand": [step.by_hand for step in log.steps if step.by_hand][-1:],
         "panels": [panel(answered, cause, name) for cause, name in numbers_of(answered)],
         "commands": [command_panel(step) for step in log.steps if step.command is not None],
     }
     write_page(path, "tendon_newton.diagnosis.reporting", TEMPLATE, content)
+
+
+def shown(name: str, share: float) -> dict[str, str]:
+    """Return a cause and the weight of the sets that hold it, in words."""
+    return {"name": name.replace("_", " "), "share": f"{share:.0%}"}
 
 
 def step_rows(steps: Sequence[Step], folder: Path) -> list[dict[str, Any]]:
@@ -54,21 +62,25 @@ def step_rows(steps: Sequence[Step], folder: Path) -> list[dict[str, Any]]:
     for step in steps:
         run += step.split == "train"
         link = f"diagnosis_{run}/report.html"
-        came = None if before is None else step.brought(before)
+        came = (None if before is None else step.brought(before)) or {}
         rows.append(
             {
                 "name": step.name,
                 "bench": step.bench.replace("_", " "),
                 "why": step.why,
                 "link": link if step.verdict and (folder / link).exists() else None,
-                "verdict": (step.verdict or "").replace("_", " "),
                 "causes": ", ".join(name.replace("_", " ") for name in step.causes),
-                "by_hand": step.by_hand,
-                "bits": "" if came is None else f"{came['names']:.2f}, {came['task']:.2f}",
+                "expected": bits(step.expected or {}),
+                "came": bits(came),
             }
         )
         before = step
     return rows
+
+
+def bits(told: Mapping[str, float]) -> str:
+    """Return information about names and about the task [bit], if there is any."""
+    return f"{told['names']:.1f} + {told['task']:.1f}" if told else ""
 
 
 def numbers_of(steps: Sequence[Step]) -> list[tuple[str, str]]:
@@ -95,8 +107,7 @@ def panel(steps: Sequence[Step], cause: str, name: str) -> str:
             axes.plot([k, k], [low, high], color=colour, linewidth=5, alpha=0.35)
             axes.plot(k, value, "o", color=colour, markersize=5)
         axes.set_xlim(0.5, len(steps) + 0.5)
-        axes.set_xticks(range(1, len(steps) + 1))
-        axes.set_xlabel("run")
+        axes.set_xticks(range(1, len(steps) + 1), [step.name for step in steps])
         axes.set_ylabel("" if unit == "1" else unit)
         axes.set_title(f"{cause}: {name}".replace("_", " "), color=INK)
 

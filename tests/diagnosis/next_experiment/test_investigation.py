@@ -1,5 +1,6 @@
 """An investigation: what it writes, when it ends, and that it goes on where it stopped."""
 
+import math
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -50,7 +51,7 @@ OPTIONS = {"seed": 3, "benches": ["finger"]}
 
 
 def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
-    """Steps with commands, causes and classes; a broken one is refused."""
+    """Steps with commands, causes and an interval without end; a broken one is refused."""
     step = replace(
         STEP,
         command=(0.0, 1.5),
@@ -58,7 +59,7 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
         left={"names": 0.5, "task": 2.0},
         verdict="explained",
         probabilities={"a": 0.8},
-        causes={"a": {"x": (1.0, 0.9, 1.1)}},
+        causes={"a": {"x": (1.0, 0.9, math.inf)}},
         by_hand="measure the spool",
     )
     log = InvestigationLog(options=OPTIONS, steps=(STEP, step), ended="done")
