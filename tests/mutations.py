@@ -264,7 +264,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         file="tendon_newton/identification/cutting.py",
         old="rows_of(recording, slice(row, recording.sample_count)",
         new="rows_of(recording, slice(row - 40, recording.sample_count)",
-        tests="tests/identification/test_cutting.py",
+        tests="tests/identification/test_noise_floor.py",
     ),
     # what is certain
     Mutation(
@@ -664,21 +664,21 @@ MUTATIONS: tuple[Mutation, ...] = (
         file="hardware/tendon_hardware/safety_rules/rules.py",
         old="bounds=at_most(lambda limits: limits.force),",
         new="bounds=at_most(lambda limits: 2.0 * limits.force),",
-        tests="tests/hardware/deploy/test_safety.py",
+        tests="tests/hardware/deploy/test_rules_on_a_bench.py",
     ),
     Mutation(
         name="current-that-brakes-is-free",
         file="hardware/tendon_hardware/safety_rules/rules.py",
         old="bounds=lambda limits: (-limits.current, limits.current),",
         new="bounds=at_most(lambda limits: limits.current),",
-        tests="tests/hardware/deploy/test_safety.py -k two_sides",
+        tests="tests/hardware/deploy/test_rules_on_a_bench.py -k two_sides",
     ),
     Mutation(
         name="turn-lost-at-a-restart",
         file="hardware/tendon_hardware/servos/spool_angle.py",
         old="(latest - counts) // self._turn * self._turn",
         new="0",
-        tests="tests/hardware/servos/test_spool_angle.py",
+        tests="tests/hardware/servos/test_specs.py",
     ),
     # what is silently wrong
     Mutation(
@@ -721,7 +721,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         file="tendon_newton/data/files/text_file.py",
         old="if home is not None and os.path.commonpath(",
         new="if False and os.path.commonpath(",
-        tests="tests/bad_input/test_opened_files.py -k link_out",
+        tests="tests/bad_input/test_foreign_files.py -k link_out",
     ),
     Mutation(
         name="load-cell-without-gravity",

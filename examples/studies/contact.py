@@ -16,7 +16,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.obstacles import Sphere
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tests.physics.contact.contacts import ball, ball_torque
+from tests.physics.contact.bodies import ball, ball_torque
 from tests.physics.runs import ideal_model
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -1,15 +1,38 @@
 """Files of other programs open no others, claim no memory, and are refused in one line."""
 
+import os
+import resource
+import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.cli import main
-from tendon_newton.errors import InvalidAsset
+from tendon_newton.data.dataset import Dataset, load_dataset, write_dataset
+from tendon_newton.data.files.text_file import kept_inside, read_text
+from tendon_newton.data.files.toml_file import write_toml
+from tendon_newton.data.formats.csv_file import read_csv
+from tendon_newton.data.model_file import load_model
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
+from tendon_newton.errors import (
+    InvalidAsset,
+    InvalidDataset,
+    InvalidOutput,
+    InvalidRecording,
+    TendonNewtonError,
+)
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.checks import check_asset
 from tests.bad_input.memory import peak_memory
-from tests.mechanisms.broken.flat_assets import write_changed
+from tests.fuzz.command import fuzz
+from tests.fuzz.mutations import REPLACEMENTS, replace_file
+from tests.fuzz.targets import GROUPS
+from tests.importers.logs import dataset, recording
+from tests.mechanisms.broken.test_broken_assets import write_changed
 from tests.mechanisms.test_interchange import MJCF
 
 PLACES = {
@@ -107,3 +130,144 @@ def test_an_included_file_that_is_not_there_is_told_in_short(include: str, tmp_p
     with pytest.raises(InvalidAsset, match=r"finger\.xml: an included file must be there") as told:
         read_foreign(tmp_path / "finger.xml")
     assert len(str(told.value)) < 400
+
+
+def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:
+    """The error names the file, nothing is left beside it, and the old content stays."""
+    path = tmp_path / "collection.toml"
+    write_toml(path, {"plan": "short"})
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))
+    try:
+        with pytest.raises(InvalidOutput, match=r"collection\.toml: cannot be written: File too"):
+            write_toml(path, {"plan": "long" * 100})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert path.read_text(encoding="utf-8") == 'plan = "short"\n'
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    """No error of the system without a name."""
+    path = tmp_path / "none" / "model.toml"
+    with pytest.raises(InvalidOutput, match=r"none/model\.toml: cannot be written: No such file"):
+        write_toml(path, {"a": 1})
+
+
+def test_a_link_out_of_a_folder_is_not_read(tmp_path: Path) -> None:
+    """The open file's own place counts; a link to another file inside is as good as a copy."""
+    home = tmp_path / "home"
+    home.mkdir()
+    (tmp_path / "secret").write_text("secret")
+    (home / "own").write_text("own")
+    (home / "in").symlink_to(home / "own")
+    (home / "out").symlink_to(tmp_path / "secret")
+    with kept_inside(home):
+        assert read_text(home / "in", InvalidDataset, "a text") == "own"
+        with pytest.raises(InvalidDataset, match="a link that leads out of it"):
+            read_text(home / "out", InvalidDataset, "a text")
+    assert read_text(home / "out", InvalidDataset, "a text") == "secret"
+
+
+def test_a_link_that_is_swapped_in_while_a_dataset_is_read_is_not_followed(tmp_path: Path) -> None:
+    """Three hundred reads, while another program swaps file and link as fast as it can."""
+    home, secret = tmp_path / "home", tmp_path / "secret.csv"
+    write_dataset(home, [recording("run.csv")], [recording("test.csv")])
+    own = (home / "run.csv").read_text()
+    secret.write_text(own.replace("\n0.0,", "\n0.0001,", 1))
+    stop = threading.Event()
+
+    def swap() -> None:
+        """Put the file and the link in turn in place."""
+        while not stop.is_set():
+            (home / "file").write_text(own)
+            (home / "file").replace(home / "run.csv")
+            os.symlink(secret, home / "link")  # noqa: PTH211 - as an attacker does
+            (home / "link").replace(home / "run.csv")
+
+    thread = threading.Thread(target=swap)
+    thread.start()
+    try:
+        for _ in range(300):
+            try:
+                (run,) = load_dataset(home).train
+            except TendonNewtonError:
+                continue
+            assert run.time[0] == 0.0
+    finally:
+        stop.set()
+        thread.join()
+
+
+def test_a_line_of_a_log_has_a_length(tmp_path: Path) -> None:
+    """A log of one line of 240 MB is refused after its first block, in no more memory than that."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    (folder / "a.csv").write_text("t,q\n" + "1," * 120_000_000)
+    (tmp_path / "mapping.toml").write_text(
+        'bench = "servo"\n[columns]\nt = {column = "t"}\ntheta = {column = "q"}\n'
+        'theta_d = {column = "q"}\ntheta_dot = {derive = "theta"}\n'
+    )
+    words = ["--mapping", str(tmp_path / "mapping.toml"), "--out", str(tmp_path / "out")]
+    with peak_memory() as peak:
+        assert main(["import", "mapped", str(folder), *words]) == 2
+    assert peak.size < 200 << 20
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r", "\r\n"])
+def test_long_files_of_short_lines_are_read(ending: str, tmp_path: Path) -> None:
+    """Lines are counted by any ending, across blocks."""
+    from tendon_newton.data.files.text_file import open_text
+
+    path = tmp_path / "a.csv"
+    path.write_text(f"0,1{ending}" * 400_000, newline="")
+    with open_text(path, InvalidRecording, "a log", size_limit=1 << 28) as file:
+        assert sum(1 for _ in file) == 400_000
+
+
+FILES = 500
+
+
+@pytest.mark.slow
+def test_spoilt_files_of_every_format_are_read_or_refused() -> None:
+    """Five hundred, and of every format some are refused, so that the spoiling is worth it."""
+    tally = fuzz(FILES)
+    assert tally.failures == []
+    assert tally.files > 0.9 * FILES
+    assert set(tally.outcomes) == {name for targets in GROUPS.values() for name in targets()}
+    refused = {name for name, counts in tally.outcomes.items() if counts["refused"]}
+    assert len(refused) > 0.8 * len(tally.outcomes)
+
+
+def read_finger(path: Path) -> Recording:
+    """Read a CSV file as a log of the finger."""
+    return read_csv(path, bench="finger")
+
+
+def read_whole(path: Path) -> Dataset:
+    """Read a dataset that may lack a split."""
+    return load_dataset(path.parent, require_train=False, require_test=False)
+
+
+@pytest.mark.parametrize("kind", REPLACEMENTS)
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        ("run.csv", read_finger),
+        ("model.toml", load_model),
+        ("dataset.toml", read_whole),
+        ("train.csv", lambda path: read_whole(path.parent / "dataset.toml")),
+        ("c001.json", read_truth),
+        ("diagnosis.json", read_diagnosis),
+    ],
+)
+def test_another_thing_in_a_files_place_is_refused(
+    name: str, read: Callable[[Path], Any], kind: str, tmp_path: Path
+) -> None:
+    """Folders, loops, pipes, nothing, empty files and files that cannot be read: one error."""
+    dataset(tmp_path)
+    (tmp_path / name).touch()
+    replace_file(tmp_path / name, kind)
+    with pytest.raises(TendonNewtonError) as refusal:
+        read(tmp_path / name)
+    assert (tmp_path / name).stem in str(refusal.value)

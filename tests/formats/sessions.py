@@ -5,18 +5,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import tyro
 
 from tendon_hardware.load_cells.load_cell_type import LoadCellReading
 from tendon_hardware.logs import ros_messages as ros
 from tendon_hardware.logs.mcap_file import McapFile
 from tendon_hardware.logs.session_log import SessionLog, TimeBase
 from tendon_hardware.servos.base import ServoCounters, ServoHealth, ServoState
+from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.topic_mapping import (
     COMMAND_TOPIC,
     FORCE_TOPIC,
     SESSION_RECORD,
     STATE_TOPIC,
 )
+from tendon_newton.data.model_file import load_model
 
 EPOCH = 1_767_225_600_000_000_000
 """1 January 2026 [ns]."""
@@ -124,3 +127,19 @@ def write_states(path: Path, messages: list[ros.Message], *, topic: str = STATE_
         )
     file.finish({})
     return path
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingConfig:
+    """What every verb that simulates starts from."""
+
+    dataset: tyro.conf.Positional[Path]
+    """Folder of the dataset."""
+    model: Path
+    """Model file."""
+
+
+def main(config: ReadingConfig) -> None:
+    """Read both, dataset first."""
+    load_dataset(config.dataset)
+    load_model(config.model)

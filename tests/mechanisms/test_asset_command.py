@@ -9,7 +9,7 @@ from tendon_newton.cli import main
 from tendon_newton.mechanisms.authoring.asset_window import play
 from tendon_newton.mechanisms.geometry.statics import closing_path
 from tendon_newton.mechanisms.loading import load_mechanism
-from tests.mechanisms.broken.flat_assets import write_changed
+from tests.mechanisms.broken.test_broken_assets import write_changed
 
 
 def test_check_of_a_good_asset_says_so(capsys) -> None:

@@ -14,7 +14,7 @@ from tendon_newton.mechanisms.geometry.parts import Tendon, arm_slope, moment_ar
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
 from tendon_newton.mechanisms.worlds import build_model
-from tests.mechanisms.broken.flat_assets import write_changed
+from tests.mechanisms.broken.test_broken_assets import write_changed
 
 ROUTED = ("finger_routed", "finger_antagonist", "thumb", "hand")
 POSTURES = 48

@@ -1,10 +1,11 @@
 """Short runs for the tests of physics."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import newton
 import numpy as np
+import warp as wp
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
@@ -136,3 +137,23 @@ def follow(
                 solver.step(state, after, None, None, step)
                 state, after = after, state
     return q, v, power
+
+
+def replayed(step: Callable[[], None]) -> Callable[[], None]:
+    """Return a step that Python launches once; from then on a graph on the CPU does the same.
+
+    Args:
+        step: What launches kernels, on the same arrays every time, and reads nothing back.
+    """
+    graphs: list[Any] = []
+
+    def again() -> None:
+        if graphs:
+            wp.capture_launch(graphs[0])
+            return
+        step()  # compiles and allocates before the capture
+        with wp.ScopedCapture(device="cpu") as capture:
+            step()  # recorded, not done
+        graphs.append(capture.graph)
+
+    return again

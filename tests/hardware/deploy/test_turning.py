@@ -24,8 +24,8 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import BALL_TOPIC
+from tests.hardware.deploy.policies import FINGERS, TASK, turning_card, write_gait
 from tests.hardware.deploy.runs import Watching, at_instant, calibration_files
-from tests.hardware.deploy.turning import FINGERS, TASK, turning_card, write_gait
 
 LIMIT = 21.0
 """The most that a servo can pull, as the card says [N]."""

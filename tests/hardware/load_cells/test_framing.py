@@ -1,11 +1,20 @@
 """Lines of a load cell in whatever bytes arrive."""
 
+import shutil
+import subprocess
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tendon_hardware.errors import LoadCellSilent
+from tendon_hardware.load_cells.clock_fit import fit_clock, line_below, runs, unwrap
 from tendon_hardware.load_cells.framing import LONGEST_LINE, Frame, LineSplitter, crc8, decode_line
+from tendon_hardware.load_cells.hx711_serial import Hx711Serial
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
+from tendon_hardware.virtual_bench import LockstepBench
 from tests.hardware.load_cells.streams import encode_frame
 
 frames = st.builds(
@@ -101,3 +110,166 @@ def test_the_checksum_lets_few_random_lines_pass(rng: np.random.Generator) -> No
         a, b, c = rng.integers(0, 10_000, 3)
         passed += decode_line(b"L,%d,%d,%d*%02X" % (a, b, c, rng.integers(0, 256))) is not None
     assert passed == pytest.approx(20_000 / 256, abs=5.0 * np.sqrt(20_000 / 256))  # 5 sigma
+
+
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAM = ROOT / "hardware/tendon_hardware/load_cells/firmware/hx711_usb/hx711_usb.ino"
+
+
+def test_the_microcontroller_sends_what_the_reader_reads(tmp_path: Path) -> None:
+    """Signed counts, a sequence, the time at which each was ready, and a checksum that fits.
+
+    The simulated HX711 fails the program where its clock pulses could be stretched by an interrupt.
+    """
+    compiler = shutil.which("g++") or shutil.which("clang++")
+    if compiler is None:
+        pytest.skip("no C++ compiler")
+    binary = tmp_path / "firmware"
+    subprocess.run(
+        [
+            compiler,
+            "-Wall",
+            "-Werror",
+            f'-DPROGRAM="{PROGRAM}"',
+            "-o",
+            binary,
+            Path(__file__).with_name("firmware_host.cpp"),
+        ],
+        check=True,
+        timeout=60,
+    )
+    result = subprocess.run([binary], capture_output=True, timeout=60, check=True)
+    banner, *lines = result.stdout.rstrip(b"\n").split(b"\n")
+    assert banner == b"# tendon load cell, HX711, gain 128"
+    frames = [decode_line(line) for line in lines]
+    assert all(frame is not None for frame in frames)
+    # four conversions are thrown away until the filter has settled
+    assert [f.counts for f in frames if f] == [1_000_000 * k for k in range(1, 9)] + [
+        -7_777_216,
+        -6_777_216,
+        -5_777_216,  # 9 to 11 million, beyond 24 bits
+    ]
+    assert [f.sequence for f in frames if f] == list(range(11))
+    times = np.array([f.device_time_us for f in frames if f], dtype=np.int64)
+    steps = np.diff(times) % 2**32
+    assert np.all(np.abs(steps - 12_500) < 100)  # 12.4 ms and the time to shift 25 bits out
+    assert times[-1] < times[0]  # the clock has wrapped, otherwise this shows nothing
+
+
+PERIOD = 0.0125
+
+
+def readings_of(
+    true: np.ndarray, delay: np.ndarray, error: float, start: float = 1.0
+) -> list[LoadCellReading]:
+    """Make readings whose device clock errs, and which arrive late [s]."""
+    device = start + true * (1.0 + error)
+    return [
+        LoadCellReading(
+            sequence=k,
+            device_time_us=round(1e6 * device[k]) % 2**32,
+            host_time=float(true[k] + delay[k]),
+            counts=0,
+        )
+        for k in range(true.size)
+    ]
+
+
+@pytest.mark.parametrize("error", [-80e-6, 0.0, 200e-6])
+def test_readings_are_dated_to_a_fifth_of_a_millisecond(
+    rng: np.random.Generator, error: float
+) -> None:
+    """A minute at 80 Hz with delays of 0.6 ms in the mean and now and then 8 ms."""
+    true = PERIOD * np.arange(4800.0)
+    delay = rng.exponential(0.6e-3, true.size) + 8e-3 * (rng.random(true.size) < 0.01)
+    readings = readings_of(true, delay, error)
+    fit = fit_clock(readings)
+    assert np.abs(fit.host_time(readings) - true).max() < 0.2e-3
+    assert fit.error == pytest.approx(-error, abs=5e-6)
+    assert fit.delay_median == pytest.approx(0.6e-3 * np.log(2.0), abs=0.1e-3)
+
+
+def test_delays_that_drift_do_not_bend_the_line(rng: np.random.Generator) -> None:
+    """Arrivals late by a slow sawtooth, as of a loop that looks at nearly the cell's rate."""
+    true = PERIOD * np.arange(4800.0)
+    delay = 5e-3 * ((true / 7.0) % 1.0) + rng.exponential(0.1e-3, true.size)
+    readings = readings_of(true, delay, 50e-6)
+    assert np.abs(fit_clock(readings).host_time(readings) - true).max() < 0.5e-3
+
+
+def test_the_least_delay_stays_in_the_dates(rng: np.random.Generator) -> None:
+    """No fit can see it: 3 ms for every reading shift all dates by 3 ms."""
+    true = PERIOD * np.arange(800.0)
+    readings = readings_of(true, 3e-3 + rng.exponential(0.3e-3, true.size), 0.0)
+    shift = fit_clock(readings).host_time(readings) - true
+    assert shift == pytest.approx(np.full(true.size, 3e-3), abs=0.1e-3)
+
+
+def test_a_virtual_cell_is_dated_by_its_true_clock() -> None:
+    """Through bytes, lines and the driver: the scatter of the transport is gone."""
+    bench = LockstepBench("finger", 4)
+    cell = Hx711Serial(bench.load_cell_stream(), clock=bench.clock)
+    cell.open()
+    readings = []
+    for tick in range(1, 2400):
+        bench.clock.sleep_until(tick * PERIOD)
+        readings += cell.drain()
+    dates = fit_clock(readings).host_time(readings)
+    arrivals = np.array([reading.host_time for reading in readings])
+    ticks = 1e3 * np.diff(dates)  # its plant advances by the millisecond
+    assert np.abs(ticks - np.round(ticks)).max() < 0.02
+    assert (arrivals - dates).max() > 2e-3  # otherwise this shows nothing
+    assert (arrivals - dates).min() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_device_clock_may_wrap(rng: np.random.Generator) -> None:
+    """32 bits of microseconds wrap every 71.6 minutes."""
+    true = PERIOD * np.arange(800.0)
+    readings = readings_of(true, rng.exponential(0.3e-3, true.size), 20e-6, start=4290.0)
+    assert readings[-1].device_time_us < readings[0].device_time_us
+    assert np.abs(fit_clock(readings).host_time(readings) - true).max() < 0.2e-3
+
+
+def test_a_fit_dates_earlier_readings_too() -> None:
+    """A line laid late in a run serves its beginning."""
+    true = PERIOD * np.arange(800.0)
+    readings = readings_of(true, np.zeros(800), 0.0)
+    fit = fit_clock(readings[400:])
+    assert fit.host_time(readings[:10]) == pytest.approx(true[:10], abs=1e-5)
+    assert unwrap([], 0).size == 0
+
+
+def test_restarts_split_the_readings() -> None:
+    """Each run of the microcontroller has its own line."""
+    true = PERIOD * np.arange(20.0)
+    once = readings_of(true, np.zeros(20), 0.0)
+    assert [len(run) for run in runs([*once, *once[:5]])] == [20, 5]
+    assert runs([]) == []
+
+
+def test_too_few_readings_give_no_line() -> None:
+    """Nine say nothing about a slope."""
+    with pytest.raises(LoadCellSilent, match="10 readings are needed to date them; there are 9"):
+        fit_clock(readings_of(PERIOD * np.arange(9.0), np.zeros(9), 0.0))
+
+
+def test_a_short_run_takes_the_clocks_as_equal(rng: np.random.Generator) -> None:
+    """An eighth of a second cannot tell a slope of 1000 ppm from a delay."""
+    true = PERIOD * np.arange(10.0)
+    readings = readings_of(true, rng.exponential(3e-3, 10), 0.0)
+    assert abs(fit_clock(readings).error) <= 1e-3
+
+
+def test_the_line_below_is_the_nearest_of_all(rng: np.random.Generator) -> None:
+    """No line through two points that stays below all is nearer in sum."""
+    x = np.sort(rng.uniform(0.0, 10.0, 30))
+    y = 1e-4 * x + rng.exponential(1e-3, 30)
+    slope, offset = line_below(x, y)
+    best = (y - slope * x - offset).sum()
+    assert (y - slope * x - offset).min() >= -1e-12  # float64
+    for i in range(30):
+        for j in range(i):
+            other = (y[i] - y[j]) / (x[i] - x[j])
+            distance = y - y[i] - other * (x - x[i])
+            if distance.min() >= -1e-12 and abs(other) <= 1e-3:
+                assert distance.sum() >= best - 1e-12

@@ -25,7 +25,7 @@ from tendon_hardware.virtual_bench.physics.obstacle import BenchObstacle, grips
 from tendon_hardware.virtual_bench.physics.tendon import BenchTendon
 from tendon_hardware.virtual_bench.physics.unit import SERVOS, draw_unit
 from tendon_newton.errors import UnknownName
-from tests.hardware.virtual_bench.nominal import nominal_unit
+from tests.hardware.virtual_bench.link import nominal_unit
 
 STEP = 0.25e-3  # [s]
 COLD = ServoConstants(ambient=25.0, supply_resistance=0.0)

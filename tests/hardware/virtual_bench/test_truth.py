@@ -1,14 +1,27 @@
 """What a plant file says of the gear, against the gear itself."""
 
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from tendon_hardware.virtual_bench.emulation.truth import actuator_effects
+from tendon_hardware.benches.bench_address import BenchAddress
+from tendon_hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench.emulation.truth import (
+    actuator_effects,
+    sensor_effects,
+    write_plant_file,
+)
 from tendon_hardware.virtual_bench.physics.constants import ServoConstants
 from tendon_hardware.virtual_bench.physics.motor import Motor
-from tendon_hardware.virtual_bench.physics.unit import draw_unit
+from tendon_hardware.virtual_bench.physics.planted import PLANTINGS, plant_causes, planted_causes
+from tendon_hardware.virtual_bench.physics.tendon import BenchTendon
+from tendon_hardware.virtual_bench.physics.unit import BENCHES, BenchUnit, draw_unit
+from tendon_hardware.virtual_bench.physics.wear import NEW, SLIP, worn
+from tendon_hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
 from tendon_newton.data.gear_friction import quasi_static_gear
+from tendon_newton.errors import UnknownName
 
 SPEED = 0.8  # [rad/s] so fast that nothing is left of what holds at rest
 
@@ -81,3 +94,95 @@ def test_viscous_friction_is_what_a_model_with_the_motors_own_constants_lacks() 
         found.append(direction * (gain * motor - (1.0 + direction * mu) * tension))
     drag = truth["viscous_friction"]["coefficient"] * SPEED
     assert sum(found) / 2.0 == pytest.approx(drag, rel=2e-2)  # of forces of 10 N
+
+
+@pytest.mark.parametrize("bench", BENCHES)
+def test_a_new_unit_is_the_drawn_one(bench: str) -> None:
+    """To the last bit, and it is what one gets without a word about wear."""
+    assert worn(draw_unit(bench, 3), NEW) == draw_unit(bench, 3)
+    assert LockstepBench(bench, 3).unit == draw_unit(bench, 3)
+
+
+def test_a_dry_gear_has_twice_the_friction_and_nothing_else() -> None:
+    """Dry and viscous friction double; every other constant stays."""
+    unit, dry = draw_unit("finger", 3), worn(draw_unit("finger", 3), "friction")
+    assert dry.servo.dry_friction == 2.0 * unit.servo.dry_friction
+    assert dry.servo.viscous_friction == 2.0 * unit.servo.viscous_friction
+    back = replace(
+        dry.servo,
+        dry_friction=unit.servo.dry_friction,
+        viscous_friction=unit.servo.viscous_friction,
+    )
+    assert replace(dry, servo=back) == unit
+
+
+def test_a_slipped_spool_leaves_the_tendon_loose_by_what_it_slipped() -> None:
+    """Wound in by the slip and the unit's own slack the line only just begins to pull."""
+    slips = []
+    for seed in range(10):
+        unit, slipped = draw_unit("finger", seed), worn(draw_unit("finger", seed), "spool")
+        loose = slipped.tendon.slack
+        slips.append((loose - unit.tendon.slack) / unit.servo.spool_radius)
+        assert replace(slipped, tendon=unit.tendon) == unit
+        for wound, taut in ((loose - 1e-6, False), (loose + 1e-4, True)):
+            line = BenchTendon(slipped.tendon)
+            line.settle(wound, 0.0)
+            assert (line.spool_side > 0.0) == taut
+    assert min(slips) >= SLIP[0]
+    assert max(slips) <= SLIP[1]
+    assert len(set(slips)) == 10
+
+
+@pytest.mark.parametrize("name", PLANTINGS)
+def test_each_planting_spoils_what_its_effect_names(name: str, tmp_path: Path) -> None:
+    """The unit's file of truth lists the effect with another number; a tilt spares the rails."""
+    size = PLANTINGS[name].sizes[1]
+    for bench in ("finger", "spring_weak"):
+        unit = draw_unit(bench, 3)
+        spoilt = PLANTINGS[name].plant(unit, size)
+        if name == "gravity_misalignment" and bench != "finger":
+            assert spoilt == unit
+        elif name == "load_cell_gain":
+            assert dict(sensor_effects(spoilt))[name]["scale"] == pytest.approx(size)
+            assert name not in dict(sensor_effects(unit))
+            assert replace(spoilt, load_cell=unit.load_cell) == unit
+        else:
+            by_torque = {"stribeck_friction", "viscous_friction"}  # at the string, by the radius
+            along = by_torque if name == "spool_radius_error" else set()
+            assert changed_effects(unit, spoilt, tmp_path) == {name, *along}
+
+
+def changed_effects(unit: BenchUnit, spoilt: BenchUnit, folder: Path) -> set[str]:
+    """Return the effects whose numbers differ between the truths of two units."""
+    tables = []
+    for each in (unit, spoilt):
+        write_plant_file(folder / "plant.toml", each)
+        rows = tomllib.loads((folder / "plant.toml").read_text(encoding="utf-8"))["effects"]
+        tables.append({row["name"]: row.get("parameters") for row in rows})
+    return {effect for effect, numbers in tables[0].items() if numbers != tables[1][effect]}
+
+
+def test_a_seed_plants_the_same_three_on_every_bench() -> None:
+    """Three different ones, and not the same three in every unit."""
+    kinds = {frozenset(planted_causes(seed)) for seed in range(40, 50)}
+    assert {len(names) for names in kinds} == {3}
+    assert len(kinds) > 5
+    finger, rail = (worn(draw_unit(b, 40), "planted") for b in ("finger", "spring_weak"))
+    assert finger == plant_causes(draw_unit("finger", 40)) != draw_unit("finger", 40)
+    assert (finger.servo, finger.load_cell) == (rail.servo, rail.load_cell)
+
+
+def test_the_word_of_a_bench_says_what_is_worn(tmp_path: Path) -> None:
+    """A fourth part of the word; the unit's file of truth has it."""
+    assert parse_word("virtual:finger:7:spool") == ("finger", 7)
+    assert parse_wear("virtual:finger:7:spool") == "spool"
+    assert parse_wear("virtual:finger:7") == NEW
+    address = BenchAddress(bench="finger", port="virtual:finger:7:friction")
+    assert (address.unit, address.wear) == (7, "friction")
+    with pytest.raises(InvalidVirtualBench, match="new, friction, spool, planted"):
+        parse_word("virtual:finger:7:rust")
+    with pytest.raises(UnknownName, match="No wear of a virtual bench named 'rust'"):
+        LockstepBench("finger", 7, wear="rust")
+    LockstepBench("finger", 7, wear="spool").plant_file(tmp_path / "plant.toml")
+    slack = worn(draw_unit("finger", 7), "spool").tendon.slack
+    assert f"slack = {slack}" in (tmp_path / "plant.toml").read_text(encoding="utf-8")

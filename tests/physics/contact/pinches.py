@@ -11,7 +11,7 @@ from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.obstacles import STIFFNESS, LinkObstacle
 from tendon_newton.mechanisms.loading import load_mechanism
-from tests.physics.contact.contacts import BONES
+from tests.physics.contact.bodies import BONES
 
 PINCH = """#usda 1.0
 (

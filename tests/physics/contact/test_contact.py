@@ -17,9 +17,9 @@ from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tests.physics.contact.contacts import ball, ball_torque, block, floor
+from tests.physics.contact.bodies import ball, ball_torque, block, floor
 from tests.physics.runs import GAIN, RADIUS, ideal_model
-from tests.physics.test_energy import energy
+from tests.physics.test_closed_form import energy
 
 ARMS = np.array([0.0080, 0.0055])  # m
 SCENE = (ball(), block(), floor())

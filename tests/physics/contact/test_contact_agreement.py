@@ -15,7 +15,7 @@ from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
-from tests.physics.contact.contacts import ball, block
+from tests.physics.contact.bodies import ball, block
 from tests.physics.runs import ideal_model, run_of, simulate
 
 STEP = 2.5e-4  # s

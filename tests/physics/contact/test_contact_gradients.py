@@ -9,7 +9,7 @@ from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
-from tests.physics.contact.contacts import ball, block, floor
+from tests.physics.contact.bodies import ball, block, floor
 from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds
 from tests.physics.runs import ideal_model, run_of
 

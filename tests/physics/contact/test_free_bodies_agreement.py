@@ -20,8 +20,7 @@ from tendon_newton.simulation.mujoco.mujoco_rollout_contacts import (
     solver_with_contacts,
 )
 from tests.physics.contact.bodies import FAR, RADIUS, SINK, ground, marble, scene_of, wall
-from tests.physics.replay import replayed
-from tests.physics.runs import GAIN, ideal_model
+from tests.physics.runs import GAIN, ideal_model, replayed
 from tests.physics.runs import RADIUS as SPOOL
 
 ARMS = np.array([0.0080, 0.0055])  # m

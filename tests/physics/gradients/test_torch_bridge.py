@@ -1,5 +1,8 @@
 """Torch and Warp on one memory, and a control step as a graph."""
 
+import re
+from pathlib import Path
+
 import pytest
 import torch
 import warp as wp
@@ -60,3 +63,18 @@ def test_one_graph_on_cuda_is_the_loop_on_the_cpu(kind: str) -> None:
     """Torch's network and Warp's kernels captured together: to float32 rounding in closed loop."""
     model = ideal_model() if kind == "ideal" else learned_model(**EFFECTS)
     torch.testing.assert_close(follow(model, "cuda:0"), follow(model, "cpu"), rtol=0.0, atol=1e-3)
+
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "gradients.md"
+
+
+@pytest.mark.slow
+def test_the_block_of_the_page_finds_the_numbers_that_it_says(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The page's Python, run as it stands, prints the answer below it."""
+    text = PAGE.read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (answer,) = re.findall(r"The answer is ([\d.]+) N/rad and ([\d.]+) N\.", text)
+    exec(block, {})
+    assert capsys.readouterr().out.splitlines()[-1] == "{} N/rad, {} N".format(*answer)

@@ -5,10 +5,11 @@ import pytest
 import torch
 
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts import rollout
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tests.conftest import SEED
-from tests.physics.runs import ideal_model, run_of, stairs
+from tests.physics.runs import ideal_model, run_of, simulate, stairs
 
 FINGERS, WORLDS = 4, 3
 
@@ -113,3 +114,16 @@ def test_recordings_of_a_hand_are_replayed_finger_by_finger() -> None:
         ):
             expected = np.concatenate([getattr(each, name) for each in own], axis=1)
             assert getattr(whole[r], name) == pytest.approx(expected, abs=tolerance)
+
+
+def test_space_and_plane_give_the_same_finger(
+    monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
+) -> None:
+    """The general equations, told nothing of the plane, lead to the same motion."""
+    runs = [run_of(stairs(rng, 81, 0.5, 3.0, 20))]
+    planar = simulate(runs, ideal_model(), time_step=5e-4)[0]
+    monkeypatch.setattr(rollout, "plane_of", lambda *_: None)
+    spatial = simulate(runs, ideal_model(), time_step=5e-4)[0]
+    # rounding of float64 over 2,000 steps
+    assert spatial.joint_position == pytest.approx(planar.joint_position, abs=1e-10)
+    assert spatial.force == pytest.approx(planar.force, abs=1e-8)
