@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_hardware.errors import InvalidCalibration
+from tendon_hardware.errors import InvalidCalibration, LoadCellSilent
+from tendon_hardware.load_cells.calibrating import CalibrationPlan
 from tendon_hardware.load_cells.calibration import (
     STANDARD_GRAVITY,
     CalibrationPoint,
@@ -16,6 +17,11 @@ from tendon_hardware.load_cells.calibration import (
 )
 from tendon_hardware.load_cells.calibration_file import load_calibration, write_calibration
 from tendon_hardware.load_cells.calibration_fit import fit_calibration
+from tendon_hardware.load_cells.calibration_session import CalibrationSession, measure_drift
+from tendon_hardware.load_cells.hx711_serial import Hx711Serial
+from tendon_hardware.load_cells.steadiness import is_steady, take
+from tendon_hardware.virtual_bench import LockstepBench
+from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
 
 MASSES = (0.0, 0.2, 0.5, 1.0, 2.0)
 TARE, SLOPE = 84_000.0, 2.0e-5
@@ -186,3 +192,160 @@ def test_a_missing_or_unfinished_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "empty.toml").write_text("", encoding="utf-8")
     with pytest.raises(InvalidCalibration, match="points must be a list of objects; it is missing"):
         load_calibration(tmp_path / "empty.toml")
+
+
+HUNG = (0.2, 0.5, 1.0, 2.0)
+
+
+class Hand:
+    """Hangs what it is told, up to a step at which it gives up; may hang something else."""
+
+    def __init__(self, *, steps: int = 99, instead: dict[float, float] | None = None) -> None:
+        self.bench = LockstepBench("finger", 5)
+        self.cell = Hx711Serial(self.bench.load_cell_stream(), clock=self.bench.clock)
+        self.cell.open()
+        self.asked: list[str] = []
+        self._steps = steps
+        self._instead = instead or {}
+
+    def hang(self, mass: float, text: str) -> None:
+        """Hang a mass [kg]."""
+        if len(self.asked) == self._steps:
+            raise KeyboardInterrupt
+        self.asked.append(text)
+        self.bench.hang_mass(self._instead.get(mass, mass))
+
+    def show(self, counts: float, sigma: float) -> None:
+        """See a finite number."""
+        assert np.isfinite([counts, sigma]).all()
+
+    def calibrate(self, session: CalibrationSession):
+        """Run a session."""
+        return session.run(self.cell, self.bench.clock, self)
+
+
+def session(tmp_path: Path, **words) -> CalibrationSession:
+    """Return a session that writes into a test's folder."""
+    return CalibrationSession(
+        plan=CalibrationPlan(masses=HUNG), out=tmp_path / "cell.toml", cell="A3", **words
+    )
+
+
+def test_a_virtual_cell_is_calibrated_to_a_thousandth(tmp_path: Path) -> None:
+    """The scale of a cell that nobody has looked up, from nine measurements."""
+    hand = Hand()
+    calibration = hand.calibrate(session(tmp_path))
+    assert load_calibration(tmp_path / "cell.toml") == calibration
+    truth = hand.bench.unit.load_cell
+    assert 1.0 / calibration.slope == pytest.approx(truth.counts_per_newton, rel=1e-3)
+    assert calibration.residual < 0.01
+    assert calibration.rate == pytest.approx(80.0, rel=0.02)
+    assert [p.mass for p in calibration.points] == [0, 0.2, 0.5, 1, 2, 1, 0.5, 0.2, 0]
+    tares = [p for p in calibration.points if p.mass == 0.0]
+    assert min(p.duration for p in tares) > 4.9
+    assert hand.asked[0].startswith("1/9: take all load off")
+    assert hand.asked[4].startswith("5/9: hang 2 kg")
+    assert not list(tmp_path.glob("*.partial.toml"))
+
+
+def test_an_interrupted_calibration_goes_on_where_it_was(tmp_path: Path) -> None:
+    """After four of nine steps somebody presses Ctrl-C; nothing measured is lost."""
+    first = Hand(steps=4)
+    with pytest.raises(KeyboardInterrupt):
+        first.calibrate(session(tmp_path))
+    assert len(session(tmp_path).resume()) == 4
+    second = Hand()
+    calibration = second.calibrate(session(tmp_path))
+    assert len(calibration.points) == 9
+    assert second.asked[0].startswith("5/9")
+    with pytest.raises(InvalidCalibration, match="there is a calibration already"):
+        session(tmp_path)
+
+
+def test_an_interrupted_calibration_with_other_settings_is_not_mixed_in(tmp_path: Path) -> None:
+    """Another gain is another cell."""
+    with pytest.raises(KeyboardInterrupt):
+        Hand(steps=2).calibrate(session(tmp_path))
+    with pytest.raises(InvalidCalibration, match="give the same to go on"):
+        session(tmp_path, gain=64).resume()
+
+
+def test_a_refused_calibration_keeps_its_points(tmp_path: Path) -> None:
+    """The 1 kg mass weighs 1.3 kg: named, and nothing to be measured again is lost."""
+    hand = Hand(instead={1.0: 1.3})
+    with pytest.raises(InvalidCalibration, match=r"without 1 kg: weigh .*cell\.refused\.toml"):
+        hand.calibrate(session(tmp_path))
+    assert (tmp_path / "cell.refused.toml").is_file()
+    assert not (tmp_path / "cell.toml").exists()
+
+
+def test_zero_that_has_moved_is_measured(tmp_path: Path) -> None:
+    """50 g were left on the hook: half a newton."""
+    calibration = Hand().calibrate(session(tmp_path))
+    hand = Hand(instead={0.0: 0.05})
+    drift = measure_drift(calibration, hand.cell, hand.bench.clock, hand, 5.0)
+    assert drift == pytest.approx(0.05 * STANDARD_GRAVITY, abs=0.03)  # the cell wanders
+
+
+def test_a_silent_cell_is_reported_after_three_seconds() -> None:
+    """A bound on the wait, and what to look at."""
+    clock = StillClock()
+    cell = Hx711Serial(WrittenStream(), clock=clock)
+    cell.open()
+    with pytest.raises(LoadCellSilent, match=r"none came for 3 s"):
+        take(cell, clock, 1.0, Hand())
+    assert clock.time < 3.5
+
+
+def test_a_saturated_cell_is_reported_at_once() -> None:
+    """Before an operator has hung all the rest."""
+    clock, stream = StillClock(), WrittenStream()
+    stream.pieces = lines(0, 20, counts=0x7FFFFF)
+    cell = Hx711Serial(stream, clock=clock)
+    cell.open()
+    with pytest.raises(InvalidCalibration, match="saturated: use a lower gain"):
+        take(cell, clock, 1.0, Hand())
+
+
+def test_noise_is_steady_and_drift_and_swinging_are_not(rng: np.random.Generator) -> None:
+    """120 readings of 400 counts of noise, of a creeping cell, and of a swinging mass."""
+    noise = 400.0 * rng.standard_normal(120)
+    time = np.arange(120) / 80.0
+    assert is_steady(noise.astype(int).tolist(), 400.0)
+    assert not is_steady((noise + 2000.0 * time).astype(int).tolist(), 400.0)
+    swing = noise + 5000.0 * np.sin(2.0 * np.pi * 1.5 * time)
+    assert not is_steady(swing.astype(int).tolist(), 400.0)
+    assert not is_steady([1, 2, 3], None)
+
+
+def test_noise_alone_is_seldom_taken_for_drift(rng: np.random.Generator) -> None:
+    """Filtered noise, as of a converter that averages four periods, over 500 windows."""
+    steady = 0
+    for _ in range(500):
+        white = 800.0 * rng.standard_normal(123)
+        filtered = np.convolve(white, (0.125, 0.375, 0.375, 0.125), mode="valid")
+        steady += is_steady(filtered.astype(int).tolist(), 400.0)
+    assert steady > 490
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"masses": (0.5, 1.0)}, "needs 3 different masses; these are 2"),
+        ({"masses": (0.5, 0.5, 0.5, 1.0)}, "needs 3 different masses; these are 2"),
+        ({"masses": (0.5, 1.0, -2.0)}, "above 0 kg"),
+        ({"masses": (0.5, 1.0, float("nan"))}, "above 0 kg"),
+        ({"masses": HUNG, "tare_time": 1.0}, "a tare takes 5 s"),
+    ],
+)
+def test_a_plan_without_an_end_is_refused(words: dict, said: str) -> None:
+    """Before anybody hangs anything."""
+    with pytest.raises(InvalidCalibration, match=said):
+        CalibrationPlan(**words)
+
+
+@pytest.mark.parametrize("words", [{"gain": 100}, {"gravity": 1.62}])
+def test_settings_that_cannot_be_are_refused(tmp_path: Path, words: dict) -> None:
+    """No such gain, and not on this planet."""
+    with pytest.raises(InvalidCalibration):
+        session(tmp_path, **words)

@@ -1,6 +1,11 @@
 """Contact in our solver against Newton's SolverMuJoCo with Newton's collision pipeline."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +18,27 @@ from tendon_newton.mechanisms.geometry.obstacles import Obstacle, Plane, Sphere
 from tendon_newton.mechanisms.geometry.parts import moment_arms
 from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
-from tests.physics.contact.bodies import ball, block
-from tests.physics.runs import ideal_model, run_of, simulate
+from tendon_newton.simulation.mujoco.mujoco_rollout_contacts import (
+    MujocoContacts,
+    solver_with_contacts,
+)
+from tests.physics.contact.bodies import (
+    FAR,
+    RADIUS,
+    SINK,
+    ball,
+    block,
+    ground,
+    marble,
+    scene_of,
+    wall,
+)
+from tests.physics.runs import GAIN, ideal_model, replayed, run_of, simulate
+from tests.physics.runs import RADIUS as SPOOL
 
 STEP = 2.5e-4  # s
 STIFF = 2.0e4  # N/m
@@ -104,3 +126,122 @@ def test_a_finger_in_space_meets_a_ball_alike() -> None:
     mechanism, ours, theirs = closing_pair("finger_routed", sphere)
     check_alike(ours, theirs)
     assert np.linalg.norm(held_torque(mechanism, ours, HELD)) > 0.01  # N m
+
+
+ARMS = np.array([0.0080, 0.0055])  # m
+
+TIME = 0.3  # s
+ON_FLOOR = -0.1 + RADIUS - SINK  # m
+
+
+def ours(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float = 0.0) -> Array:
+    """Return the joints and the body's pose at the end of each step of our solver.
+
+    Args:
+        mechanism: A finger and a body.
+        coordinates: Where they begin, as Newton has them.
+        speeds: How fast they are then.
+        angle: What the servo is asked for [rad].
+    """
+    model = build_model(mechanism, 1, device="cpu")
+    solver = TendonSolver(model, ideal_model(), max_step=STEP, update_bodies=False)
+    state: Any = model.state()
+    state.joint_q.assign(coordinates.astype(np.float32))
+    state.joint_qd.assign(speeds.astype(np.float32))
+    solver.command.fill_(angle)
+    solver.reset(state)
+    rows = []
+    for _ in range(round(TIME / STEP)):
+        solver.step(state, state, None, None, STEP)
+        rows.append(state.joint_q.numpy().astype(np.float64))
+    return np.array(rows)
+
+
+def theirs(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float = 0.0) -> Array:
+    """Return the same of SolverMuJoCo, whose joints get the torque of the tendon."""
+    model = build_model(mechanism, 1, device="cpu")
+    contacts, solver = MujocoContacts(model), solver_with_contacts(model)
+    states: Any = [model.state(), model.state()]
+    states[0].joint_q.assign(coordinates.astype(np.float32))
+    states[0].joint_qd.assign(speeds.astype(np.float32))
+    control: Any = model.control()
+
+    def step(begin: Any, end: Any) -> None:
+        solver.step(begin, end, control, contacts.find(begin), STEP)
+
+    steps = [replayed(partial(step, *ends)) for ends in (states, states[::-1])]
+    rows, torque = [coordinates], np.zeros(len(speeds), dtype=np.float32)
+    for number in range(round(TIME / STEP)):
+        wound = ARMS @ rows[-1][:2]
+        torque[:2] = ARMS * max(0.0, GAIN * (angle - wound / SPOOL))
+        control.joint_f.assign(torque)
+        steps[number % 2]()
+        rows.append(states[(number + 1) % 2].joint_q.numpy().astype(np.float64))
+    return np.array(rows[1:])
+
+
+def both(
+    mechanism: Mechanism, place: Array | list[float], speed: float = 0.0, angle: float = 0.0
+) -> tuple[Array, Array]:
+    """Let both engines begin with a ball somewhere that moves along x, and an open finger."""
+    coordinates = np.array([0.0, 0.0, *place, 0.0, 0.0, 0.0, 1.0])
+    speeds = np.array([0.0, 0.0, speed, *np.zeros(5)])
+    return ours(mechanism, coordinates, speeds, angle), theirs(
+        mechanism, coordinates, speeds, angle
+    )
+
+
+def apart(pair: tuple[Array, Array]) -> float:
+    """Return how far apart two balls are at most [m]."""
+    return float(np.max(np.linalg.norm((pair[0] - pair[1])[:, 2:5], axis=-1)))
+
+
+def lossless(obstacle: Obstacle) -> Obstacle:
+    """Return an obstacle that takes no energy."""
+    return replace(obstacle, friction=0.0, dissipation=0.0)
+
+
+def test_an_elastic_ball_bounces_alike() -> None:
+    """Two bounces; without damping the laws are the same."""
+    mechanism = load_mechanism("finger").with_obstacles(lossless(marble()), lossless(ground()))
+    pair = both(mechanism, [FAR, 0.0, -0.075])
+    assert np.ptp(pair[0][:, 4]) > 0.01  # m
+    assert apart(pair) < 1e-4  # m; measured 6e-5
+
+
+def test_a_dropped_ball_comes_to_rest_alike() -> None:
+    """On the way MuJoCo's linear damper takes another share; where the ball rests is the same."""
+    own, other = both(scene_of(marble()), [FAR, 0.0, -0.084])
+    assert other[-1, 4] == pytest.approx(ON_FLOOR, abs=2e-6)
+    assert own[-1, 4] == pytest.approx(ON_FLOOR, abs=2e-7)
+
+
+def test_a_ball_slides_and_rolls_alike() -> None:
+    """Until it rolls; MuJoCo's cone lifts what slides, which costs some of its way."""
+    pair = both(scene_of(marble(friction=0.2)), [FAR, 0.0, ON_FLOOR], speed=0.5)
+    gone = float(np.ptp(pair[0][:, 2]))
+    assert gone > 0.1  # m
+    assert apart(pair) < 0.04 * gone  # measured 0.03
+
+
+def test_a_ball_rolls_down_a_slope_alike() -> None:
+    """Without slip in both engines."""
+    angle = 0.3
+    normal = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    foot = np.array([FAR, 0.0, -0.1])
+    slope = Plane(position=foot, normal=normal, friction=0.8)
+    mechanism = load_mechanism("finger").with_obstacles(marble(friction=0.8), slope)
+    pair = both(mechanism, foot + (RADIUS - SINK * np.cos(angle)) * normal)
+    gone = float(np.ptp(pair[0][:, 2]))
+    assert gone > 0.08  # m
+    assert apart(pair) < 0.002 * gone  # measured 0.0013
+
+
+def test_a_finger_presses_a_ball_into_a_corner_alike() -> None:
+    """The same ball between finger, wall and floor, and the same joints of the finger."""
+    smooth = [replace(each, friction=0.0) for each in (marble(), ground(-0.037), wall(-0.0045))]
+    mechanism = load_mechanism("finger").with_obstacles(*smooth)
+    own, other = both(mechanism, [0.0106, 0.0, -0.022], angle=3.0)
+    assert own[-1, 1] > 1.0  # rad: the finger has closed
+    assert other[-1, :2] == pytest.approx(own[-1, :2], abs=5e-5)  # measured 1.3e-5
+    assert other[-1, 2:5] == pytest.approx(own[-1, 2:5], abs=1e-6)  # measured 2e-7
