@@ -58,7 +58,6 @@ class Ticker:
     A tick whose whole period has passed is skipped: the next one is not hurried.
 
     Args:
-        clock: The bench's clock.
         rate: Ticks per second [Hz].
     """
 

@@ -13,7 +13,6 @@ def read_duration(text: str, option: str) -> float:
     """Return a time such as 90s, 5min or 1h [s]; a bare number is in seconds.
 
     Args:
-        text: The time.
         option: Its option, for messages.
 
     Raises:

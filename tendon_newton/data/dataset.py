@@ -154,8 +154,6 @@ def list_recording(
     """Add a recording that was written to a folder to its ``dataset.toml``, whole or not at all.
 
     Args:
-        path: The folder.
-        file: The recording's path inside it.
         bench: Name under ``assets/`` of the bench that was measured.
         split: ``train`` or ``test``.
         start: State from which a simulation starts.

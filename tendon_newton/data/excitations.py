@@ -126,9 +126,7 @@ def excite(
     """Return time [s] and command [rad] of an excitation, shapes (T,).
 
     Args:
-        name: Name of the excitation in either table.
         duration: Length [s].
-        rng: Source of all draws.
         rate: Rows per second [Hz].
 
     Raises:

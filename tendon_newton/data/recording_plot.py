@@ -68,7 +68,6 @@ def recording_figure(recording: Measured, simulated: Curves | None = None) -> Fi
     """Draw command, angle and tension of every tendon; with a simulation also what it misses.
 
     Args:
-        recording: What was measured.
         simulated: What a model made of it, at the same rows.
     """
     tendons = recording.motor_position.shape[1]
@@ -113,11 +112,7 @@ def plot_signal(
     """Draw one signal of a tendon and, of a simulation, its residual.
 
     Args:
-        panels: Axes of the signal and, with a simulation, of its residual.
-        recording: What was measured.
-        simulated: What a model made of it.
         signal: ``motor_position`` or ``force``.
-        tendon: Number of the tendon.
     """
     label, unit, factor = SIGNALS[signal]
     time, measured = recording.time, getattr(recording, signal)[:, tendon]

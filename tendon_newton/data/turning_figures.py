@@ -58,7 +58,6 @@ def turning_figures(
     is put back. A drop is a row out of the cup behind one in it.
 
     Args:
-        task: Axis and drop distance.
         period: Time from row to row [s].
         pose: Places [m] and quaternions (x, y, z, w) of the balls, shape (T, W, 7).
         start: Where they start [m], shape (3,) or (W, 3).

@@ -207,13 +207,7 @@ def climbed(
     """Deploy a policy on the paper's stairs and return its log.
 
     Args:
-        ports: Where the bench is.
-        policy: File of the policy.
-        folder: Where the log goes.
-        operator: Who stands at the bench.
-        further: Load cells of further servos.
         bench: Name of the bench; unless given the virtual one that the port names, or finger.
-        trust: Trust the policy's TorchScript file from now on.
     """
     options = DeployOptions(
         policy=policy,

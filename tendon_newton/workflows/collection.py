@@ -17,7 +17,6 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
 
     Args:
         options: What to record, and where.
-        operator: Who stands at the bench.
     """
     plan = planned(options)
     settings = settings_of(options, seed=options.seed, command_rate=options.command_rate)
@@ -36,7 +35,6 @@ def settings_of(
 
     Args:
         options: They say what stands on the bench, and how far it may go.
-        seed: Seed of what the excitations draw.
         command_rate: Commands per second [Hz]; 20 unless given.
     """
     return CollectSettings(
@@ -61,11 +59,9 @@ def address_of(
     """Return where a bench is.
 
     Args:
-        options: They say what stands on it.
         bench: Name under ``assets/``.
         port: Serial port of the servos, or the word for a virtual bench.
         load_cell_rate: Readings per second of the load cell [Hz].
-        further: Further servos.
     """
     return BenchAddress(
         bench=bench,

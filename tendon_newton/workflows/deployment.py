@@ -50,10 +50,6 @@ ROWS_MIN = 80
 def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
     """Let a policy, or a hand at the keys, drive the bench; its log becomes a recording.
 
-    Args:
-        options: Which policy, and which bench.
-        operator: Who stands at the bench.
-
     Raises:
         InvalidParameter: Options contradict each other.
         InvalidPolicyFile: The policy is none, or not one for this bench.

@@ -45,8 +45,6 @@ def diagnose_into(
     Args:
         out: Folder of the results; made if it is not there.
         dataset: Training recordings decide, test recordings only report.
-        model: The model to start from.
-        origin: Where the recordings are from, for the report.
         progress: Told what is being done.
         budget: Time that it may take, about [s].
     """

@@ -53,7 +53,6 @@ def diagnose_arm_into(
         datasets: Joint -> its recordings; a joint of the arm that has none stands at 0.
         models: Joint -> the model to start from.
         mechanism: The arm; without it each servo is diagnosed alone.
-        command: What was typed, for the reports.
         progress: Told what is being done.
         until: Instant of the monotonic clock at which the searches are to be over, about [s].
 

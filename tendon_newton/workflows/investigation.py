@@ -58,8 +58,6 @@ def investigate(
     Every step is on disk before the next begins: the same call takes an investigation up again.
 
     Args:
-        options: The bench, the folder, the length of a run.
-        operator: Who stands at the bench.
         budget: Time that recordings may take [s].
         diagnosis_budget: Time that each diagnosis may take, about [s].
 

@@ -36,7 +36,6 @@ def check(options: InvestigateOptions, *, budget: float) -> Ready:
     """Look at all options before the first of them is used.
 
     Args:
-        options: What the command line says.
         budget: Time that recordings may take [s].
 
     Raises:

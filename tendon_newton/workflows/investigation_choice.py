@@ -41,10 +41,7 @@ def choose_next(
     """Add the run that is expected to bring the most, or say why there is none.
 
     Args:
-        log: All steps so far.
         question: What they leave open; None where no cause is known.
-        options: The bench, the folder, the length of a run.
-        operator: Who stands at the bench.
         budget: Time that recordings may take [s].
     """
     forecast = None if question is None else forecast_of(question, options)

@@ -32,7 +32,6 @@ class BenchScene:
     """One recording in rerun.
 
     Args:
-        name: Name of the recording.
         bench: Name under ``assets/`` of the bench, or a USD file.
         to: A window, which opens, or a file.
         file: The recording's own file; that of the view has its name and ends in ``.rrd``.

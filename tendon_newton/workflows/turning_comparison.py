@@ -27,10 +27,7 @@ def compare_turning(
     """Watch each policy under each force model; return the table and the files that hold it.
 
     Args:
-        options: Force models, commanded rate, time, hands and what differs between them.
-        policies: Policies that turn a ball.
         hand: Their hand: an asset's name or a file.
-        out: Folder of the files.
 
     Raises:
         InvalidParameter: A policy does something else, or a bench is named.

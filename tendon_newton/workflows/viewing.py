@@ -44,7 +44,6 @@ class GrowingFile:
     """A file that another process still writes: what is not there yet is waited for.
 
     Args:
-        path: The file.
         over: Tells that no more will be written.
     """
 
@@ -139,10 +138,8 @@ def show_simulated(recording: Recording, trajectory: Trajectory, to: View, file:
     """Show what was measured and what a model made of it.
 
     Args:
-        recording: What was measured.
         trajectory: What was simulated, at the same rows.
         to: A window or a file.
-        file: File of the simulated recording.
     """
     scene = BenchScene(Path(recording.name).stem, recording.bench, to, file)
     for row, instant in enumerate(recording.time - recording.time[0]):
@@ -165,7 +162,6 @@ def follow(folder: Path, to: View, since: float, over: Callable[[], bool]) -> li
     """Show every log that begins in a folder, one after the other, until it is over.
 
     Args:
-        folder: Where logs appear.
         to: A window or files beside the logs.
         since: Date of the oldest log that counts [s since 1970].
         over: Tells that no further log will begin.

@@ -99,7 +99,6 @@ def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Generator[
     """Open a bench; at the end its motor is off, whatever happened.
 
     Args:
-        address: Ports and servos of the bench.
         tell: Takes what the operator must know.
 
     Raises:

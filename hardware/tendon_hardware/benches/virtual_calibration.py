@@ -31,8 +31,6 @@ def calibrated_twins(bench: str, unit: int, rate: int) -> tuple[LoadCellCalibrat
     a real one's error.
 
     Args:
-        bench: Name of the virtual bench.
-        unit: Number of its unit.
         rate: Readings per second [Hz].
     """
     twin = LockstepBench(bench, unit, load_cell_rate=rate, still=True)

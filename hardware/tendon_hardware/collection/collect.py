@@ -62,12 +62,8 @@ def record_run(
     and stays readable.
 
     Args:
-        bench: An open bench.
-        run: Recording to be made.
-        settings: Rates, limits and seed of the recording.
         path: The file; it must not exist.
         operator: Receiver of the messages.
-        stop: Request to end the run.
 
     Raises:
         TendonNewtonError: The run could not begin: no row was recorded.

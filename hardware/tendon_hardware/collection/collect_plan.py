@@ -62,11 +62,7 @@ def collect(
 
     Args:
         address: Ports and servos; each run sets the bench's name.
-        plan: The runs, those of a bench together.
-        settings: Rates, limits and seed of the recordings.
-        out: Folder of the dataset.
         operator: Receiver of questions and messages.
-        stop: Request to end the run.
         title: Name of the plan; a folder holds one, or any number of single runs.
 
     Raises:

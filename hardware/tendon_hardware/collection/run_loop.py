@@ -35,14 +35,7 @@ APPROACH_SPEED = 3.0
 
 
 class RunLoop:
-    """Drives the servo through one run.
-
-    Args:
-        bench: An open bench whose servo is configured.
-        settings: Rates, loop and limits.
-        operator: Receiver of messages and progress.
-        stop: Request to end the run.
-    """
+    """Drives the servo through one run."""
 
     def __init__(
         self, bench: Bench, settings: CollectSettings, operator: Operator, stop: StopRequest

@@ -25,8 +25,6 @@ def starting_model(
     with stall torque and current at the data sheet's voltage.
 
     Args:
-        spec: Data sheet of the servo.
-        loop: The position loop.
         voltage: Supply that the servo measures [V].
         spool_radius: Radius of its spool [m].
     """

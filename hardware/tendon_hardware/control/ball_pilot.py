@@ -26,10 +26,6 @@ class BallPilot:
     """Lets a policy turn a ball; a lost ball has to be put back between open fingers.
 
     With the ball back the policy begins anew, as at the start of an episode of its training.
-
-    Args:
-        policy: The policy.
-        eye: What sees the ball.
     """
 
     def __init__(self, policy: Policy, eye: Eye) -> None:

@@ -54,7 +54,6 @@ class PolicyPilot:
     """Lets a policy decide, as it did in training.
 
     Args:
-        policy: The policy.
         see: Gives what a policy that turns a ball sees of it [m].
     """
 

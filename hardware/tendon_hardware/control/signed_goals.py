@@ -49,7 +49,6 @@ def signed_goal(key: bytes, goal: float, sequence: int, time: float) -> bytes:
     """Return a datagram.
 
     Args:
-        key: Key that sender and receiver share.
         goal: Angle [rad].
         sequence: A number greater than that of any datagram before.
         time: The sender's clock [s since 1970].
@@ -59,11 +58,7 @@ def signed_goal(key: bytes, goal: float, sequence: int, time: float) -> bytes:
 
 
 class SignedGoals:
-    """Believes datagrams of whoever has the key, each once and only while it is young.
-
-    Args:
-        key: Key that sender and receiver share.
-    """
+    """Believes datagrams of whoever has the key, each once and only while it is young."""
 
     def __init__(self, key: bytes) -> None:
         self._key = key

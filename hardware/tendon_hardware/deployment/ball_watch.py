@@ -31,8 +31,6 @@ class BallWatch:
     """What is known of the ball in each tick.
 
     Args:
-        bench: An open bench with a camera.
-        task: Drop distance of the policy.
         operator: Told to put the ball back.
 
     Raises:

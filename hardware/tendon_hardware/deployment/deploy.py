@@ -91,11 +91,8 @@ def deploy(
     """Let a pilot drive; the motors are off before and after it, whatever happens.
 
     Args:
-        deployment: Who drives what.
         path: The log; it must not exist. Without one nothing is kept.
-        keyboard: The operator's keys.
         operator: Receiver of the messages.
-        stop: Request to end the run.
 
     Raises:
         TendonNewtonError: The run could not begin.

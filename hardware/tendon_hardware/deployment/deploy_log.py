@@ -65,11 +65,7 @@ def servo_count_of(width: int) -> int | None:
 
 
 class DeployLog:
-    """Writes a deployment.
-
-    Args:
-        session_log: Where servo and load cell are logged too.
-    """
+    """Writes a deployment."""
 
     def __init__(self, session_log: SessionLog) -> None:
         self.session_log = session_log

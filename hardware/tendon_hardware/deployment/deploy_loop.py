@@ -57,11 +57,6 @@ class DeployLoop:
     Args:
         bench: An open bench whose servos are configured, and on unless the run is dry.
         pilot: Source of the commands: a policy, or a hand.
-        settings: Rates, loops and limits.
-        goals: Source of the goal.
-        keyboard: The operator's keys.
-        operator: Receiver of messages and progress.
-        stop: Signals that end the run.
         estimates: Give the tension of each servo where no load cell does; may be none.
         watch: Knows of the ball that a policy turns.
     """

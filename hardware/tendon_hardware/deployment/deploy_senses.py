@@ -31,10 +31,8 @@ class ServoSenses:
     """What is known of one servo and of the load cell in its tendon.
 
     Args:
-        bench: An open bench.
         operator: Receiver of the messages.
         spool_radius: Radius of its spool [m].
-        place: Which of the bench's servos.
     """
 
     def __init__(self, bench: Bench, operator: Operator, spool_radius: float, place: int) -> None:
@@ -111,13 +109,8 @@ class DeploySenses:
     """Asks everything that can be asked, once a tick, and never waits for an answer for long.
 
     Args:
-        bench: An open bench.
-        settings: Rates and limits.
         goals: Takes the keys that are no stop.
-        keyboard: The operator's keys.
         operator: Receiver of the messages.
-        stop: Signals that end the run.
-        ticker: Counts skipped ticks.
     """
 
     def __init__(

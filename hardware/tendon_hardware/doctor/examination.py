@@ -34,8 +34,6 @@ def ports_of(
 
     Args:
         port: Serial port of the servo, or the word for a virtual bench.
-        load_cell_port: Serial port of the load cell.
-        servo: Servo of a virtual bench.
     """
     if port is None or port.split(":")[0] != WORD:
         return MonotonicClock(), port, load_cell_port
@@ -55,7 +53,6 @@ def examine(
     Args:
         port: Path of the servo's port, or a simulated one; without it the ports are listed.
         load_cell_port: Path of the load cell's port, or its stream, if there is one.
-        clock: The bench's clock.
         show: Told what takes time.
     """
     show("timing the clock")

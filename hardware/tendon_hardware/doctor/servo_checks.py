@@ -37,7 +37,6 @@ def check_servo(
 
     Args:
         port: Path of the port, or a simulated one.
-        clock: The bench's clock.
         show: Told what takes time.
         busy: Whether this computer has been found busy, so that nobody blames the bus.
     """

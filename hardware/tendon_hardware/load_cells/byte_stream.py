@@ -45,9 +45,7 @@ class SerialStream:
     """A serial port as a stream of dated bytes.
 
     Args:
-        port: Path of the port.
         baud: Its rate [1/s]; a microcontroller's own USB port ignores it.
-        clock: Clock that dates the bytes.
     """
 
     def __init__(self, port: str, *, baud: int, clock: Clock) -> None:

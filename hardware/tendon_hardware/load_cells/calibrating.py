@@ -79,9 +79,6 @@ def run_plan(
     """Measure every step of a plan that is not done yet.
 
     Args:
-        plan: Masses and their order.
-        cell: The cell, open.
-        clock: The bench's clock.
         operator: Person or program that hangs the masses.
         done: Points of an interrupted run, a beginning of the plan.
         keep: Called with all points after each measurement, so that none is lost.

@@ -133,9 +133,6 @@ def measure_drift(
     """Return how far zero has moved since the calibration [N], the load taken off.
 
     Args:
-        calibration: The calibration.
-        cell: The cell, open.
-        clock: The bench's clock.
         operator: Person or program that takes the load off.
         duration: Length of the measurement [s].
     """

@@ -80,7 +80,6 @@ class CellDoubt:
 
     Args:
         calibration: Calibration of the cell; without one only a stuck cell is told from a live one.
-        servo: Servo that winds the cell's tendon.
         spool_radius: Radius of its spool [m].
     """
 
@@ -174,7 +173,6 @@ class CellDoubt:
         """Take what a servo does.
 
         Args:
-            state: Angle of the spool.
             duty: Duty that winds it [1].
             others: Angles of other spools [rad].
             voltage: Supply [V], where it is known.

@@ -41,9 +41,6 @@ def await_steady(
     """Wait until the readings neither drift nor swing.
 
     Args:
-        cell: The cell, open.
-        clock: The bench's clock.
-        operator: Receiver of the readings.
         calm: Scatter without load [counts], where it is known.
     """
     deadline = clock.now() + STEADY_LIMIT

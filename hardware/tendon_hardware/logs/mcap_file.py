@@ -50,10 +50,8 @@ class McapFile:
         """Write a message.
 
         Args:
-            topic: Topic of the message.
             kind: ROS 2 type of the message.
             stamp: Instant of the recording [ns].
-            message: Fields of the message.
 
         Raises:
             LogNotWritten: The disk takes no more.

@@ -64,8 +64,6 @@ class SessionLog:
 
     Args:
         sink: Receiver of the messages.
-        time_base: How instants become stamps.
-        tendons: Number of tendons, each with its servo.
     """
 
     def __init__(self, sink: Sink, time_base: TimeBase, tendons: int = 1) -> None:
@@ -141,9 +139,6 @@ class SessionLog:
 
         Args:
             instant: Instant of the reading [s].
-            health: Voltage, temperature and alerts of the servo.
-            counters: Faults of its bus so far.
-            further: Health and counters of further servos.
             missed: Ticks whose reading never came.
             skipped: Ticks for which this computer was late.
         """
@@ -210,11 +205,8 @@ def open_log(
 
     Args:
         path: The file; it must not exist.
-        session: Settings and origin of the run.
-        time_base: How instants become stamps.
         background: Whether a thread writes, as beside a real clock it must.
         endless: Whether the run may last for hours.
-        tendons: Number of tendons, each with its servo.
     """
     file = McapFile(path, {SESSION_RECORD: session}, endless=endless)
     return SessionLog(BackgroundLog(file) if background else file, time_base, tendons)

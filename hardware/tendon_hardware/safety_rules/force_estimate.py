@@ -21,7 +21,6 @@ class ForceEstimate:
     """Estimates tension from the latest samples of command, position and velocity.
 
     Args:
-        card: What the network expects.
         run: Gives tensions [N] for a window (1, window, 3), oldest sample first.
     """
 

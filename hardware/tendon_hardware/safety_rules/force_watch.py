@@ -23,11 +23,9 @@ class ForceWatch:
     A saturated reading is none: it is logged as it came, but says no tension and breaks no silence.
 
     Args:
-        bench: Load cell and its calibration.
         limits: What ends a run; without them whoever takes the readings looks after that.
         operator: Receiver of the messages.
         spool_radius: Radius of the spools [m].
-        place: In which of the bench's tendons the load cell is.
     """
 
     def __init__(

@@ -73,8 +73,6 @@ def limits_for(
     """Return the limits that follow from a servo, a policy and a load cell.
 
     Args:
-        spec: The servo's data sheet.
-        bench: Force, temperature and window.
         clip: Greatest action of the policy [rad].
         load_cell_rate: Readings per second of the load cell [Hz], where it is known.
     """

@@ -36,12 +36,7 @@ class Trip:
 
 
 class SafetyGuard:
-    """Applies the rules; a run that is being unwound or is off never goes back.
-
-    Args:
-        limits: The numbers of the table.
-        rules: The table.
-    """
+    """Applies the rules; a run that is being unwound or is off never goes back."""
 
     def __init__(self, limits: DeployLimits, rules: tuple[SafetyRule, ...] = SAFETY_RULES) -> None:
         self.limits = limits
@@ -113,12 +108,7 @@ class SafetyGuard:
 
 
 class SafetyGuards:
-    """Applies the rules to each servo; what one of them breaks acts on all.
-
-    Args:
-        limits: The numbers of the table, of each servo.
-        names: What the reasons call the servos.
-    """
+    """Applies the rules to each servo; what one of them breaks acts on all."""
 
     def __init__(self, limits: Sequence[DeployLimits], names: Sequence[str]) -> None:
         own = tuple(rule for rule in SAFETY_RULES if rule.name not in COMMON_RULES)

@@ -41,11 +41,7 @@ class Bus:
     Args:
         port: Path of a serial port, or a port handler of the SDK's kind, which is not locked, or a
             port that other servos share.
-        family: Protocol and memory of the servo.
-        identifier: ID of the servo.
         baud: Rate of the bus [1/s].
-        clock: Clock that gives the instants.
-        counters: Counts of the failures.
         retries: Times that an instruction is sent again before it has failed.
     """
 

@@ -53,10 +53,8 @@ class BusServo:
     """One servo on its bus, of any family in the table.
 
     Args:
-        spec: Data sheet of the servo.
         port: Path of a serial port, a port handler of the SDK's kind, or a port that several
             servos share.
-        identifier: ID on the bus.
         baud: Rate of the bus [1/s].
         clock: Clock that dates the states; the computer's monotonic one unless given.
         retries: Times that an instruction is sent again.

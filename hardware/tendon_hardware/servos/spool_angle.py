@@ -13,7 +13,6 @@ class SpoolAngle:
     by less than half a turn.
 
     Args:
-        spec: The servo's data sheet.
         counts_turns: Whether its register goes on over a turn.
     """
 

@@ -148,9 +148,7 @@ class LockstepStream:
     """Lines of a sensor with the instants at which they arrived.
 
     Args:
-        name: Name in errors.
         lines: Gives what the sensor has sent up to an instant [s].
-        clock: The bench's clock.
     """
 
     def __init__(

@@ -76,7 +76,6 @@ def lockstep_of(word: str, servo: str = XC330_T288_T.name) -> LockstepBench:
 
     Args:
         word: Bench, unit and wear.
-        servo: Name of its servo.
     """
     bench, seed = parse_word(word)
     return LockstepBench(bench, seed, model=SERVO_MODELS[servo], wear=parse_wear(word))
@@ -88,10 +87,7 @@ class VirtualPorts:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger``, ``finger_antagonist``, ``hand`` or
             ``hand_ball``.
-        seed: Which unit, and which noise.
-        obstacle: Obstacle in the mechanism's way.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
-        servo: Name of the servo.
         wear: What use has done to it: ``new``, ``friction``, ``spool`` or ``planted``.
     """
 

@@ -39,13 +39,9 @@ class VirtualBench:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger``, ``finger_antagonist``, ``hand`` or
             ``hand_ball``.
-        seed: Which unit, and which noise.
-        faults: Faults by chance.
         obstacle: Obstacle in the mechanism's way: ``free``, ``tape_roll``, ``hand`` or
             ``hand_perturbation``.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
-        model: Which servo's control table.
-        wear: Wear of the unit.
         still: Whether nothing gives line, as while masses hang on the load cells.
         unit: The unit itself, in place of the drawn and worn one.
     """
@@ -168,7 +164,6 @@ class VirtualBench:
         """Take bytes from the host and return the servos' answers.
 
         Args:
-            data: Bytes that the host has sent.
             time: When their last one reached the servo [s].
             baud: Speed at which they were sent; at another than the servo's own they are noise.
         """

@@ -42,12 +42,7 @@ def load_cell_name(place: int) -> str:
 
 
 class BenchServer:
-    """Serves one bench on its pseudo-terminals and a control socket.
-
-    Args:
-        bench: The bench.
-        folder: Where ports and socket appear.
-    """
+    """Serves one bench on its pseudo-terminals and a control socket."""
 
     def __init__(self, bench: VirtualBench, folder: Path) -> None:
         self._bench = bench

@@ -196,7 +196,6 @@ class DiagnosisProgress:
     """Tells what is being done, since when, and how much time is left.
 
     Args:
-        stream: Where it is told.
         start: Instant of the monotonic clock at which the command began [s].
     """
 

@@ -25,7 +25,6 @@ def read_card_json(
     """Read a card.
 
     Args:
-        text: The card's JSON.
         build: Makes a card of the table that JSON gives.
         first: Keys that must have these values; in another version the rest may look different.
         fault: Error to raise where the text is no such card.

@@ -121,7 +121,6 @@ class ObservationHistory:
 
     Args:
         worlds: Number of policies W.
-        history: Samples in an observation.
         servos: Number of servos D of each.
         task: What they are for; behind its goal stand N numbers that are seen.
     """

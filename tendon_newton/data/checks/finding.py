@@ -60,7 +60,6 @@ def findings_text(findings: Iterable[Finding], most: int | None = None) -> list[
     """Write each kind of finding once, the worst first, with its evidence by recording.
 
     Args:
-        findings: What was found.
         most: Recordings of a kind whose evidence is written; all by default.
     """
     kinds: dict[tuple[str, str, str], list[Finding]] = {}

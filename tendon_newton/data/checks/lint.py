@@ -24,7 +24,6 @@ def lint_recording(
     """Run every check on one recording.
 
     Args:
-        recording: The data.
         limits: Known limits by column [column's unit], to find rows at the limit.
     """
     findings = [finding for check in (*CHECKS, *COLUMN_CHECKS) for finding in check(recording)]

@@ -16,7 +16,6 @@ class CheckedTable:
     """An object whose values are asked for by key and kind; one of another kind is refused.
 
     Args:
-        values: The object.
         where: Where it stands, for messages.
         fault: Error to raise.
     """
@@ -81,7 +80,6 @@ class CheckedTable:
         """Return the object under a key.
 
         Args:
-            key: The key.
             **absent: What holds for keys that the object does not have.
         """
         table = self.values.get(key)
@@ -93,7 +91,6 @@ class CheckedTable:
         """Return the objects in the list under a key.
 
         Args:
-            key: The key.
             hint: What to do where there is no such list, a sentence.
         """
         tables = self.values.get(key)

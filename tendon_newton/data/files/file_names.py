@@ -15,7 +15,6 @@ def check_name(name: str, what: str, fault: type[TendonNewtonError]) -> None:
     """Refuse what cannot be the name of one file or folder.
 
     Args:
-        name: The name.
         what: Where it comes from and what it names, for messages.
         fault: Error to raise.
     """

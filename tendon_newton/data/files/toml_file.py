@@ -25,7 +25,6 @@ def read_toml(
     """Read a TOML file, raising ``fault`` with the place where it is broken.
 
     Args:
-        path: The file.
         fault: Error to raise where there is no such table.
         promise: What the file should be, in words ("a model is a TOML file").
     """
@@ -54,8 +53,6 @@ def write_toml(path: Path, table: Mapping[str, Any], **rows: Sequence[Mapping[st
     """Write a table and arrays of tables below it; floats keep every bit.
 
     Args:
-        path: File to write.
-        table: Keys that stand at the top.
         rows: Arrays of tables by name. Arrays are written as ``[[name]]`` blocks, to which a user
             can append: the writer alone would put short ones into brackets on a line.
 

@@ -30,7 +30,6 @@ def read_extra(content: bytes, name: str, what: str, fault: type[TendonNewtonErr
     """Return one of the extra texts of a TorchScript file; nothing else of it is unpacked.
 
     Args:
-        content: The file's bytes.
         name: Name of the text, such as ``card.json``.
         what: What the file should be, in words ("a force network").
         fault: Error to raise where there is no such text.

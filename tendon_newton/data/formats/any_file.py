@@ -17,7 +17,6 @@ def read_recording_file(
     Args:
         path: A .csv, .mcap or .db3 file, or the folder of a ROS 2 bag.
         bench: Name under ``assets/`` of the bench that was measured.
-        name: Name for messages and outputs.
         mapping: Which topic and field is which column; our own topics unless given.
         entry: What else the dataset says of it.
     """

@@ -33,8 +33,6 @@ def read_all(
 
     Args:
         read: What reads one, a function of a module.
-        items: What it reads.
-        processes: Processes side by side.
     """
     if processes == 1:
         return [read(item) for item in items]

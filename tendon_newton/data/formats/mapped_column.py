@@ -83,8 +83,6 @@ def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | To
 
     Args:
         where: File and column, for messages.
-        name: The column of ours.
-        row: Table of the column in the mapping file.
     """
     if name not in UNITS:
         raise InvalidMapping(f"{where}: {unknown_name('column', name, UNITS)}")

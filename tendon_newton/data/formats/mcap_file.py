@@ -39,7 +39,6 @@ def read_mcap(
         path: The file; where it breaks off, what came before is read and a warning says so.
         bench: Name under ``assets/`` of the bench that was measured.
         name: Name for messages and outputs; the file's own name unless given.
-        mapping: Which topic and field is which column.
         entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
             ``actuator_overrides``, ``load_cell_rate``, ``obstacle``); the obstacle that the file
             states holds unless given.

@@ -39,7 +39,6 @@ def read_streams(
 
     Args:
         messages: All messages of the mapped topics, in any order.
-        mapping: Which topic and field is which column.
         name: The recording, for messages.
 
     Returns:
@@ -60,8 +59,6 @@ class Collector:
     """Takes one column out of the messages of a topic.
 
     Args:
-        column: The column's name.
-        source: Field, names, scale and offset.
         clock: ``header`` or ``log``.
         name: The recording, for messages.
     """

@@ -134,7 +134,6 @@ def interpolated(stream: Stream, rows: Nanoseconds, keep: Mask, *, bridge: float
     """Return values at the rows; rows where the sensor is silent are not kept.
 
     Args:
-        stream: The sensor's readings.
         rows: Instants [ns], shape (T,).
         keep: Rows to keep, shape (T,); cleared where there is no value.
         bridge: Silence that counts as none [s], if it is longer than a few periods.

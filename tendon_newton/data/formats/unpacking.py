@@ -24,10 +24,6 @@ class TooLarge(Exception):
 def unpacked(chunk: Chunk, limit: int) -> Chunk:
     """Return a group of messages that is not compressed.
 
-    Args:
-        chunk: The group, as it stands in the file.
-        limit: Bytes that are left for it.
-
     Raises:
         TooLarge: The group claims more, or holds more than it claims.
     """

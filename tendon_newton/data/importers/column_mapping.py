@@ -178,8 +178,6 @@ def read_stated(where: str, pattern: str, table: Mapping[str, Any]) -> StatedNum
 
     Args:
         where: File and table, for messages.
-        pattern: Names of logs that it holds for.
-        table: The table.
     """
     refuse_unknown_keys(table, STATED_KEYS, where, InvalidMapping)
     start = table.get("start")

@@ -43,10 +43,6 @@ class CsvDialect:
         The delimiter is the one with which the header has the most of the wanted columns, and of
         these the most cells. Decimals have commas where some wanted cell has one and none has a
         point; where commas separate cells as well, such a cell stands in quotes.
-
-        Args:
-            path: The file.
-            wanted: Columns that are mapped.
         """
         with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
             lines = list(islice(self.rows(file), LOOKED_AT + 1))

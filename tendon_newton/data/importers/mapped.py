@@ -30,8 +30,6 @@ def read_mapped(folder: Path, mapping_file: Path, spool_radius: Callable[[str], 
     """Read every log of a folder that a mapping file's pattern matches.
 
     Args:
-        folder: The logs.
-        mapping_file: The mapping.
         spool_radius: Gives the radius [m] that a bench's asset states, by the bench's name.
     """
     mapping = read_mapping(mapping_file)

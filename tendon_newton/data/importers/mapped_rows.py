@@ -43,11 +43,6 @@ def read_mapped_columns(
     """Read the columns that a mapping names, in our units, shape (T,) each.
 
     Rows in which one of them has no number are left out.
-
-    Args:
-        path: The file.
-        mapping: Which of its columns is which of ours.
-        name: The recording, for what was found.
     """
     wanted = {ours: column for ours, column in mapping.columns.items() if column.source is not None}
     numbers = {ours: array("d") for ours in wanted}
@@ -89,7 +84,6 @@ def resampled(columns: Mapping[str, Array], rate: float, path: Path) -> dict[str
     the steps of an encoder then shows.
 
     Args:
-        columns: Columns in our units, the time among them.
         rate: New rows per second [Hz].
         path: The file, for messages.
     """

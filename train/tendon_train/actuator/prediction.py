@@ -65,8 +65,6 @@ def predict(
 
     Args:
         network: A trained network or the module of a network file.
-        card: Card of the network.
-        recordings: Recordings with command and force.
     """
     windows = extract_windows(recordings, WindowShape(window=card.window, rate=card.rate))
     tension = ask_streaming(network, windows) if card.streaming else ask(network, windows)

@@ -28,7 +28,6 @@ def tune(recordings: Sequence[Recording], model: Model) -> Tuned:
     A fit that ends no better than the model leaves it as it is.
 
     Args:
-        recordings: What they are fitted to.
         model: Numbers at the start of the fit.
     """
     names = tuple(effect.name for effect in model.effects)

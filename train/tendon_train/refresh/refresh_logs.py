@@ -35,7 +35,6 @@ def read_logs(
     what its readings jump by while a policy acts no wear explains.
 
     Args:
-        paths: Folders and files.
         policy_span: Says how long the policy acted in a log [s], None where it is not known. What
             follows is the way home, on which the servo turns the spool until the tendon hangs
             loose; it is left out. So is a rest at the end, on which every model is right.
@@ -98,7 +97,6 @@ def logs_as_dataset(path: Path, recordings: Sequence[Recording], loose: float = 
 
     Args:
         path: Where the logs come from.
-        recordings: The logs.
         loose: Motor angle up to which the tendon may hang loose [rad].
     """
     train, test = cut(recordings)

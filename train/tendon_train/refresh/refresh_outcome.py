@@ -76,7 +76,6 @@ def judge_drift(
     """Say what a diagnosis of logs means for the bench.
 
     Args:
-        diagnosis: Diagnosis of the logs, against the model.
         reference_theta_rmse: The model's error on the held-out part of earlier logs [rad], where
             there are any; only reported.
         grown: Ratio by which the model's error on rows that may be fitted has grown since [1].
@@ -185,11 +184,8 @@ def write_page(
     """Write the page, which needs nothing else.
 
     Args:
-        path: File of the page.
-        drift: Change of the bench that the logs show.
         figures: Tip errors; none where nothing was trained.
         facts: Everything else that a reader wants to know, in order.
-        picture: The climbs.
 
     Raises:
         InvalidOutput: The file cannot be written.

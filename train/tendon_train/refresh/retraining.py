@@ -78,11 +78,7 @@ def retrain(
     The same call goes on where it was interrupted.
 
     Args:
-        earlier: Training of the policy so far.
-        model: Model file of the bench as it is now.
-        out: Folder for the policy.
         worn: Diagnoses of the bench as it is now: fingers differ by what they leave open as well.
-        iterations: Rounds of acting and learning.
         device: ``cpu`` or ``cuda``.
         report: Called after every round.
     """

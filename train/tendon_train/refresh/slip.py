@@ -65,7 +65,6 @@ def with_slip(
     spool has slipped since, whatever the model's own error is; without them the model has to.
 
     Args:
-        recordings: Logs, angles alone.
         model: Model that fitted the bench before the spool slipped.
         reference: Logs from that time.
     """
@@ -93,7 +92,6 @@ def find_slip(recordings: Sequence[Recording], model: Model) -> Slip:
     offset are found in turn.
 
     Args:
-        recordings: Logs, angles alone.
         model: Model that fitted the bench when it was new.
     """
     others = without(model, SLIP)

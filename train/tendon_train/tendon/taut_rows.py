@@ -70,8 +70,6 @@ def pieces_of(recordings: Sequence[Recording], finger: str, model: Model) -> lis
 
     Args:
         recordings: Recordings of any benches; those that do not show the string are left out.
-        finger: Name of the bench.
-        model: Says in which numbers the bench differs from its asset.
     """
     bench, radius = bench_of(finger, model), spool_radius_of(model)
     out = []

@@ -85,7 +85,6 @@ def fit_tendon(dataset: Dataset, model: Model) -> tuple[TendonFit, Model]:
 
     Args:
         dataset: Recordings of one finger with tip and force among others, which are left out.
-        model: What it is compared with, and completed by what is found.
 
     Returns:
         What was found, and the model with it; as it was, where the error of train recordings does

@@ -12,11 +12,7 @@ ALERT_BIT = 0x80
 
 
 class DynamixelPackets:
-    """Protocol 2.0 on a port.
-
-    Args:
-        port: Port handler of the SDK's kind.
-    """
+    """Protocol 2.0 on a port."""
 
     ping_length = 3
 

@@ -41,11 +41,7 @@ def motor_off(identifier: int) -> bytes:
 
 
 class FeetechPackets:
-    """Feetech's protocol on a port.
-
-    Args:
-        port: Port handler of the SDK's kind.
-    """
+    """Feetech's protocol on a port."""
 
     ping_length = 0
 

@@ -26,7 +26,6 @@ class Keeper:
     renews.
 
     Args:
-        path: Path of the port.
         baud: Rate of the bus [1/s].
         port: Descriptor of the servo's open port.
         lock: Descriptor of the port's lock, so that no other program has the port before the motor

@@ -48,7 +48,6 @@ def switch_off(port: int, path: str, baud: int, packet: bytes) -> None:
 
     Args:
         port: Descriptor of the servo's port.
-        path: Path of the port.
         baud: Rate of the bus [1/s].
         packet: Instruction that switches the motor off.
     """

@@ -11,15 +11,7 @@ REBOOT_TIME = 0.25
 
 
 class EmulatedServo:
-    """A servo's side of the bus.
-
-    Args:
-        registers: The servo's memory.
-        firmware: Its loop.
-        motor: Motor whose state the sensors read.
-        constants: Constants of its sensors and its clock.
-        rng: Source of the sensors' noise.
-    """
+    """A servo's side of the bus."""
 
     BAUD_RATES: ClassVar[tuple[int, ...]]
     """Baud rates by the value of their register [bit/s]."""

@@ -30,7 +30,6 @@ class FeetechEmulator(EmulatedServo):
         """Carry out an instruction and return the answer, empty where there is none.
 
         Args:
-            instruction: Instruction from the bus.
             time: Now [s].
             count: Present counts of the encoder; the firmware has its own.
         """

@@ -34,9 +34,7 @@ class DriveLine:
     """Motor, gear and firmware of a servo, the line that it winds, and what measures its tension.
 
     Args:
-        constants: Constants of all these parts.
         noise: Words that tell its noise from other lines'.
-        model: Which servo's control table it has.
         load_cell_rate: 80 or 10, the chip's own, or 20 [Hz].
     """
 
@@ -96,9 +94,6 @@ class Plant:
     """Everything that moves, advanced by the millisecond.
 
     Args:
-        unit: Constants of the unit.
-        seed: Seed of the sensors' noise.
-        model: Which servo's control table it has.
         load_cell_rate: 80 or 10, the chip's own, or 20 [Hz].
         time_step: Substep [s]; must divide a millisecond.
         still: Whether nothing gives line, as while masses hang on the load cells.

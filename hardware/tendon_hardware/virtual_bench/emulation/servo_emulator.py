@@ -43,7 +43,6 @@ class ServoEmulator(EmulatedServo):
         """Carry out an instruction and return the answer, empty where there is none.
 
         Args:
-            instruction: Instruction from the bus.
             time: Now [s].
             count: Present counts of the encoder.
         """

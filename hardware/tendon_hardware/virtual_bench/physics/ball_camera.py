@@ -16,10 +16,6 @@ class BallCamera:
 
     A frame's line is ``B,<sequence>,<age_us>,<x_um>,<y_um>,<z_um>*<CRC>``: the age says how long
     before the line the frame was exposed. A frame without a ball has no line.
-
-    Args:
-        constants: Rate, noise and delay.
-        rng: Where the noise comes from.
     """
 
     def __init__(self, constants: HandBallConstants, rng: random.Random) -> None:

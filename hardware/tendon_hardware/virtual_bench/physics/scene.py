@@ -169,11 +169,7 @@ class Scene:
 
 
 class Still:
-    """Strings that nothing gives line to, as while masses hang on the load cells.
-
-    Args:
-        count: Number of strings.
-    """
+    """Strings that nothing gives line to, as while masses hang on the load cells."""
 
     def __init__(self, count: int) -> None:
         self.excursions = self.excursion_rates = (0.0,) * count

@@ -56,7 +56,6 @@ def worn(unit: BenchUnit, wear: str) -> BenchUnit:
     """Return a unit after some use.
 
     Args:
-        unit: Unit as its seed draws it.
         wear: A name of `WEARS`.
 
     Raises:

@@ -143,11 +143,7 @@ def examine_joint(
     """Examine one joint.
 
     Args:
-        name: Name of the joint.
         size: Size of its unit [rad].
-        motions: Its episodes.
-        dropped: Rows that the stamps say are missing.
-        late: Rows that the stamps say are late.
     """
     count = sum(len(motion.time) for motion in motions)
     held = sum(int(held_rows(motion).sum()) for motion in motions) / count

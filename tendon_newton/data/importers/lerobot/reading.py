@@ -30,7 +30,6 @@ def read_lerobot(
     Args:
         folder: With ``meta`` and ``data``.
         joint: The only joint to read; all of them unless given.
-        units: What the joints' numbers mean.
 
     Raises:
         InvalidRecording: It is no LeRobotDataset, or it is damaged.

@@ -50,10 +50,6 @@ class LeRobotUnits:
 def sizes_of(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, float]:
     """Return the size of each joint's unit [rad]; joints that cannot be told are left out.
 
-    Args:
-        units: What was said.
-        joints: All numbers of each joint.
-
     Raises:
         InvalidParameter: Nothing was said, and the numbers are no radians.
     """
@@ -76,12 +72,7 @@ def sizes_of(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, floa
 
 
 def angle_sizes(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, float]:
-    """Return the size of each joint's unit [rad], about where nobody says: a percent is a degree.
-
-    Args:
-        units: What was said.
-        joints: All numbers of each joint.
-    """
+    """Return the size of each joint's unit [rad]; a percent is a degree where nobody says."""
     sizes = dict.fromkeys(joints, DEGREE)
     if units.unit is not None or units.calibration is not None:
         return sizes | sizes_of(units, joints)

@@ -103,9 +103,7 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
     """Bring a training to where its checkpoint stopped; without one, to its start.
 
     Args:
-        path: Where the checkpoint would be.
         settings: Settings of the training; the checkpoint must have been written under the same.
-        state: Training that takes on the checkpoint.
 
     Raises:
         InvalidNetworkFile: The file is damaged or belongs to another training.

@@ -31,9 +31,6 @@ def train_to_file(
     where it exports, NAME.safetensors, NAME.pt and NAME.onnx.
 
     Args:
-        dataset: Recordings, split.
-        config: Settings of the training.
-        out: Folder for the files.
         report: Called after every epoch.
         export: Whether to write the network's files; they need Warp and ONNX installed.
         split: What the card says of the recordings.
@@ -71,9 +68,6 @@ class TrainingLog:
     """A TensorBoard log of a training, opened when there is something to write.
 
     A machine that trains for another one may have no TensorBoard; it writes none.
-
-    Args:
-        folder: Folder of the network's files.
     """
 
     def __init__(self, folder: Path) -> None:

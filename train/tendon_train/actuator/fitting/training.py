@@ -68,7 +68,6 @@ def train_network(
     """Train a network, or go on where a checkpoint stopped.
 
     Args:
-        config: Settings of the training.
         fit: Windows that give gradients.
         validation: Windows of other recordings, that say when to stop.
         checkpoint: Written after every epoch.
@@ -125,11 +124,7 @@ def run_epoch(
     """Take one step per batch of an epoch's windows; return the error [N] that they had.
 
     Args:
-        state: Network and optimiser, which change.
-        data: All windows.
-        config: Settings of the drawing.
         done: Epochs before this one.
-        law: Law of the servo's answer to its shaft.
     """
     network, total, count = state.network, 0.0, 0
     network.train()

@@ -40,7 +40,6 @@ def held_fast(windows: Tensor, force: Tensor, law: ServoLaw, generator: torch.Ge
     Args:
         windows: theta_d [rad], theta [rad], theta_dot [rad/s], shape (W, window, 3).
         force: Tension at their end [N], shape (W,).
-        law: The servo's.
         generator: Draws, on the CPU, the same on every device.
     """
     count = len(windows)
@@ -115,11 +114,7 @@ def changed_batch(
     """Return windows as they might have been recorded as well, and the tension at every sample.
 
     Args:
-        data: All windows.
-        chosen: Places of the drawn windows.
-        config: Settings of the training, with its purpose.
         share: Share of the training that is done [1].
-        law: Law of the servo's answer to its shaft.
         generator: Draws, on the CPU.
     """
     windows, targets = data.batch(chosen), data.targets(chosen)

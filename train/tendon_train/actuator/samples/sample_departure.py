@@ -50,7 +50,6 @@ def departed(
 
     Args:
         windows: theta_d [rad], theta [rad], theta_dot [rad/s], shape (W, window, 3).
-        law: Law of the servo's answer to its shaft.
         rate: Samples per second [Hz].
         share: Share of the windows that depart [1].
         generator: Draws, on the CPU, the same on every device.

@@ -90,8 +90,6 @@ class CurveLogger:
     """Takes the place of rsl-rl's logger: sums on the device, and one point per iteration.
 
     Args:
-        points: Curve so far, for a training that goes on.
-        iterations: Iterations in all.
         samples: Policy steps of one iteration, over all processes.
         report: Called with every new point.
         folder: Where the TensorBoard log goes; none for a process that does not write.

@@ -47,7 +47,6 @@ def timed(environment: FingerEnvironment, steps: int) -> Forecast:
     """Time some steps of all worlds; whoever trains must let the environment begin anew.
 
     Args:
-        environment: The fingers that will learn.
         steps: Policy steps that are left, of all worlds.
     """
     device = torch.device(environment.device)

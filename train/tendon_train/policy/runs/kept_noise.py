@@ -20,9 +20,7 @@ class KeptNoise(GaussianDistribution):
     Source: Hollenstein et al., Colored Noise in PPO (2024), whose noise has another spectrum.
 
     Args:
-        output_dim: Number of actions.
         memory: Share kept [1].
-        settings: Those of rsl-rl's distribution.
     """
 
     def __init__(self, output_dim: int, memory: float, **settings: Any) -> None:

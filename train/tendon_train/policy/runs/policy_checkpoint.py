@@ -46,10 +46,8 @@ def load_checkpoint(
     """Bring a training to where its last checkpoint stopped; without one, to its start.
 
     Args:
-        folder: Where the checkpoints are.
         settings: Settings of the training; the checkpoint must have been written under the same.
         algorithm: rsl-rl's; it gets the weights and the optimiser's state.
-        device: Torch device of the state.
 
     Returns:
         The learning curve up to there.
@@ -78,11 +76,6 @@ def load_checkpoint(
 
 def load_start(file: Path, algorithm: Any, device: str) -> None:
     """Give a new training the weights of another one's checkpoint; its optimiser begins anew.
-
-    Args:
-        file: The checkpoint.
-        algorithm: rsl-rl's.
-        device: Torch device of the weights.
 
     Raises:
         InvalidPolicyFile: The file is no checkpoint, or its networks have other layers.

@@ -44,7 +44,6 @@ class PolicyNetwork(nn.Module):
     """What a policy is in use: observations in SI units, a row each, to actions (W, D) [rad].
 
     Args:
-        actor: rsl-rl's model.
         unit: Action that an output of 1 of the model means [rad].
     """
 

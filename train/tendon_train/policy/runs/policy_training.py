@@ -56,8 +56,6 @@ def train_policy(
     of iterations. So an interrupted training that goes on is the same as one without a break.
 
     Args:
-        config: Settings of the training.
-        out: Folder for checkpoints and the TensorBoard log.
         report: Called after every iteration, in the first process.
         start: Checkpoint of another training whose weights this one begins with.
         expect: Called in the first process before anything is compiled, with the size, and before

@@ -23,11 +23,8 @@ def climb_on_bench(
     several servos the climb shows the first.
 
     Args:
-        policy: Name of the policy.
-        log: The deployment's log.
         steps: Stamp [s], motor angles [rad], goal [rad] and commands [rad] of each step, shape
             (T, 2 D + 2).
-        mechanism: The nominal finger.
         spool_radius: Spool radius of the bench [m].
 
     Raises:

@@ -64,7 +64,6 @@ def score(climb: Climb, reachable: Array) -> ClimbScore:
     """Measure a climb.
 
     Args:
-        climb: Motion of a policy on the stairs.
         reachable: Least error at which the finger can rest at each row's goal [m], shape (T,).
     """
     error = climb.error[:, 0]

@@ -76,11 +76,9 @@ def climb_stairs(
     """Run each policy on the same worlds and goals.
 
     Args:
-        policies: Those to compare.
         goals: Goal angle of each step [rad], shape (T,).
         config: Its finger, force, numbers to randomise and number of worlds; the first world is
             nominal.
-        seed: Seed of the numbers of the other worlds.
 
     Raises:
         InvalidParameter: A policy has another rate than the stairs.

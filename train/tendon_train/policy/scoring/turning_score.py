@@ -29,11 +29,8 @@ def turning_worlds(
     """Return hands that are asked for one rate and whose episodes end by drops alone.
 
     Args:
-        config: Their numbers and randomisation.
         rate: Commanded rate [rad/s].
         seconds: Time that they will be watched [s].
-        seed: Seed of all draws.
-        device: Torch device.
     """
     turning = replace(config.turning, turn_rates=(rate, rate))
     asked = replace(config, task="turn", turning=turning, episode=SPARE * seconds)
@@ -45,7 +42,6 @@ def watch(environment: FingerEnvironment, actor: Actor, seconds: float) -> Turni
 
     Args:
         environment: The `turning_worlds`.
-        actor: What acts.
         seconds: Time to watch [s].
     """
     task = environment.task
@@ -67,12 +63,7 @@ def watch(environment: FingerEnvironment, actor: Actor, seconds: float) -> Turni
 
 
 def as_trained(card: PolicyCard, config: EnvironmentConfig) -> EnvironmentConfig:
-    """Return an environment that shows and does what a policy's card says.
-
-    Args:
-        card: The policy's.
-        config: Finger, force, randomisation and number of worlds.
-    """
+    """Return an environment that shows and does what a policy's card says."""
     assert card.turning is not None
     no_rule = (card.command_range[0], card.command_range[1])
     return replace(

@@ -32,10 +32,8 @@ class DrawnSets:
     """Draws worlds of a deck.
 
     Args:
-        loop: The worlds.
         mechanism: Their bench, with the model's own numbers.
         actuator: Name of the model's actuator; numbers of another one are left out.
-        posterior: What a diagnosis leaves open.
     """
 
     def __init__(

@@ -64,9 +64,6 @@ class FingerEnvironment(VecEnv):
     matter here: all draws come from `seed`, and each world has its own.
 
     Args:
-        config: Finger, force model, task and rewards.
-        seed: Seed of all draws.
-        device: Torch device.
         simulator: Worlds of another program in place of ours, with `reset`, `step` and `reading` of
             a `ControlLoop`. Nothing is randomised in them.
 

@@ -24,10 +24,6 @@ class GoalPath:
     All tendons that close pull with one tension, and those that open hang loose. A goal angle
     alpha, seen from the first joint's axis, means the point of the path with that angle.
 
-    Args:
-        mechanism: A finger with a tip.
-        device: Torch device of the table.
-
     Raises:
         InvalidParameter: The bench is no such finger.
     """
@@ -93,7 +89,6 @@ def of_each_servo(
     Those of a servo that opens count from where its string is all let out: in the closed finger.
 
     Args:
-        mechanism: Its tendons, one a servo.
         angles: Those of a servo that closes [rad].
         spool_radius: Radius of all spools [m].
     """

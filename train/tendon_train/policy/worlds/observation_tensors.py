@@ -11,8 +11,6 @@ class ObservationTensors:
 
     Args:
         worlds: Number of policies W.
-        history: Samples in an observation.
-        device: Torch device of the tensors.
         servos: Number of servos D of each.
         task: What they are for; behind its goal stand N numbers that are seen.
     """

@@ -36,7 +36,6 @@ def with_obstacle(mechanism: Mechanism, shape: ObstacleChoice) -> Mechanism:
     """Return a mechanism with something that may be put in its way.
 
     Args:
-        mechanism: The finger.
         shape: What it is; ``none`` leaves the finger alone.
 
     Raises:
@@ -59,12 +58,9 @@ class ObstaclePlacer:
 
     Args:
         loop: Worlds of a mechanism `with_obstacle`.
-        shape: Shape of the obstacle.
-        path: The way of the tip.
         goals: Least and greatest goal angle [rad].
         chance: Share of the episodes with it [1].
         spread: Most that its stiffness and friction differ from their defaults, as a share [1].
-        draws: Source of the numbers, on the device of the worlds.
     """
 
     def __init__(

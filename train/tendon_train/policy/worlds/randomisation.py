@@ -75,7 +75,6 @@ def differences_of(config: EnvironmentConfig, model: Model) -> Differences:
     """Return what a config randomises.
 
     Args:
-        config: Names to randomise, and their spread.
         model: Force model; effects are drawn about its own numbers.
 
     Raises:
@@ -128,8 +127,6 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
     """Return ranges about an effect's numbers in a model; a scale that it lacks is drawn about 1.
 
     Args:
-        effect: Name of the effect.
-        model: Force model with the effect's numbers.
         spread: Most that a number differs, as a share of it.
     """
     own = next((e.values for e in model.effects if e.cause == effect), {})
@@ -155,13 +152,10 @@ class Randomiser:
     Joint friction is a torque of its own here, so that a stiffer spring brings no more of it.
 
     Args:
-        loop: The worlds.
-        differences: What differs.
         mechanism: The bench of the worlds, as its asset states it.
         model: Its actuator, effects and numbers of the bench are those of the worlds.
         joint_friction: Dry friction that `joint_friction` is drawn about [1], where the model has
             none of its own.
-        draws: Source of the numbers, on the device of the worlds.
     """
 
     def __init__(
@@ -231,7 +225,6 @@ def make_friction_own(loop: ControlLoop, fraction: float) -> None:
     """Turn the dry friction of joints into torques of the mechanism [N m], to be multiplied.
 
     Args:
-        loop: Worlds with their nominal numbers.
         fraction: Share of the torque of a joint's spring at the end of its range [1]; the model's
             own `joint_dry_friction` counts instead, and is at null afterwards.
     """

@@ -25,7 +25,6 @@ def step_reward(
     """Return the reward of a step, shape (W,).
 
     Args:
-        config: Weights of the terms.
         tip_error: Distance between tip and goal after the step [m].
         action: Actions applied [rad], shape (W, D).
         action_change: Against the step before [rad], shape (W, D).

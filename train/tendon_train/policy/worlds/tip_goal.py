@@ -20,12 +20,6 @@ from tendon_train.policy.worlds.world_draws import WorldDraws
 class TipGoal:
     """Goal angles, and obstacles on the way to them where the config asks for some.
 
-    Args:
-        config: Goals, obstacle and prices.
-        loop: The worlds.
-        mechanism: The finger.
-        draws: Source of all numbers, on the device of the worlds.
-
     Raises:
         InvalidParameter: The finger does not pass the goals.
     """

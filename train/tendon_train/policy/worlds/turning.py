@@ -51,12 +51,6 @@ def ball_of(mechanism: Mechanism) -> int:
 class Turning:
     """Balls that differ, commanded rates, and what a hand is paid for.
 
-    Args:
-        config: Spread of the balls' numbers, rates, camera and prices.
-        loop: The worlds.
-        mechanism: The hand with its ball.
-        draws: Source of all numbers, on the device of the worlds.
-
     Raises:
         InvalidParameter: The mechanism has no ball.
     """
@@ -171,9 +165,7 @@ class SimulatedCamera:
     """What W cameras give at each policy step; noise and delay differ by world and episode.
 
     Args:
-        config: Ranges of noise and delay.
         worlds: Number of worlds W.
-        draws: Source of all numbers, on the device of the worlds.
     """
 
     def __init__(self, config: TurningConfig, worlds: int, draws: WorldDraws) -> None:
