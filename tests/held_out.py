@@ -30,9 +30,8 @@ from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
-from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
-from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear
+from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear, Ledger
 from tests.lab.without_cell.pulled_benches import pulled_log
 from tests.physics.runs import ideal_model
 from tests.train.actuator.servo_logs import write_servo_dataset

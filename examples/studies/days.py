@@ -16,7 +16,7 @@ from typing import Any
 
 from examples.studies.unit_score import rate
 from examples.studies.units import read, timed
-from tendon_hardware.virtual_bench.physics.planted import PLANTINGS, planted_size
+from tendon_hardware.virtual_bench.physics.wear import PLANTINGS, planted_size
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.scheduler import JobOptions, completed
 

@@ -18,7 +18,7 @@ from typing import Any
 from examples.studies.days import Row, compared, diagnosed, inside, recorded
 from examples.studies.unit_score import rate
 from examples.studies.units import read, truth_of
-from tendon_hardware.virtual_bench.physics.planted import planted_causes
+from tendon_hardware.virtual_bench.physics.wear import planted_causes
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.scheduler import JobOptions, completed
 

@@ -43,8 +43,7 @@ from tendon_train.refresh.refresh_logs import (
     without_beginning,
 )
 from tendon_train.refresh.refresh_outcome import judge_drift
-from tendon_train.refresh.slip import taut_from
-from tendon_train.refresh.slip_by_reference import slip_since
+from tendon_train.refresh.slip import slip_since, taut_from
 
 STATES = ("new", "friction", "spool")
 ANSWERS: dict[str, tuple[str, ...]] = {

@@ -28,8 +28,7 @@ from tendon_train.policy.scoring.bench_climb import climb_on_bench
 from tendon_train.policy.scoring.evaluation_scores import score
 from tendon_train.policy.scoring.policy_evaluation import reachable_error
 from tendon_train.refresh.refresh_logs import read_logs, without_beginning
-from tendon_train.refresh.slip import find_slip
-from tendon_train.refresh.slip_by_reference import slip_since
+from tendon_train.refresh.slip import find_slip, slip_since
 
 
 def main() -> None:

@@ -9,11 +9,10 @@ from pathlib import Path
 from tendon_hardware.benches.bench import Bench, open_bench
 from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
 from tendon_hardware.collection.collect_plan import free_name, mount
-from tendon_hardware.control.ball_pilot import BallPilot
 from tendon_hardware.control.goals import FixedGoal, Goals, open_goals
 from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.control.operator import Operator
-from tendon_hardware.control.pilot import JogPilot, Pilot, PolicyPilot
+from tendon_hardware.control.pilot import BallPilot, JogPilot, Pilot, PolicyPilot
 from tendon_hardware.control.policy_runner import Policy, load_policy
 from tendon_hardware.deployment.ball_watch import BallWatch
 from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy

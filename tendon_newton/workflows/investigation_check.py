@@ -10,7 +10,7 @@ from tendon_hardware.collection.excitation_plan import BENCHES
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.doctor import examine, ports_of
 from tendon_hardware.errors import BenchNotReady
-from tendon_hardware.load_cells.calibration_file import load_calibration
+from tendon_hardware.load_cells.calibration import load_calibration
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length

@@ -33,7 +33,6 @@ from tendon_train.policy.scoring.policy_evaluation import (
 from tendon_train.policy.worlds.force_model import hashes
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
 from tendon_train.refresh.fit_all_numbers import tune
-from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import (
     fitted_parts,
     log_files,
@@ -44,6 +43,7 @@ from tendon_train.refresh.refresh_logs import (
 from tendon_train.refresh.refresh_outcome import (
     AGREES,
     Drift,
+    Ledger,
     TipFigure,
     headline,
     judge_drift,
@@ -52,8 +52,7 @@ from tendon_train.refresh.refresh_outcome import (
     write_page,
 )
 from tendon_train.refresh.retraining import find_training, retrain
-from tendon_train.refresh.slip import SLIP, SLIPS, taut_from, with_slip
-from tendon_train.refresh.slip_by_reference import slip_since
+from tendon_train.refresh.slip import SLIP, SLIPS, slip_since, taut_from, with_slip
 
 POLICY_ENDINGS = (".onnx", ".pt")
 """Endings of the two files that a training writes of the same policy."""

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from tendon_hardware.logs import ros_messages as ros
-from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.dataset import load_dataset, process_count, write_dataset
 from tendon_newton.data.formats import many_files
-from tendon_newton.data.formats.many_files import process_count
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency, TendonNewtonError

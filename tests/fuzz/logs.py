@@ -15,8 +15,8 @@ from tendon_hardware.logs.mcap_file import McapFile
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
+from tendon_newton.data.formats.mapped_column import read_topic_mapping
 from tendon_newton.data.formats.mcap_file import read_mcap
-from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
 from tests.formats.sessions import write_session
 from tests.fuzz.mutations import flip
 from tests.importers.logs import ROWS, dataset, recording

@@ -11,7 +11,7 @@ import numpy as np
 import tomli_w
 
 from tendon_hardware.control.goals import read_goals
-from tendon_hardware.load_cells.calibration_file import load_calibration, write_calibration
+from tendon_hardware.load_cells.calibration import load_calibration, write_calibration
 from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.arms.arm_file import read_arm
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_hardware.load_cells.calibration_file import load_calibration
+from tendon_hardware.load_cells.calibration import load_calibration
 from tendon_newton.cli import main
 
 MASSES = ["--masses", "0.2,0.5,1,2"]

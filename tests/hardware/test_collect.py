@@ -26,7 +26,7 @@ from tendon_hardware.collection.excitation_plan import (
 )
 from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.errors import SafetyStop
-from tendon_hardware.load_cells.calibration_file import write_calibration
+from tendon_hardware.load_cells.calibration import write_calibration
 from tendon_hardware.logs.session import software
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.servos.host_position_loop import HostPositionLoop

@@ -25,9 +25,8 @@ from tendon_hardware.collection.collect import record_run
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.errors import LogNotWritten, SafetyStop, ServoAlert
-from tendon_hardware.logs.background_log import BackgroundLog
 from tendon_hardware.logs.mcap_file import McapFile
-from tendon_hardware.logs.session_log import SessionLog, TimeBase
+from tendon_hardware.logs.session_log import BackgroundLog, SessionLog, TimeBase
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
@@ -247,7 +246,7 @@ def fill(log: SessionLog, rng: np.random.Generator) -> None:
 CHILDREN = """
 import json, os, sys, time
 from pathlib import Path
-from tendon_hardware.logs.background_log import BackgroundLog
+from tendon_hardware.logs.session_log import BackgroundLog
 from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.collect import record_run

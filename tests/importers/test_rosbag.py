@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
-from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
+from tendon_newton.data.formats.mapped_column import read_topic_mapping
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import (
     InvalidMapping,

@@ -12,7 +12,7 @@ from examples.studies.unit_score import CLASS, heard_as, judged
 from examples.studies.units import truth_of
 from tendon_hardware.collection.excitation_plan import find_plan
 from tendon_hardware.control.operator import SilentOperator
-from tendon_hardware.virtual_bench.physics.planted import planted_causes
+from tendon_hardware.virtual_bench.physics.wear import planted_causes
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.model_file import load_model

@@ -9,13 +9,11 @@ from typing import Protocol
 
 from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
 from tendon_hardware.benches.virtual_calibration import calibrated_twins
-from tendon_hardware.cameras.camera_type import Camera
-from tendon_hardware.cameras.line_camera import LineCamera
+from tendon_hardware.cameras.line_camera import Camera, LineCamera
 from tendon_hardware.clock import Clock, MonotonicClock
 from tendon_hardware.errors import HardwareFault, InvalidCalibration
 from tendon_hardware.load_cells import LOAD_CELLS
-from tendon_hardware.load_cells.calibration import LoadCellCalibration
-from tendon_hardware.load_cells.calibration_file import load_calibration
+from tendon_hardware.load_cells.calibration import LoadCellCalibration, load_calibration
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
 from tendon_hardware.load_cells.load_cell_type import LoadCell
 from tendon_hardware.logs.session_log import TimeBase

@@ -6,8 +6,11 @@ from typing import Literal
 
 import numpy as np
 
-from tendon_hardware.load_cells.calibration import CalibrationPoint, LoadCellCalibration
-from tendon_hardware.load_cells.calibration_fit import fit_calibration
+from tendon_hardware.load_cells.calibration import (
+    CalibrationPoint,
+    LoadCellCalibration,
+    fit_calibration,
+)
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
 from tendon_hardware.virtual_bench import LockstepBench
 

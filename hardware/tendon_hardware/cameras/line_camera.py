@@ -6,11 +6,51 @@ long before the line its frame was exposed. Lines come over a serial port or a p
 """
 
 import re
+from dataclasses import dataclass
+from typing import Protocol
 
-from tendon_hardware.cameras.camera_type import Sighting
 from tendon_hardware.clock import Clock, MonotonicClock
 from tendon_hardware.load_cells.byte_stream import ByteStream, SerialStream
 from tendon_hardware.load_cells.framing import LineSplitter, crc8
+
+Place = tuple[float, float, float]
+"""Place of the ball's middle, in the axes of the hand's base [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Sighting:
+    """The ball in one frame."""
+
+    sequence: int
+    """Number of the frame since the camera started; it grows."""
+    exposed: float
+    """Middle of the exposure on the bench's clock [s]."""
+    arrived: float
+    """When this program could know [s], after `exposed`."""
+    place: Place
+
+
+class Camera(Protocol):
+    """A camera that runs by itself and is emptied now and then."""
+
+    def open(self) -> None:
+        """Start to look.
+
+        Raises:
+            PortUnavailable: The camera is not there.
+            PortBusy: Another process holds it.
+        """
+
+    def close(self) -> None:
+        """Stop to look; more than once does no harm."""
+
+    def drain(self) -> list[Sighting]:
+        """Return what was seen since the last call, in order, at once and without ever waiting.
+
+        A frame without a ball gives nothing, and so does a camera that is gone.
+        """
+        ...
+
 
 LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8}),(-?\d{1,7}),(-?\d{1,7}),(-?\d{1,7})\*([0-9A-Fa-f]{2})")
 BAUD = 115_200

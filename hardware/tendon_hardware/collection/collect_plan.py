@@ -12,13 +12,53 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.collect import RunOutcome, record_run
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import BY_HAND, OBSTACLES, PlannedRun
-from tendon_hardware.collection.starting_model import leave_model, starting_model
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.errors import ServoAlert
+from tendon_hardware.servos.base import ServoSpec
+from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import list_recording, listed_files
 from tendon_newton.data.files.toml_file import read_toml, write_toml
+from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import InvalidOutput, shown
+
+MODEL_FILE = "model.toml"
+"""Name of the model beside a dataset's recordings."""
+UNKNOWN = ("torque_constant", "resistance")
+"""Numbers that every fit may change: the data sheet's are of another voltage, without a spread."""
+
+
+def starting_model(
+    spec: ServoSpec, loop: HostPositionLoop, *, voltage: float, spool_radius: float
+) -> Model:
+    r"""Return a servo in PWM mode behind the position loop of this computer.
+
+    .. math:: R = V_0 / I_0, \qquad k_t = \tau_0 / I_0
+
+    with stall torque and current at the data sheet's voltage.
+
+    Args:
+        voltage: Supply that the servo measures [V].
+        spool_radius: Radius of its spool [m].
+    """
+    values = {
+        "duty_per_rad": loop.gain,
+        "max_duty": loop.duty_limit,
+        "duty_offset": loop.offset,
+        "supply_voltage": round(voltage, 2),
+        "torque_constant": round(spec.stall_torque / spec.stall_current, 4),
+        "resistance": round(spec.supply_voltage / spec.stall_current, 3),
+        "armature": spec.armature,
+        "spool_radius": spool_radius,
+    }
+    return Model(actuator=NamedValues(name="pwm_servo", values=values), fit=UNKNOWN)
+
+
+def leave_model(folder: Path, model: Model) -> None:
+    """Write a folder's model unless it has one, which may be edited by hand."""
+    if not (folder / MODEL_FILE).exists():
+        write_model(folder / MODEL_FILE, model)
+
 
 COLLECTION_FILE = "collection.toml"
 """Settings that a folder's recordings share; a plan is taken up again only with the same."""

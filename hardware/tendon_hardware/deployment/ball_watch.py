@@ -6,7 +6,7 @@ from math import dist
 import numpy as np
 
 from tendon_hardware.benches.bench import Bench
-from tendon_hardware.cameras.camera_type import Camera, Place, Sighting
+from tendon_hardware.cameras.line_camera import Camera, Place, Sighting
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.errors import BallNotSeen
 from tendon_hardware.logs.session_log import SessionLog

@@ -11,7 +11,7 @@ from tendon_hardware.errors import ServoSilent
 from tendon_hardware.servos.base import ServoCounters
 from tendon_hardware.servos.bus import Bus
 from tendon_hardware.servos.families import FAMILIES
-from tendon_hardware.servos.serial_bus.register import Register
+from tendon_hardware.servos.serial_bus.packets import Register
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 
 SOUGHT = tuple(

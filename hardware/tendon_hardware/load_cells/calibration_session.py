@@ -7,20 +7,24 @@ from pathlib import Path
 
 from tendon_hardware.clock import Clock
 from tendon_hardware.errors import InvalidCalibration
-from tendon_hardware.load_cells.calibrating import CalibrationPlan, point, run_plan
+from tendon_hardware.load_cells.calibrating import (
+    CalibrationOperator,
+    CalibrationPlan,
+    await_steady,
+    point,
+    run_plan,
+    take,
+)
 from tendon_hardware.load_cells.calibration import (
     STANDARD_GRAVITY,
     CalibrationPoint,
     LoadCellCalibration,
-)
-from tendon_hardware.load_cells.calibration_file import (
+    fit_calibration,
     load_partial,
     write_calibration,
     write_partial,
 )
-from tendon_hardware.load_cells.calibration_fit import fit_calibration
 from tendon_hardware.load_cells.load_cell_type import LoadCell
-from tendon_hardware.load_cells.steadiness import CalibrationOperator, await_steady, take
 
 GAINS = (128, 64, 32)
 

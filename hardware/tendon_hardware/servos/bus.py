@@ -7,8 +7,7 @@ from tendon_hardware.errors import ServoRefused, ServoSilent, SharedIdentifier
 from tendon_hardware.servos.base import ServoCounters
 from tendon_hardware.servos.family import ServoFamily
 from tendon_hardware.servos.serial_bus.keeper import Keeper
-from tendon_hardware.servos.serial_bus.packets import SILENT, SUCCESS, Answer, Packets
-from tendon_hardware.servos.serial_bus.register import Register
+from tendon_hardware.servos.serial_bus.packets import SILENT, SUCCESS, Answer, Packets, Register
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 
 STATUS_LENGTH = 11

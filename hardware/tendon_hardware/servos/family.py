@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from tendon_hardware.servos.base import OverloadProtection, ServoSettings, ServoSpec
-from tendon_hardware.servos.serial_bus.packets import Packets
-from tendon_hardware.servos.serial_bus.register import Register
+from tendon_hardware.servos.serial_bus.packets import Packets, Register
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 
 WATCHDOG_PERIOD = 0.02

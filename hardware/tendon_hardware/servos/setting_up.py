@@ -15,7 +15,7 @@ from tendon_hardware.servos.base import ServoSpec, alert_words
 from tendon_hardware.servos.bus import Bus
 from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.family import WATCHDOG_PERIOD, Targets
-from tendon_hardware.servos.serial_bus.register import Register
+from tendon_hardware.servos.serial_bus.packets import Register
 
 GREETINGS = 3
 """Pings before another model is believed."""

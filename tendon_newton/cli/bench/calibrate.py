@@ -23,9 +23,9 @@ from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
     from tendon_hardware.clock import Clock
+    from tendon_hardware.load_cells.calibrating import CalibrationOperator
     from tendon_hardware.load_cells.calibration import LoadCellCalibration
     from tendon_hardware.load_cells.load_cell_type import LoadCell
-    from tendon_hardware.load_cells.steadiness import CalibrationOperator
 
 EXIT_DRIFT = 1
 """Exit code where zero has moved further than a recording should bear."""
@@ -111,7 +111,7 @@ def end_line() -> None:
 def main(config: Calibrate) -> None:
     """Calibrate, or look at zero."""
     from tendon_hardware.load_cells.calibrating import CalibrationPlan
-    from tendon_hardware.load_cells.calibration_file import load_calibration
+    from tendon_hardware.load_cells.calibration import load_calibration
     from tendon_hardware.load_cells.calibration_session import CalibrationSession
 
     if config.retare is not None:

@@ -1,10 +1,13 @@
 """Recordings as MCAP files of ROS 2 messages, those of killed processes included."""
 
+from __future__ import annotations
+
+import importlib
 import logging
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -12,12 +15,61 @@ from tendon_newton.data.files.text_file import absence, open_bytes
 from tendon_newton.data.formats.message_streams import Stream, TimedMessage, read_streams
 from tendon_newton.data.formats.resampling import rows_of
 from tendon_newton.data.formats.topic_mapping import DEFAULT_MAPPING, SESSION_RECORD, TopicMapping
-from tendon_newton.data.formats.unpacking import PACKING, UNPACKED_AT_LEAST, TooLarge, unpacked
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency
 
 if TYPE_CHECKING:
-    from mcap.records import Channel, McapRecord, Message, Schema
+    from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+
+PACKING = 25
+"""Most that compression may have saved [1]; logs of servos are packed to a fifth or a tenth."""
+UNPACKED_AT_LEAST = 1 << 23
+"""Bytes that any file may unpack to: a small one may hold little else than repetitions."""
+CHUNK_LIMIT = 1 << 26
+"""Bytes of one group; writers make them of 4 KB to 4 MB."""
+
+
+class TooLarge(Exception):
+    """A group of messages unpacks to more than it may; the message says how."""
+
+
+def unpacked(chunk: Chunk, limit: int) -> Chunk:
+    """Return a group of messages that is not compressed.
+
+    Raises:
+        TooLarge: The group claims more, or holds more than it claims.
+    """
+    limit = min(limit, CHUNK_LIMIT)
+    if chunk.uncompressed_size > limit:
+        raise TooLarge(f"a group claims {chunk.uncompressed_size} bytes")
+    if chunk.compression == "zstd":
+        data = from_zstd(chunk.data, chunk.uncompressed_size)
+    elif chunk.compression == "lz4":
+        data = from_lz4(chunk.data, chunk.uncompressed_size)
+    else:
+        data = chunk.data
+    return replace(chunk, compression="", data=data)
+
+
+def from_zstd(data: bytes, size: int) -> bytes:
+    """Unpack one frame of Zstandard that holds so many bytes."""
+    import zstandard
+
+    claimed = zstandard.frame_content_size(data)  # what the frame itself says, -1 for nothing
+    if claimed > size:
+        raise TooLarge(f"a group of {size} bytes claims {claimed} inside")
+    return zstandard.ZstdDecompressor().decompress(data, max_output_size=max(size, 1))
+
+
+def from_lz4(data: bytes, size: int) -> bytes:
+    """Unpack one frame of LZ4 that holds so many bytes."""
+    lz4: Any = importlib.import_module("lz4.frame")  # without types
+    unpacker = lz4.LZ4FrameDecompressor()
+    found: bytes = unpacker.decompress(data, max_length=size + 1)
+    if len(found) > size:
+        raise TooLarge(f"a group of {size} bytes holds more")
+    return found
+
 
 log = logging.getLogger(__name__)
 ENDLESS = re.compile(rb"\b(?:byte|char|u?int8)\[\d+\]|\[0+\]")
@@ -142,7 +194,7 @@ class McapReading:
                 yield from self.decoded(record, channel, decode[channel.id])
 
     def decoded(
-        self, record: "Message", channel: "Channel", decode: Callable[[bytes], Any]
+        self, record: Message, channel: Channel, decode: Callable[[bytes], Any]
     ) -> Iterator[TimedMessage]:
         """Decode one message; one that is damaged is counted and left out."""
         try:
@@ -153,7 +205,7 @@ class McapReading:
         self.messages_read += 1
         yield channel.topic, record.log_time, message
 
-    def decoder_of(self, channel: "Channel") -> Callable[[bytes], Any]:
+    def decoder_of(self, channel: Channel) -> Callable[[bytes], Any]:
         """Return what decodes a channel's messages."""
         from mcap_ros2.decoder import DecoderFactory
 

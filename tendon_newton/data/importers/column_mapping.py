@@ -11,15 +11,15 @@ from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
 from tendon_newton.data.files.values import are_tables, are_words, is_table
-from tendon_newton.data.formats.mapped_column import MappedColumn
-from tendon_newton.data.formats.topic_mapping import TopicMapping
-from tendon_newton.data.formats.topic_mapping_file import (
+from tendon_newton.data.formats.mapped_column import (
     TOPIC_FILE_KEYS,
     Columns,
+    MappedColumn,
     read_columns,
     read_topics,
     word,
 )
+from tendon_newton.data.formats.topic_mapping import TopicMapping
 from tendon_newton.data.importers.csv_dialect import CsvDialect
 from tendon_newton.data.recording import no_overrides
 from tendon_newton.errors import InvalidMapping, TendonNewtonError, shown

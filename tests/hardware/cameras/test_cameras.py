@@ -7,8 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tendon_hardware.cameras.camera_type import Camera
-from tendon_hardware.cameras.line_camera import LineCamera, read_line
+from tendon_hardware.cameras.line_camera import Camera, LineCamera, read_line
 from tendon_hardware.clock import Clock, MonotonicClock
 from tendon_hardware.load_cells.framing import crc8
 from tendon_hardware.virtual_bench import LockstepBench, VirtualPorts

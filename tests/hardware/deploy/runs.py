@@ -18,7 +18,7 @@ from tendon_hardware.control.pilot import Pilot, PilotStep, PolicyPilot
 from tendon_hardware.control.policy_runner import Policy
 from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy
 from tendon_hardware.deployment.deploy_settings import DeploySettings
-from tendon_hardware.load_cells.calibration_file import write_calibration
+from tendon_hardware.load_cells.calibration import write_calibration
 from tendon_hardware.safety_rules.force_estimate import ForceEstimate
 from tendon_hardware.safety_rules.rules_applied import Trip
 from tendon_hardware.servos.base import ServoState

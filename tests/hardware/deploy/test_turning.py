@@ -9,9 +9,9 @@ import pytest
 
 from tendon_hardware.benches.bench import Bench, open_bench
 from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
-from tendon_hardware.control.ball_pilot import BallPilot
 from tendon_hardware.control.goals import FixedGoal
 from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.control.pilot import BallPilot
 from tendon_hardware.control.policy_runner import Policy, load_policy
 from tendon_hardware.deployment.ball_watch import BallWatch
 from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy

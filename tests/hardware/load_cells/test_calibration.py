@@ -9,17 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tendon_hardware.errors import InvalidCalibration, LoadCellSilent
-from tendon_hardware.load_cells.calibrating import CalibrationPlan
+from tendon_hardware.load_cells.calibrating import CalibrationPlan, is_steady, take
 from tendon_hardware.load_cells.calibration import (
     STANDARD_GRAVITY,
     CalibrationPoint,
     LoadCellCalibration,
+    fit_calibration,
+    load_calibration,
+    write_calibration,
 )
-from tendon_hardware.load_cells.calibration_file import load_calibration, write_calibration
-from tendon_hardware.load_cells.calibration_fit import fit_calibration
 from tendon_hardware.load_cells.calibration_session import CalibrationSession, measure_drift
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
-from tendon_hardware.load_cells.steadiness import is_steady, take
 from tendon_hardware.virtual_bench import LockstepBench
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
 

@@ -15,10 +15,16 @@ from tendon_hardware.virtual_bench.emulation.truth import (
 )
 from tendon_hardware.virtual_bench.physics.constants import ServoConstants
 from tendon_hardware.virtual_bench.physics.motor import Motor
-from tendon_hardware.virtual_bench.physics.planted import PLANTINGS, plant_causes, planted_causes
 from tendon_hardware.virtual_bench.physics.tendon import BenchTendon
 from tendon_hardware.virtual_bench.physics.unit import BENCHES, BenchUnit, draw_unit
-from tendon_hardware.virtual_bench.physics.wear import NEW, SLIP, worn
+from tendon_hardware.virtual_bench.physics.wear import (
+    NEW,
+    PLANTINGS,
+    SLIP,
+    plant_causes,
+    planted_causes,
+    worn,
+)
 from tendon_hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
 from tendon_newton.data.gear_friction import quasi_static_gear
 from tendon_newton.errors import UnknownName

@@ -18,7 +18,7 @@ from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.goal_path import GoalPath
-from tendon_train.policy.worlds.reward import step_reward
+from tendon_train.policy.worlds.task import step_reward
 from tests.train.policy.small import environment, random_actions
 
 

@@ -18,12 +18,12 @@ from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
 from tendon_train.refresh.fit_all_numbers import tune
-from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import logs_as_dataset
 from tendon_train.refresh.refresh_outcome import (
     AGREES,
     CHANGED,
     WORN,
+    Ledger,
     headline,
     judge_drift,
     read_drift,

@@ -8,7 +8,6 @@ import pytest
 
 from tendon_newton.errors import InvalidDataset, InvalidOutput
 from tendon_newton.identification.cutting import hold_out
-from tendon_train.refresh.ledger import Ledger
 from tendon_train.refresh.refresh_logs import (
     BEGINNING,
     LOOSE,
@@ -21,6 +20,7 @@ from tendon_train.refresh.refresh_logs import (
     without_beginning,
     without_rest,
 )
+from tendon_train.refresh.refresh_outcome import Ledger
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "hidden_friction"
 

@@ -16,7 +16,7 @@ from tendon_newton.workflows.refreshing import new_policy, train_policy_on
 from tendon_train.policy.runs.policy_checkpoint import load_start
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import make_runner
-from tendon_train.refresh.ledger import Ledger
+from tendon_train.refresh.refresh_outcome import Ledger
 from tendon_train.refresh.retraining import find_training, retrain
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training

@@ -7,8 +7,7 @@ import pytest
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_train.refresh.slip import SlipComparison, best_offset, taut_from, with_slip
-from tendon_train.refresh.slip_by_reference import slip_since
+from tendon_train.refresh.slip import SlipComparison, best_offset, slip_since, taut_from, with_slip
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model
 from tests.train.refresh.test_drift import FITTED, log_of

@@ -4,9 +4,9 @@ from types import MappingProxyType
 
 from tendon_hardware.servos.family import ServoFamily
 from tendon_hardware.servos.feetech.feetech_packets import FeetechPackets, motor_off
-from tendon_hardware.servos.feetech.feetech_registers import TABLE
 from tendon_hardware.servos.feetech.feetech_settings import (
     FORGETS,
+    TABLE,
     read_settings,
     targets,
     velocity_scale,

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from tendon_hardware.virtual_bench.emulation.feetech_emulator import FeetechEmulator
+from tendon_hardware.virtual_bench.emulation.feetech_emulator import FeetechEmulator, FeetechParser
 from tendon_hardware.virtual_bench.emulation.feetech_firmware import FeetechFirmware
 from tendon_hardware.virtual_bench.emulation.firmware import Firmware
 from tendon_hardware.virtual_bench.emulation.servo_emulator import ServoEmulator
@@ -16,7 +16,6 @@ from tendon_hardware.virtual_bench.memory.control_table import (
     XL330_M288_T,
     ServoModel,
 )
-from tendon_hardware.virtual_bench.memory.feetech_frames import FeetechParser
 from tendon_hardware.virtual_bench.memory.feetech_table import (
     STS3215,
     STS3250,

@@ -12,8 +12,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.goal_path import GoalPath
 from tendon_train.policy.worlds.obstacle import ObstaclePlacer
-from tendon_train.policy.worlds.reward import step_reward
-from tendon_train.policy.worlds.task import TaskOutcome
+from tendon_train.policy.worlds.task import TaskOutcome, step_reward
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 

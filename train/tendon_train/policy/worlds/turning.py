@@ -22,8 +22,7 @@ from tendon_newton.mechanisms.geometry.obstacles import Sphere
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.turning_config import TurningConfig
-from tendon_train.policy.worlds.reward import with_work
-from tendon_train.policy.worlds.task import TaskOutcome
+from tendon_train.policy.worlds.task import TaskOutcome, with_work
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 AXIS = (0.0, 1.0, 0.0)
