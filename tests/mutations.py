@@ -53,7 +53,6 @@ EVENTS = "tests/diagnosis/in_time/test_log_events.py -k"
 NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
 TURNING = "tests/train/policy/test_turning_parts.py -k"
 
-# fmt: off
 MUTATIONS: tuple[Mutation, ...] = (
     # arms
     Mutation("base-tipped-the-other-way", "tendon_newton/arms/placement.py",
@@ -348,8 +347,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "slope, tare, error = line_through(points, gravity)",
         "slope, tare, error = line_through(points, 9.7)",
         "tests/hardware/load_cells/test_calibration.py"),
-)
-# fmt: on
+)  # fmt: skip
 """By what they harm. A text that no longer stands in its file must be found its new place."""
 
 

@@ -87,199 +87,119 @@ DIAGNOSE = "diagnose data --out new"
 OWN_ASSETS = "your own are looked for in the folders in TENDON_NEWTON_ASSETS"
 MISTAKES: dict[str, Mistake] = {
     "a verb's name": Mistake(words="diagnos data", said=("did you mean 'diagnose'?",)),
-    "raw logs": Mistake(
-        words="diagnose raw --out new",
-        said=("this one holds logs", "tendon-newton import mapped raw"),
-    ),
+    "raw logs": Mistake(words="diagnose raw --out new",
+        said=("this one holds logs", "tendon-newton import mapped raw")),
     "no such folder": Mistake(words="diagnose nowhere --out new", said=("no such folder",)),
-    "a file for a folder": Mistake(
-        words="diagnose mapping.toml --out new", said=("mapping.toml is a file, no folder",)
-    ),
-    "no model": Mistake(
-        words=DIAGNOSE,
+    "a file for a folder": Mistake(words="diagnose mapping.toml --out new",
+        said=("mapping.toml is a file, no folder",)),
+    "no model": Mistake(words=DIAGNOSE,
         said=("a diagnosis starts from a model", "Name one with --model"),
-        change=removed("data/model.toml"),
-    ),
-    "no test split": Mistake(
-        words=DIAGNOSE, said=('give at least one whole recording split = "test"',), change=untested
-    ),
+        change=removed("data/model.toml")),
+    "no test split": Mistake(words=DIAGNOSE,
+        said=('give at least one whole recording split = "test"',), change=untested),
     "a share of 2": Mistake(words=f"{DIAGNOSE} --hold-out 2", said=("must be 0.05 to 0.8",)),
-    "held out twice": Mistake(
-        words=f"{DIAGNOSE} --hold-out 0.3", said=('data has 1 with split = "test"',)
-    ),
+    "held out twice": Mistake(words=f"{DIAGNOSE} --hold-out 0.3",
+        said=('data has 1 with split = "test"',)),
     "a time in words": Mistake(words=f"{DIAGNOSE} --budget soon", said=("90s, 5min or 1h",)),
     "no core": Mistake(words=f"{DIAGNOSE} --jobs 0", said=("must be 1 to 1024 cores",)),
-    "a file for results": Mistake(
-        words="diagnose data --out mapping.toml", said=("results need a folder; it is a file",)
-    ),
-    "nothing for results": Mistake(
-        words="diagnose data --out ''", said=("--out must name a folder, '.' for this one",)
-    ),
-    "a key of the dataset": Mistake(
-        words=DIAGNOSE,
+    "a file for results": Mistake(words="diagnose data --out mapping.toml",
+        said=("results need a folder; it is a file",)),
+    "nothing for results": Mistake(words="diagnose data --out ''",
+        said=("--out must name a folder, '.' for this one",)),
+    "a key of the dataset": Mistake(words=DIAGNOSE,
         said=("no key named 'splitt'; did you mean 'split'?",),
-        change=replaced("data/dataset.toml", "split =", "splitt ="),
-    ),
-    "an own bench": Mistake(
-        words="simulate data --model data/model.toml --out new",
+        change=replaced("data/dataset.toml", "split =", "splitt =")),
+    "an own bench": Mistake(words="simulate data --model data/model.toml --out new",
         said=("No asset named 'my_finger'", OWN_ASSETS),
-        change=replaced("data/dataset.toml", '"finger"', '"my_finger"'),
-    ),
-    "degrees": Mistake(
-        words=DIAGNOSE,
-        said=("theta_d must be in radians", "looks like degrees"),
-        change=replaced("data/train.csv", "0.0,0.5", "0.0,90.5"),
-    ),
-    "a header alone": Mistake(
-        words=DIAGNOSE,
-        said=("a recording needs rows below its header",),
-        change=wrote("data/train.csv", "t,theta_d,theta,theta_dot\n"),
-    ),
-    "an empty file": Mistake(
-        words=DIAGNOSE, said=("it is empty",), change=wrote("data/train.csv", "")
-    ),
-    "semicolons": Mistake(
-        words=DIAGNOSE,
-        said=("cells must be separated by commas",),
-        change=wrote("data/train.csv", "t;theta_d;theta;theta_dot\n0;1;2;3\n"),
-    ),
-    "a recording that is gone": Mistake(
-        words=DIAGNOSE, said=("data/train.csv", "no such file"), change=removed("data/train.csv")
-    ),
-    "an effect's name": Mistake(
-        words="simulate data --model data/model.toml --out new",
+        change=replaced("data/dataset.toml", '"finger"', '"my_finger"')),
+    "degrees": Mistake(words=DIAGNOSE, said=("theta_d must be in radians", "looks like degrees"),
+        change=replaced("data/train.csv", "0.0,0.5", "0.0,90.5")),
+    "a header alone": Mistake(words=DIAGNOSE, said=("a recording needs rows below its header",),
+        change=wrote("data/train.csv", "t,theta_d,theta,theta_dot\n")),
+    "an empty file": Mistake(words=DIAGNOSE, said=("it is empty",),
+        change=wrote("data/train.csv", "")),
+    "semicolons": Mistake(words=DIAGNOSE, said=("cells must be separated by commas",),
+        change=wrote("data/train.csv", "t;theta_d;theta;theta_dot\n0;1;2;3\n")),
+    "a recording that is gone": Mistake(words=DIAGNOSE, said=("data/train.csv", "no such file"),
+        change=removed("data/train.csv")),
+    "an effect's name": Mistake(words="simulate data --model data/model.toml --out new",
         said=("No effect named 'coulomb_fricton'; did you mean 'coulomb_friction'? known: ",),
-        change=wrote(
-            "data/model.toml", f'{ACTUATOR}[[effects]]\nname = "coulomb_fricton"\nforce = 0.1\n'
-        ),
-    ),
-    "a number that lacks": Mistake(
-        words="simulate data --model data/model.toml --out new",
+        change=wrote("data/model.toml",
+        f'{ACTUATOR}[[effects]]\nname = "coulomb_fricton"\nforce = 0.1\n')),
+    "a number that lacks": Mistake(words="simulate data --model data/model.toml --out new",
         said=("actuator 'ideal' needs gain [N/rad]",),
-        change=wrote("data/model.toml", ACTUATOR.replace("gain = 4.2\n", "")),
-    ),
-    "a spool in millimetres": Mistake(
-        words="simulate data --model data/model.toml --out new",
+        change=wrote("data/model.toml", ACTUATOR.replace("gain = 4.2\n", ""))),
+    "a spool in millimetres": Mistake(words="simulate data --model data/model.toml --out new",
         said=("spool_radius", "must be between 0.001 and 1 m"),
-        change=wrote("data/model.toml", ACTUATOR.replace("0.0125", "12.5")),
-    ),
-    "a model in YAML": Mistake(
-        words=DIAGNOSE,
-        said=("must be TOML", "line 1"),
-        change=wrote("data/model.toml", "gain: 4\n"),
-    ),
+        change=wrote("data/model.toml", ACTUATOR.replace("0.0125", "12.5"))),
+    "a model in YAML": Mistake(words=DIAGNOSE, said=("must be TOML", "line 1"),
+        change=wrote("data/model.toml", "gain: 4\n")),
     "a format": Mistake(words="import xl430 raw --out new", said=("did you mean 'xl330'?",)),
     "no mapping": Mistake(words="import mapped raw --out new", said=("--mapping is missing",)),
-    "a column of theirs": Mistake(
-        words=IMPORT,
+    "a column of theirs": Mistake(words=IMPORT,
         said=("no column named 'angle'; there are t, goal, q",),
-        change=replaced("mapping.toml", '"q"', '"angle"'),
-    ),
-    "a unit": Mistake(
-        words=IMPORT,
-        said=("columns.theta: No unit named 'degre'; did you mean 'degrees'?",),
-        change=replaced("mapping.toml", '"q"', '"q", unit = "degre"'),
-    ),
-    "a bench of a mapping": Mistake(
-        words=IMPORT,
+        change=replaced("mapping.toml", '"q"', '"angle"')),
+    "a unit":
+        Mistake(words=IMPORT, said=("columns.theta: No unit named 'degre'; did you mean 'degrees'?",
+        ), change=replaced("mapping.toml", '"q"', '"q", unit = "degre"')),
+    "a bench of a mapping": Mistake(words=IMPORT,
         said=("No bench named 'fingr'; did you mean 'finger'?", OWN_ASSETS),
-        change=replaced("mapping.toml", '"finger"', '"fingr"'),
-    ),
-    "milliseconds": Mistake(
-        words=IMPORT,
-        said=("t must be in seconds", "looks like milliseconds"),
-        change=replaced("mapping.toml", '"t"', '"t", scale = 1000'),
-    ),
-    "a key of a mapping": Mistake(
-        words=IMPORT,
+        change=replaced("mapping.toml", '"finger"', '"fingr"')),
+    "milliseconds": Mistake(words=IMPORT, said=("t must be in seconds", "looks like milliseconds"),
+        change=replaced("mapping.toml", '"t"', '"t", scale = 1000')),
+    "a key of a mapping": Mistake(words=IMPORT,
         said=("no key named 'benc'; did you mean 'bench'?",),
-        change=replaced("mapping.toml", "bench =", "benc ="),
-    ),
-    "another radius than the asset's": Mistake(
-        words=IMPORT,
+        change=replaced("mapping.toml", "bench =", "benc =")),
+    "another radius than the asset's": Mistake(words=IMPORT,
         said=("0.0125 m; [model] says 0.125 m", "mend one of the two"),
-        change=wrote(
-            "mapping.toml",
-            MAPPING + ACTUATOR.replace("0.0125", "0.125").replace("[actuator]", "[model]"),
-        ),
-    ),
-    "all rows empty": Mistake(
-        words=IMPORT,
-        said=("a log has two rows or more", "2 of them lack q"),
-        change=wrote("raw/run_1.csv", "t,goal,q\n0,1,nan\n0.01,1,\n"),
-    ),
-    "a pattern of names": Mistake(
-        words=IMPORT,
-        said=("no log matches files = '*.log'",),
-        change=wrote("mapping.toml", f'files = "*.log"\n{MAPPING}'),
-    ),
-    "a condition": Mistake(
-        words=f"{IMPORT} --test run=2",
-        said=("No --test condition named 'run'; known: file, part0, part1",),
-    ),
-    "an import over a dataset": Mistake(
-        words="import mapped raw --mapping mapping.toml --out data",
-        said=("it holds a dataset that was not imported",),
-    ),
-    "a diagnosis of another bench": Mistake(
-        words="export found --to mujoco --bench finger --out new",
-        said=("on its own bench, thumb", "name found/model.toml to carry its servo over"),
-    ),
-    "recordings of another bench": Mistake(
-        words="simulate data --model found --out new",
-        said=("on its own bench, thumb", "it is to be used on finger"),
-    ),
-    "a day of another bench": Mistake(
-        words="diagnose data --against old --out new",
-        said=("data: a day is held against", "old is of thumb, this day of finger"),
-        change=thumbs,
-    ),
-    "a day since another bench's diagnosis": Mistake(
-        words="diagnose data --against found --out new",
-        said=("found is of thumb, this day of finger", "without --against"),
-    ),
-    "a solver": Mistake(
-        words="simulate data --model data/model.toml --solver mujco --out new",
-        said=("did you mean 'mujoco'?",),
-    ),
+        change=wrote("mapping.toml", MAPPING + ACTUATOR.replace("0.0125",
+        "0.125").replace("[actuator]", "[model]"))),
+    "all rows empty": Mistake(words=IMPORT, said=("a log has two rows or more", "2 of them lack q"),
+        change=wrote("raw/run_1.csv", "t,goal,q\n0,1,nan\n0.01,1,\n")),
+    "a pattern of names": Mistake(words=IMPORT, said=("no log matches files = '*.log'",),
+        change=wrote("mapping.toml", f'files = "*.log"\n{MAPPING}')),
+    "a condition": Mistake(words=f"{IMPORT} --test run=2",
+        said=("No --test condition named 'run'; known: file, part0, part1",)),
+    "an import over a dataset": Mistake(words="import mapped raw --mapping mapping.toml --out data",
+        said=("it holds a dataset that was not imported",)),
+    "a diagnosis of another bench":
+        Mistake(words="export found --to mujoco --bench finger --out new",
+        said=("on its own bench, thumb", "name found/model.toml to carry its servo over")),
+    "recordings of another bench": Mistake(words="simulate data --model found --out new",
+        said=("on its own bench, thumb", "it is to be used on finger")),
+    "a day of another bench": Mistake(words="diagnose data --against old --out new",
+        said=("data: a day is held against", "old is of thumb, this day of finger"), change=thumbs),
+    "a day since another bench's diagnosis":
+        Mistake(words="diagnose data --against found --out new",
+        said=("found is of thumb, this day of finger", "without --against")),
+    "a solver": Mistake(words="simulate data --model data/model.toml --solver mujco --out new",
+        said=("did you mean 'mujoco'?",)),
     "a target": Mistake(words="export found --to mujco --out new", said=("mean 'mujoco'?",)),
-    "a simulator": Mistake(
-        words="compare data/model.toml --simulators newtn --out new", said=("mean 'newton'?",)
-    ),
+    "a simulator": Mistake(words="compare data/model.toml --simulators newtn --out new",
+        said=("mean 'newton'?",)),
     "a port": Mistake(words="collect --port virtal --out new", said=("did you mean 'virtual'?",)),
-    "a port that is not there": Mistake(
-        words="collect --port /dev/ttyNONE --out new", said=("/dev/ttyNONE: no such port",)
-    ),
-    "a plan": Mistake(
-        words="collect --port virtual --plan quik --out new", said=("did you mean 'quick'?",)
-    ),
-    "a bench to record": Mistake(
-        words="collect --port virtual --bench fingr --out new", said=("did you mean 'finger'?",)
-    ),
-    "a policy": Mistake(
-        words="deploy --policy finger-stair --port virtual --out new",
-        said=("that come along, by name: finger-stairs",),
-    ),
-    "a number to draw": Mistake(
-        words="train-policy --randomise joint_sprin --out new", said=("mean 'joint_spring'?",)
-    ),
-    "a force that is not there": Mistake(
-        words="train-policy --force nomodel.toml --out new", said=("nomodel.toml", "no such file")
-    ),
-    "a network": Mistake(
-        words="train-force data --network transformr --out new", said=("mean 'transformer'?",)
-    ),
-    "a command file": Mistake(
-        words="experiment found --out run.txt", said=("a command file is a CSV file, NAME.csv",)
-    ),
-    "a time too short for a run": Mistake(
-        words="plan data/model.toml --budget 1s --out new",
-        said=("must hold a run of --run-length",),
-    ),
+    "a port that is not there": Mistake(words="collect --port /dev/ttyNONE --out new",
+        said=("/dev/ttyNONE: no such port",)),
+    "a plan": Mistake(words="collect --port virtual --plan quik --out new",
+        said=("did you mean 'quick'?",)),
+    "a bench to record": Mistake(words="collect --port virtual --bench fingr --out new",
+        said=("did you mean 'finger'?",)),
+    "a policy": Mistake(words="deploy --policy finger-stair --port virtual --out new",
+        said=("that come along, by name: finger-stairs",)),
+    "a number to draw": Mistake(words="train-policy --randomise joint_sprin --out new",
+        said=("mean 'joint_spring'?",)),
+    "a force that is not there": Mistake(words="train-policy --force nomodel.toml --out new",
+        said=("nomodel.toml", "no such file")),
+    "a network": Mistake(words="train-force data --network transformr --out new",
+        said=("mean 'transformer'?",)),
+    "a command file": Mistake(words="experiment found --out run.txt",
+        said=("a command file is a CSV file, NAME.csv",)),
+    "a time too short for a run": Mistake(words="plan data/model.toml --budget 1s --out new",
+        said=("must hold a run of --run-length",)),
     "an asset": Mistake(words="asset check fingr", said=("did you mean 'finger'?", OWN_ASSETS)),
     "a name that is taken": Mistake(words="asset new finger", said=("an asset's name is its own",)),
     "a name that is no text": Mistake(words="plot 'p\udcff.mcap'", said=("must be UTF-8",)),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MISTAKES)

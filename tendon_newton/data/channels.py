@@ -36,26 +36,14 @@ CHANNELS = (
     Channel("motor_position", "theta", "radians", -TURNS, TURNS, "degrees or encoder counts"),
     # a released spool of the nominal finger reaches 170 rad/s; the fastest servo of the class,
     # XL330-M077, turns at 48 rad/s without load (ROBOTIS e-manual)
-    Channel(
-        "motor_velocity",
-        "theta_dot",
-        "radians per second",
-        -1000.0,
-        1000.0,
-        "degrees per second or register counts",
-    ),
+    Channel("motor_velocity", "theta_dot", "radians per second", -1000.0, 1000.0,
+        "degrees per second or register counts"),
     # the servo gives at most 21 N, so 21,000 mN or 2,140 g of tension leave the range
     Channel("force", "force", "newtons", -1000.0, 1000.0, "millinewtons or grams"),
     Channel("joint_position", "joint_angle", "radians", -TURNS, TURNS, "degrees or encoder counts"),
     # a joint that any of these servos turns holds a few newton metres
-    Channel(
-        "joint_load",
-        "joint_load",
-        "newton metres",
-        -100.0,
-        100.0,
-        "millinewton metres or register counts",
-    ),
+    Channel("joint_load", "joint_load", "newton metres", -100.0, 100.0,
+        "millinewton metres or register counts"),
     # a finger is 55 mm long: its tip in millimetres leaves the range
     Channel("tip", "tip", "metres", -1.0, 1.0, "millimetres"),
     # a DYNAMIXEL-P PH54-200 stalls below 20 A and is far stronger than these benches need
@@ -63,15 +51,9 @@ CHANNELS = (
     # the highest supply of the class is 24 V (DYNAMIXEL-P)
     Channel("voltage", "voltage", "volts", 0.0, 40.0, "millivolts or tenths of a volt"),
     # from a cold room to far above the 70 degC at which these servos shut down
-    Channel(
-        "temperature",
-        "temperature",
-        "degrees Celsius",
-        -40.0,
-        200.0,
-        "kelvins or tenths of a degree",
-    ),
-)
+    Channel("temperature", "temperature", "degrees Celsius", -40.0, 200.0,
+        "kelvins or tenths of a degree"),
+)  # fmt: skip
 
 TIME_STEP_RANGE = (5e-5, 0.5)
 """Credible median steps of the time column [s]. Shorter ones are above any servo bus (20 kHz),

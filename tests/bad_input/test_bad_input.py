@@ -14,45 +14,31 @@ ENTRY = '[[recordings]]\nfile = "train.csv"\nbench = "finger"\nsplit = "train"\n
 
 # what is done to a sound dataset -> what the line must say
 DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
-    "no dataset.toml": (
-        lambda folder: (folder / "dataset.toml").unlink(),
-        ("a dataset is a folder with dataset.toml",),
-    ),
-    "broken TOML": (
-        text("dataset.toml", "[[recordings]\n"),
-        ("dataset.toml: must be TOML", "line 1"),
-    ),
+    "no dataset.toml": (lambda folder: (folder / "dataset.toml").unlink(),
+        ("a dataset is a folder with dataset.toml",)),
+    "broken TOML": (text("dataset.toml", "[[recordings]\n"),
+        ("dataset.toml: must be TOML", "line 1")),
     "binary TOML": (junk("dataset.toml", b"\xff\xfe\x00"), ("must be UTF-8", "byte 0")),
     "no recordings": (text("dataset.toml", ""), ("[[recordings]]", "lists none")),
-    "unknown key": (
-        swap("dataset.toml", "split", "splitt"),
-        ("no key named 'splitt'", "known: file, bench, split", "[[recordings]] 0"),
-    ),
+    "unknown key": (swap("dataset.toml", "split", "splitt"),
+        ("no key named 'splitt'", "known: file, bench, split", "[[recordings]] 0")),
     "missing key": (swap("dataset.toml", 'bench = "finger"\n', ""), ("'bench' is missing",)),
-    "unknown split": (
-        swap("dataset.toml", '"train"', '"training"'),
-        ("'train' or 'test'", "'training'"),
-    ),
+    "unknown split": (swap("dataset.toml", '"train"', '"training"'),
+        ("'train' or 'test'", "'training'")),
     "no test split": (text("dataset.toml", ENTRY), ('split = "test"', "all 1 have")),
     "no train split": (swap("dataset.toml", '"train"', '"test"'), ('split = "train"',)),
     "listed twice": (text("dataset.toml", ENTRY + ENTRY), ("'train.csv' is listed 2 times",)),
-    "path outside": (
-        swap("dataset.toml", "train.csv", "../train.csv"),
-        ("inside the dataset's folder", "'../train.csv'"),
-    ),
-    "file missing": (
-        swap("dataset.toml", "train.csv", "trian.csv"),
-        ("trian.csv: a recording is a CSV file; no such file",),
-    ),
+    "path outside": (swap("dataset.toml", "train.csv", "../train.csv"),
+        ("inside the dataset's folder", "'../train.csv'")),
+    "file missing": (swap("dataset.toml", "train.csv", "trian.csv"),
+        ("trian.csv: a recording is a CSV file; no such file",)),
     "bag": (swap("dataset.toml", "train.csv", "run.mcap"), ("run.mcap: no such file",)),
-    "negative mass": (
-        swap("dataset.toml", 'split = "train"', 'split = "train"\nbench_overrides = {mass = -1.0}'),
-        ("'mass' must lie in", "-1", "train.csv"),
-    ),
-    "unknown bench number": (
-        swap("dataset.toml", 'split = "train"', 'split = "train"\nbench_overrides = {mas = 1.0}'),
-        ("No bench override named 'mas'", "did you mean 'mass'?"),
-    ),
+    "negative mass": (swap("dataset.toml", 'split = "train"',
+        'split = "train"\nbench_overrides = {mass = -1.0}'),
+        ("'mass' must lie in", "-1", "train.csv")),
+    "unknown bench number": (swap("dataset.toml", 'split = "train"',
+        'split = "train"\nbench_overrides = {mas = 1.0}'),
+        ("No bench override named 'mas'", "did you mean 'mass'?")),
     "empty file": (text("train.csv", ""), ("train.csv", "it is empty")),
     "header only": (text("train.csv", HEADER), ("train.csv", "it has none")),
     "one row": (text("train.csv", HEADER + "0,0,0,0\n"), ("two rows or more; it has 1",)),
@@ -66,12 +52,10 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "nan": (cell(4, 4, "nan"), ("force must be finite; row 4", "nan")),
     "inf": (cell(4, 3, "-inf"), ("theta_dot must be finite; row 4", "-inf")),
     "time stands still": (cell(5, 0, "0.05"), ("t must strictly increase; row 5", "train.csv")),
-    "millinewtons": (
-        cell(6, 4, "5200"),
-        ("force must be in newtons; row 6", "5200", "millinewtons"),
-    ),
+    "millinewtons": (cell(6, 4, "5200"),
+        ("force must be in newtons; row 6", "5200", "millinewtons")),
     "degrees": (cell(7, 1, "180"), ("theta_d must be in radians; row 7", "180", "degrees")),
-}
+}  # fmt: skip
 
 MODELS: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "missing": (lambda folder: (folder / "model.toml").unlink(), ("model.toml", "no such file")),

@@ -97,92 +97,63 @@ def estimate(**values: Any) -> Damage:
 
 
 CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
-    "no truths": (
-        lambda folder: (folder / TRUTH_FILE).unlink(),
-        ("an exam holds folders with dataset.toml", "no truth was found"),
-    ),
-    "a truth without its dataset": (
-        lambda folder: (folder / "exam/c001/dataset.toml").unlink(),
-        ("truth/c001.json speaks of c001/, which has no dataset.toml",),
-    ),
+    "no truths": (lambda folder: (folder / TRUTH_FILE).unlink(),
+        ("an exam holds folders with dataset.toml", "no truth was found")),
+    "a truth without its dataset": (lambda folder: (folder / "exam/c001/dataset.toml").unlink(),
+        ("truth/c001.json speaks of c001/, which has no dataset.toml",)),
     "a folder for a truth": (replaced(TRUTH_FILE, Path.mkdir), ("c001.json", "it is a folder")),
-    "a loop for a truth": (
-        replaced(TRUTH_FILE, lambda path: path.symlink_to(path.name)),
-        ("c001.json", "no such file"),
-    ),
+    "a loop for a truth": (replaced(TRUTH_FILE, lambda path: path.symlink_to(path.name)),
+        ("c001.json", "no such file")),
     "an empty truth": (text(TRUTH_FILE, ""), ("must be JSON", "char 0")),
-    "half a truth": (
-        text(TRUTH_FILE, json.dumps(TRUTH)[:60]),
-        ("c001.json", "must be JSON", "line 1"),
-    ),
+    "half a truth": (text(TRUTH_FILE, json.dumps(TRUTH)[:60]),
+        ("c001.json", "must be JSON", "line 1")),
     "a binary truth": (junk(TRUTH_FILE, b"\x80\x00"), ("must be UTF-8; byte 0",)),
     "a truth with a zero byte": (text(TRUTH_FILE, "{}\0"), ("zero byte at character 2",)),
     "a list for a truth": (text(TRUTH_FILE, "[]"), ("holds an object, {...}; it is []",)),
     "a deep truth": (text(TRUTH_FILE, 100_000 * "["), ("nested too deeply",)),
-    "a truth with half a character": (
-        swap(TRUTH_FILE, "single", r"\ud800"),
-        ("c001.json", "half of a character"),
-    ),
+    "a truth with half a character": (swap(TRUTH_FILE, "single", r"\ud800"),
+        ("c001.json", "half of a character")),
     "a truth of another name": (truth(id="c002"), ("'c001'; it is 'c002'",)),
     "a truth that leads away": (truth(id="../../c001"), ("it is '../../c001'",)),
     "an unknown family": (truth(family="triple"), ("single, pair", "it is 'triple'")),
     "a family that is a list": (truth(family=["single"]), ("it is ['single']",)),
     "effects as an object": (truth(effects={}), ("effects must be a list of objects",)),
-    "an effect without a name": (
-        truth(effects=[{"parameters": {}}]),
-        ("effects[0]: name must be text; it is missing",),
-    ),
-    "an effect without numbers": (
-        truth(effects=[{"name": "backlash"}]),
-        ("effects[0]: parameters must be an object of finite numbers; it is missing",),
-    ),
-    "a word for a true number": (
-        truth(effects=[{"name": "backlash", "parameters": {"width": "wide"}}]),
-        ("effects[0]: parameters must be", "'wide'"),
-    ),
-    "a true number that is none": (
-        truth(effects=[{"name": "backlash", "parameters": {"width": float("nan")}}]),
-        ("must be JSON: NaN is not a number",),
-    ),
-    "a true number beyond floats": (
-        truth(effects=[{"name": "backlash", "parameters": {"width": 10**400}}]),
-        ("effects[0]: parameters must be an object of finite numbers",),
-    ),
-    "a true number of 5000 digits": (
-        swap(TRUTH_FILE, "1.5", 5000 * "9"),
-        ("must be JSON", "5000 digits"),
-    ),
+    "an effect without a name": (truth(effects=[{"parameters": {}}]),
+        ("effects[0]: name must be text; it is missing",)),
+    "an effect without numbers": (truth(effects=[{"name": "backlash"}]),
+        ("effects[0]: parameters must be an object of finite numbers; it is missing",)),
+    "a word for a true number": (truth(effects=[{"name": "backlash",
+        "parameters": {"width": "wide"}}]), ("effects[0]: parameters must be", "'wide'")),
+    "a true number that is none": (truth(effects=[{"name": "backlash",
+        "parameters": {"width": float("nan")}}]), ("must be JSON: NaN is not a number",)),
+    "a true number beyond floats": (truth(effects=[{"name": "backlash",
+        "parameters": {"width": 10**400}}]),
+        ("effects[0]: parameters must be an object of finite numbers",)),
+    "a true number of 5000 digits": (swap(TRUTH_FILE, "1.5", 5000 * "9"),
+        ("must be JSON", "5000 digits")),
     "words for causes outside": (truth(outside=["magic"]), ("outside must be a list of objects",)),
-    "numbers for what imitates": (
-        truth(outside=[{"name": "magic", "near": [1]}]),
-        ("outside[0]: near must be a list of names; it is [1]",),
-    ),
+    "numbers for what imitates": (truth(outside=[{"name": "magic", "near": [1]}]),
+        ("outside[0]: near must be a list of names; it is [1]",)),
     "a word for a strength": (truth(strength="strong"), ("strength must be an object",)),
     "an answer in a list": (text(ANSWER_FILE, "[]"), ("diagnosis.json", "schema must be 1")),
     "an answer of another schema": (answer(schema=2), ("schema must be 1", "it is 2")),
     "an unknown verdict": (answer(verdict="maybe"), ("no_gap, explained", "it is 'maybe'")),
-    "an answer without a time": (
-        changed(ANSWER_FILE, lambda table: table.pop("wall_time_s")),
-        ("wall_time_s must be a finite number; it is missing, there are schema, verdict",),
-    ),
+    "an answer without a time": (changed(ANSWER_FILE, lambda table: table.pop("wall_time_s")),
+        ("wall_time_s must be a finite number; it is missing, there are schema, verdict",)),
     "effects as words": (answer(effects=["viscous_friction"]), ("effects must be a list of obj",)),
     "a cause without a name": (cause(name=None), ("effects[0]: name must be text; it is None",)),
     "a cause without a side": (cause(side=7), ("effects[0]: side must be text; it is 7",)),
     "parameters as a list": (cause(parameters=[]), ("parameters must be an object; it is []",)),
-    "a number for an estimate": (
-        cause(parameters={"coefficient": 1.5}),
-        ("parameter 'coefficient' must be an object with value, ci95 and unit; it is 1.5",),
-    ),
-    "a class of numbers": (
-        cause(indistinguishable_from=[1]),
-        ("indistinguishable_from must be a list of names; it is [1]",),
-    ),
+    "a number for an estimate": (cause(parameters={"coefficient": 1.5}),
+        ("parameter 'coefficient' must be an object with value, ci95 and unit; it is 1.5",)),
+    "a class of numbers": (cause(indistinguishable_from=[1]),
+        ("indistinguishable_from must be a list of names; it is [1]",)),
     "no value": (estimate(value=None), ("'coefficient': value must be a finite number",)),
     "a switch for a value": (estimate(value=True), ("value must be a finite number; it is True",)),
     "an interval of three": (estimate(ci95=[1, 2, 3]), ("ci95 must be two numbers",)),
     "an interval of words": (estimate(ci95=["a", "b"]), ("two numbers; it is ['a', 'b']",)),
     "no unit": (estimate(unit=1), ("unit must be text; it is 1",)),
-}
+}  # fmt: skip
 
 
 def test_the_sound_exam_is_taken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -209,29 +180,20 @@ def open_class(**values: Any) -> Damage:
 
 
 CLASSES: dict[str, tuple[Damage, tuple[str, ...]]] = {
-    "no diagnosis": (
-        lambda folder: (folder / "diagnosis.json").unlink(),
-        ("diagnosis.json: a diagnosis is a JSON file; no such file",),
-    ),
-    "no model": (
-        lambda folder: (folder / "model.toml").unlink(),
-        ("model.toml: a model is a TOML file; no such file",),
-    ),
-    "an older release": (
-        lambda folder: (folder / "diagnosis.posterior.json").unlink(),
-        ("diagnosis.posterior.json: worlds are drawn from", "diagnose the data again"),
-    ),
+    "no diagnosis": (lambda folder: (folder / "diagnosis.json").unlink(),
+        ("diagnosis.json: a diagnosis is a JSON file; no such file",)),
+    "no model": (lambda folder: (folder / "model.toml").unlink(),
+        ("model.toml: a model is a TOML file; no such file",)),
+    "an older release": (lambda folder: (folder / "diagnosis.posterior.json").unlink(),
+        ("diagnosis.posterior.json: worlds are drawn from", "diagnose the data again")),
     "no noise": (open_class(noise_floor=None), ("noise_floor must be an object; it is None",)),
-    "noise in words": (
-        open_class(noise_floor={"theta": "low", "force": None}),
-        ("noise_floor: theta must be a finite number; it is 'low'",),
-    ),
+    "noise in words": (open_class(noise_floor={"theta": "low", "force": None}),
+        ("noise_floor: theta must be a finite number; it is 'low'",)),
     "no recordings": (open_class(recorded=[]), ("recorded must be a list of objects; it is []",)),
-    "overrides as a number": (
-        open_class(recorded=[{"bench": "finger", "seconds": 1.0, "bench_overrides": 3}]),
-        ("recorded[0]: bench_overrides must be a table of numbers; it is 3",),
-    ),
-}
+    "overrides as a number": (open_class(recorded=[{"bench": "finger", "seconds": 1.0,
+        "bench_overrides": 3}]),
+        ("recorded[0]: bench_overrides must be a table of numbers; it is 3",)),
+}  # fmt: skip
 
 
 @pytest.mark.skipif(importlib.util.find_spec("newton") is None, reason="the simulator answers it")

@@ -120,36 +120,25 @@ def bag_with(name: str, content: str, make: Callable[[Path], object]) -> Callabl
 
 # name of the file, how it is made, what is said
 BOMBS: dict[str, tuple[str, Callable[[Path], Path], str]] = {
-    "6 GB claimed by a group of some kB": (
-        "a.mcap",
-        lambda p: mcap_of(p, "zstd", zeros_in_zstd(GIGABYTE), 6 * GIGABYTE),
-        "a group claims 6442450944 bytes",
-    ),
-    "1 GB inside a group that claims 1 MB": (
-        "a.mcap",
-        lambda p: mcap_of(p, "zstd", zeros_in_zstd(GIGABYTE), MEGABYTE),
-        "a group of 1048576 bytes claims 1073741824 inside",
-    ),
-    "1 GB in LZ4 that claims 1 MB": (
-        "a.mcap",
+    "6 GB claimed by a group of some kB":
+        ("a.mcap", lambda p: mcap_of(p, "zstd", zeros_in_zstd(GIGABYTE), 6 * GIGABYTE),
+        "a group claims 6442450944 bytes"),
+    "1 GB inside a group that claims 1 MB":
+        ("a.mcap", lambda p: mcap_of(p, "zstd", zeros_in_zstd(GIGABYTE), MEGABYTE),
+        "a group of 1048576 bytes claims 1073741824 inside"),
+    "1 GB in LZ4 that claims 1 MB": ("a.mcap",
         lambda p: mcap_of(p, "lz4", zeros_in_lz4(GIGABYTE), MEGABYTE),
-        "a group of 1048576 bytes holds more",
-    ),
+        "a group of 1048576 bytes holds more"),
     "800 MB in groups of 4 MB": ("a.mcap", many_groups, "must unpack to at most 25 times the file"),
     "300 MB of rows": ("a.csv", long_file, "at most 268435456 bytes; it has 300000000"),
     "a story of one cell": ("a.csv", padded_words, "the words of a recording take at most"),
     "a pipe for a bag's file": ("a.db3", fifo, "it is a device or a pipe"),
-    "a pipe inside a bag": (
-        "bag",
-        bag_with("bag.db3", "x: 1", os.mkfifo),
-        "bag.db3: it is a device or a pipe",
-    ),
-    "a foreign file inside a bag": (
-        "bag",
+    "a pipe inside a bag": ("bag", bag_with("bag.db3", "x: 1", os.mkfifo),
+        "bag.db3: it is a device or a pipe"),
+    "a foreign file inside a bag": ("bag",
         bag_with("bag.db3", "x: 1", lambda path: path.symlink_to("/etc/passwd")),
-        "bag.db3 is a link",
-    ),
-}
+        "bag.db3 is a link"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", BOMBS)

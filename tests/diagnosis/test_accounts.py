@@ -40,35 +40,18 @@ PASSED = (
 )
 CAUSES = (
     CandidateScore(name="command_delay", score=0.40, values={"delay": 0.02}, criteria=PASSED),
-    CandidateScore(
-        name="viscous_friction",
-        score=0.30,
-        values={"coefficient": 0.8},
-        criteria=PASSED,
-        probability=0.97,
-    ),
-    CandidateScore(
-        name="speed_limit",
-        score=0.82,
-        values={"limit": 7.0},
+    CandidateScore(name="viscous_friction", score=0.30, values={"coefficient": 0.8},
+        criteria=PASSED, probability=0.97,),
+    CandidateScore(name="speed_limit", score=0.82, values={"limit": 7.0},
         criteria=(Criterion(name=ADDED, value=0.05, bar=PRICE, passed=False),),
-        acts_in=("steps.csv",),
-        looked_at=5,
-    ),
-    CandidateScore(
-        name="backlash",
-        score=0.2,
-        values={"width": 0.01},
-        criteria=(
-            Criterion(name=ADDED, value=0.3, bar=PRICE, passed=True),
-            Criterion(name=BEHIND, value=0.2, bar=0.0, passed=False),
-        ),
-    ),
-    CandidateScore(
-        name="deadband", score=0.1, values={"width": 0.2}, at_bound={"width": 0.2}, criteria=()
-    ),
+        acts_in=("steps.csv",), looked_at=5),
+    CandidateScore(name="backlash", score=0.2, values={"width": 0.01},
+        criteria=(Criterion(name=ADDED, value=0.3, bar=PRICE, passed=True),
+        Criterion(name=BEHIND, value=0.2, bar=0.0, passed=False))),
+    CandidateScore(name="deadband", score=0.1, values={"width": 0.2}, at_bound={"width": 0.2},
+        criteria=()),
     CandidateScore(name="force_saturation", score=-0.01, values={"limit": np.inf}, criteria=()),
-)
+)  # fmt: skip
 
 
 def told(verdict: Any = "partly_explained", **changes: Any) -> Diagnosis:

@@ -177,97 +177,63 @@ SLOW_CELL: dict[str, Any] = {
 CASES: dict[str, Case] = {
     "a spool out of its window": off("position_window", on.slip, own=True),
     "a sagging supply": off("voltage", on.sag),
-    "a dip of the supply to 5 V": off(
-        "servo_stopped", let("supply_dip", voltage=5.0, duration=0.5), sooner="voltage"
-    ),
+    "a dip of the supply to 5 V": off("servo_stopped", let("supply_dip", voltage=5.0, duration=0.5),
+        sooner="voltage"),
     "a supply too high": off("voltage", on.surge),
     **{f"an alert: {name}": off("servo_stopped", let("alert", alert=name)) for name in ALERT_BITS},
     "a restarted servo": hold("missed_reads", let("reboot")),
-    "a dip of the supply to 2 V": hold(
-        "missed_reads", let("supply_dip", voltage=2.0, duration=0.1)
-    ),
+    "a dip of the supply to 2 V": hold("missed_reads",
+        let("supply_dip", voltage=2.0, duration=0.1)),
     "too much tension": unwind("tension", on.load),
     "far too much tension": unwind("tension", on.overload),
     "a hot motor": unwind("temperature", on.heat),
-    "a jammed gear": unwind(
-        "current", on.jam, bad=always(2.0), calm=True, settings=limited(current=0.02), own=True
-    ),
+    "a jammed gear": unwind("current", on.jam, bad=always(2.0), calm=True,
+        settings=limited(current=0.02), own=True),
     "a saturated load cell": unwind("load_cell", on.stuck(FULL)),
     "a load cell saturated the other way": unwind("load_cell", on.stuck(-FULL - 1)),
     "a saturated load cell with 4 kg on it": unwind("load_cell", on.both(on.stuck(FULL), on.load)),
     "a frozen load cell, then 4 kg": unwind("load_cell", on.both(on.stuck(), on.load)),
     "a load cell stuck at 0 counts": unwind("load_cell", on.stuck(0)),
-    "a load cell without noise": unwind(
-        "load_cell", on.hush, bad=always(0.0), calm=True, allowed=0.5
-    ),
-    "a load cell that does not feel the motor": unwind(
-        "load_cell",
-        let("cell_deaf", duration=LONG),
-        allowed=2.5,
-        own=True,
-        words={"goals": FixedGoal(1.5, (0.0, 1.57))},
-    ),
+    "a load cell without noise": unwind("load_cell", on.hush, bad=always(0.0), calm=True,
+        allowed=0.5),
+    "a load cell that does not feel the motor":
+        unwind("load_cell", let("cell_deaf", duration=LONG), allowed=2.5, own=True,
+        words={"goals": FixedGoal(1.5, (0.0, 1.57))}),
     "a load cell that says 20 N too little": unwind("load_cell", on.lie(lambda f, t, k: f - 20.0)),
-    "a load cell whose wires are exchanged": unwind(
-        "load_cell", on.lie(lambda f, t, k: -f), allowed=1.0
-    ),
-    "a load cell that drifts by 5 N/s": unwind(
-        "load_cell", on.lie(lambda f, t, k: f - 5.0 * t), allowed=2.5
-    ),
-    "a load cell that drifts by 1 N/s": unwind(
-        "load_cell",
-        on.lie(lambda f, t, k: f - t),
-        allowed=9.0,
-        settings=DeploySettings(duration=12.0),
-    ),
-    "a load cell that says 40 N too little": unwind(
-        "load_cell", on.lie(lambda f, t, k: f - 40.0), sooner="tension"
-    ),
-    "a loose contact, every other reading is 0": unwind(
-        "load_cell", on.lie(lambda f, t, k: f * (k % 2)), allowed=1.0
-    ),
-    "a loose contact with 4 kg": unwind(
-        "tension", on.both(on.lie(lambda f, t, k: f * (k % 2)), on.load)
-    ),
-    "a loose contact with 4 kg, two of three readings are 0": unwind(
-        "tension", on.both(on.lie(lambda f, t, k: f * (k % 3 == 0)), on.load)
-    ),
-    "a load cell that tells a quarter while the motor pulls": unwind(
-        "load_cell",
-        on.lie(lambda f, t, k: 0.25 * f),
-        own=True,
-        bad=always(2.0),
-        calm=True,
-        allowed=2.5,
-    ),
-    "a load cell that tells a tenth while the motor pulls": unwind(
-        "load_cell",
-        on.lie(lambda f, t, k: 0.1 * f),
-        own=True,
-        bad=always(2.0),
-        calm=True,
-        allowed=1.5,
-    ),
-    "a load cell that is dead at rest, once the motor pulls": unwind(
-        "load_cell",
-        let("cell_deaf", duration=LONG),
-        bad=always(2.0),
-        calm=True,
-        allowed=1.5,
-        own=True,
-    ),
-    "two spikes of the load cell a tenth of a second apart": Case(
-        rule="", action="", fault=on.lie(lambda f, t, k: f + 35.0 * (k in (0, 9)))
-    ),
+    "a load cell whose wires are exchanged":
+        unwind("load_cell", on.lie(lambda f, t, k: -f), allowed=1.0),
+    "a load cell that drifts by 5 N/s":
+        unwind("load_cell", on.lie(lambda f, t, k: f - 5.0 * t), allowed=2.5),
+    "a load cell that drifts by 1 N/s":
+        unwind("load_cell", on.lie(lambda f, t, k: f - t), allowed=9.0,
+        settings=DeploySettings(duration=12.0)),
+    "a load cell that says 40 N too little":
+        unwind("load_cell", on.lie(lambda f, t, k: f - 40.0), sooner="tension"),
+    "a loose contact, every other reading is 0":
+        unwind("load_cell", on.lie(lambda f, t, k: f * (k % 2)), allowed=1.0),
+    "a loose contact with 4 kg": unwind("tension",
+        on.both(on.lie(lambda f, t, k: f * (k % 2)), on.load)),
+    "a loose contact with 4 kg, two of three readings are 0":
+        unwind("tension", on.both(on.lie(lambda f, t, k: f * (k % 3 == 0)), on.load)),
+    "a load cell that tells a quarter while the motor pulls":
+        unwind("load_cell", on.lie(lambda f, t, k: 0.25 * f), own=True, bad=always(2.0), calm=True,
+        allowed=2.5),
+    "a load cell that tells a tenth while the motor pulls":
+        unwind("load_cell", on.lie(lambda f, t, k: 0.1 * f), own=True, bad=always(2.0), calm=True,
+        allowed=1.5),
+    "a load cell that is dead at rest, once the motor pulls":
+        unwind("load_cell", let("cell_deaf", duration=LONG), bad=always(2.0), calm=True,
+        allowed=1.5, own=True),
+    "two spikes of the load cell a tenth of a second apart":
+        Case(rule="", action="", fault=on.lie(lambda f, t, k: f + 35.0 * (k in (0, 9)))),
     "one spike of the load cell": Case(rule="", action="", fault=let("cell_spike")),
     "one saturated reading": Case(rule="", action="", fault=let("cell_spike", counts=FULL)),
     "too much tension, the cell at 20 Hz": unwind("tension", on.load, **SLOW_CELL),
     "a saturated load cell at 20 Hz": unwind("load_cell", on.stuck(FULL), **SLOW_CELL),
     "a frozen load cell at 20 Hz": unwind("load_cell", on.stuck(), **SLOW_CELL),
     "a silent load cell": hold("stale_force", let("cell_silence", duration=0.4)),
-    "a load cell that stays silent": unwind(
-        "stale_force", let("cell_silence", duration=LONG), allowed=1.2
-    ),
+    "a load cell that stays silent": unwind("stale_force", let("cell_silence", duration=LONG),
+        allowed=1.2),
     "a load cell whose lines are all garbled": hold(  # a bit may but change a digit's case
         "stale_force", on.worse(garbled_lines=1.0), allowed=0.2
     ),
@@ -281,24 +247,16 @@ CASES: dict[str, Case] = {
     "answers that are 30 ms late": hold("missed_reads", on.worse(extra_latency=0.03)),
     "noise before every fifth answer": Case(rule="", action="", fault=on.worse(line_noise=0.2)),
     "a busy computer": hold("loop_overrun", on.stall, words={"in_step": True}),
-    **{
-        f"a policy that gives {output}": wanting(output)
-        for output in (NAN, np.inf, -np.inf, 1e3, 1e30, -1e30)
-    },
-    "a policy that gives NaN every other step": Case(
-        rule="policy_output", action="unwind", bad=now_and_then, allowed=2.0
-    ),
+    **{f"a policy that gives {output}": wanting(output) for output in (NAN, np.inf, -np.inf, 1e3,
+        1e30, -1e30)},
+    "a policy that gives NaN every other step":
+        Case(rule="policy_output", action="unwind", bad=now_and_then, allowed=2.0),
     "a policy that raises": failing(fail),
     "a policy that gives None": failing(always(None)),
     "a policy that gives text": failing(always("close")),
     "a policy that gives no action": failing(always(())),
     "a policy that gives two actions": failing(always((0.1, 0.2))),
-    "a policy that jumps": Case(
-        rule="command_rate",
-        action="cut",
-        bad=always(2.0),
-        calm=True,
-        settings=limited(command_rate=10.0),
-    ),
-}
+    "a policy that jumps": Case(rule="command_rate", action="cut", bad=always(2.0), calm=True,
+        settings=limited(command_rate=10.0)),
+}  # fmt: skip
 """Faults of a deployment in lockstep, by what breaks the rule."""

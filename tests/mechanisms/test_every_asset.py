@@ -187,33 +187,18 @@ SLIDER = {
     "joint_axis": [[1.0, 0.0, 0.0]],
 }
 NUMBERS: dict[str, dict[str, list]] = {
-    "finger": {
-        "body_mass": [0.012, 0.008],
-        "body_com": [[0.015, 0.0, 0.0], [0.0125, 0.0, 0.0]],
-        "joint_stiffness": [0.045, 0.030],
-        "joint_rest_q": [0.0, 0.0],
-        "joint_damping": [5e-4, 3e-4],
-        "joint_friction": [0.0, 0.0],
-        "joint_armature": [0.0, 0.0],
-        "joint_limit_lower": [0.0, 0.0],
-        "joint_limit_upper": [1.75, 1.40],
-        "joint_limit_ke": [30.0, 30.0],
-        "joint_limit_kd": [0.02, 0.004],
-        "joint_axis": [[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
-        "joint_parent": [-1, 0],
-        "gravity": [[0.0, 0.0, -9.81]],
-    },
+    "finger": {"body_mass": [0.012, 0.008], "body_com": [[0.015, 0.0, 0.0], [0.0125, 0.0, 0.0]],
+        "joint_stiffness": [0.045, 0.030], "joint_rest_q": [0.0, 0.0],
+        "joint_damping": [5e-4, 3e-4], "joint_friction": [0.0, 0.0], "joint_armature": [0.0, 0.0],
+        "joint_limit_lower": [0.0, 0.0], "joint_limit_upper": [1.75, 1.40],
+        "joint_limit_ke": [30.0, 30.0], "joint_limit_kd": [0.02, 0.004],
+        "joint_axis": [[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]], "joint_parent": [-1, 0],
+        "gravity": [[0.0, 0.0, -9.81]]},
     "spring_weak": {**SLIDER, "joint_stiffness": [200.0]},
     "spring_strong": {**SLIDER, "joint_stiffness": [800.0]},
-    "pendulum": {
-        "body_mass": [0.49],
-        "body_com": [[0.0, 0.0, -0.10]],
-        "joint_stiffness": [0.0],
-        "joint_damping": [0.0],
-        "joint_friction": [0.0],
-        "joint_axis": [[0.0, 1.0, 0.0]],
-    },
-}
+    "pendulum": {"body_mass": [0.49], "body_com": [[0.0, 0.0, -0.10]], "joint_stiffness": [0.0],
+        "joint_damping": [0.0], "joint_friction": [0.0], "joint_axis": [[0.0, 1.0, 0.0]]},
+}  # fmt: skip
 TENDONS: dict[str, dict[str, list]] = {
     "finger": {
         "arm_coef": [0.0080, 0.0055],

@@ -77,29 +77,19 @@ def fingers(kept: Records) -> tuple[str, str]:
 
 Cells = Callable[[Records], tuple[str, str]]
 README: dict[str, tuple[str, Cells]] = {
-    "[Real STS3215 servo](docs/comparison.md): angle error on conditions left out": (
-        "comparison",
-        lambda kept: servo(kept, "sts3215"),
-    ),
-    "[Real XL330 servo](docs/comparison.md#where-we-lose): the same": (
-        "comparison",
-        lambda kept: servo(kept, "xl330"),
-    ),
-    "[Real SO-101 arm](docs/lab/so101.md): RMS error on unseen motions, six joints": (
-        "comparison",
-        lambda kept: servo(kept, "so101"),
-    ),
+    "[Real STS3215 servo](docs/comparison.md): angle error on conditions left out":
+        ("comparison", lambda kept: servo(kept, "sts3215")),
+    "[Real XL330 servo](docs/comparison.md#where-we-lose): the same":
+        ("comparison", lambda kept: servo(kept, "xl330")),
+    "[Real SO-101 arm](docs/lab/so101.md): RMS error on unseen motions, six joints":
+        ("comparison", lambda kept: servo(kept, "so101")),
     "[Virtual fingers](docs/virtual_bench.md#from-this-bench-to-named-causes), twenty faults each:"
     " squared error removed": ("units", units),
-    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), 60 rad/min asked, ten seeds": (
-        "turning_hands",
-        ball,
-    ),
-    "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`": (
-        "gpu",
-        fingers,
-    ),
-}
+    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), 60 rad/min asked, ten seeds":
+        ("turning_hands", ball),
+    "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`":
+        ("gpu", fingers),
+}  # fmt: skip
 """Record and figures of each row of the README, by its words."""
 
 

@@ -115,14 +115,9 @@ FINGER_TESTS = (
     Share(excitation="contact_ramp", count=1, duration=20.0, split="test", obstacle="tape_roll"),
     Share(excitation="contact_ramp", count=1, duration=20.0, split="test", obstacle="hand"),
     Share(excitation="closing_sine", count=1, duration=20.0, split="test"),
-    Share(
-        excitation="closing_sine",
-        count=1,
-        duration=30.0,
-        split="test",
-        obstacle="hand_perturbation",
-    ),
-)
+    Share(excitation="closing_sine", count=1, duration=30.0, split="test",
+        obstacle="hand_perturbation"),
+)  # fmt: skip
 """Test runs of the paper's plan on the finger: 158 s."""
 
 FINGER_TRAINING = (

@@ -124,14 +124,9 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reason="the spool must stay within {low:.2f} to {high:.2f} rad from home; it is at "
         "{value:.2f} rad: is the tendon still fixed?",
     ),
-    SafetyRule(
-        name="voltage",
-        action="off",
-        value=lambda g: g.voltage,
-        bounds=lambda limits: limits.voltage,
-        reach=lambda reach: reach.voltage,
-        reason="the supply must have {low:g} to {high:g} V; it has {value:.1f} V",
-    ),
+    SafetyRule(name="voltage", action="off", value=lambda g: g.voltage,
+        bounds=lambda limits: limits.voltage, reach=lambda reach: reach.voltage,
+        reason="the supply must have {low:g} to {high:g} V; it has {value:.1f} V"),
     SafetyRule(
         name="servo_lost",
         action="off",
@@ -142,42 +137,22 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         "is off",
     ),
     said_rule("operator", "unwind", "stop"),
-    SafetyRule(
-        name="tension",
-        action="unwind",
+    SafetyRule(name="tension", action="unwind",
         value=lambda g: None if g.force is None else abs(g.force),
-        bounds=at_most(lambda limits: limits.force),
-        reach=lambda reach: reach.force,
-        reason="the tension must stay below {high:g} N; it is {value:.1f} N",
-    ),
+        bounds=at_most(lambda limits: limits.force), reach=lambda reach: reach.force,
+        reason="the tension must stay below {high:g} N; it is {value:.1f} N"),
     said_rule("load_cell", "unwind", "doubt"),
-    SafetyRule(
-        name="current",
-        action="unwind",
-        value=lambda g: g.current,
-        delay=0.03,
-        bounds=lambda limits: (-limits.current, limits.current),
-        reach=lambda reach: reach.current,
-        reason="the current must stay below {high:g} A; it is {value:.2f} A",
-    ),
-    SafetyRule(
-        name="temperature",
-        action="unwind",
-        value=lambda g: g.temperature,
-        bounds=at_most(lambda limits: limits.temperature),
-        reach=lambda reach: reach.temperature,
-        reason="the motor must stay below {high:g} degC; it has {value:.0f}: let it cool",
-    ),
+    SafetyRule(name="current", action="unwind", value=lambda g: g.current, delay=0.03,
+        bounds=lambda limits: (-limits.current, limits.current), reach=lambda reach: reach.current,
+        reason="the current must stay below {high:g} A; it is {value:.2f} A"),
+    SafetyRule(name="temperature", action="unwind", value=lambda g: g.temperature,
+        bounds=at_most(lambda limits: limits.temperature), reach=lambda reach: reach.temperature,
+        reason="the motor must stay below {high:g} degC; it has {value:.0f}: let it cool"),
     said_rule("log", "unwind", "failure"),
     said_rule("policy_failure", "unwind", "broken"),
-    SafetyRule(
-        name="missed_reads",
-        action="hold",
-        value=lambda g: g.silence,
-        bounds=at_most(lambda limits: limits.stale_state),
-        reach=lasting,
-        reason="the position must not be older than {high:g} s; it is {value:.3f} s old",
-    ),
+    SafetyRule(name="missed_reads", action="hold", value=lambda g: g.silence,
+        bounds=at_most(lambda limits: limits.stale_state), reach=lasting,
+        reason="the position must not be older than {high:g} s; it is {value:.3f} s old"),
     SafetyRule(
         name="stale_force",
         action="hold",
@@ -198,15 +173,10 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reason="at most {high:.0f} ticks of eight may be skipped; {value:.0f} were: this computer "
         "is too busy",
     ),
-    SafetyRule(
-        name="policy_output",
-        action="hold",
-        value=lambda g: g.output,
-        patience=0.5,
+    SafetyRule(name="policy_output", action="hold", value=lambda g: g.output, patience=0.5,
         bounds=lambda limits: (-limits.output, limits.output),
         reach=lambda _: (-UNLIMITED, UNLIMITED),
-        reason="the policy must want an action within {high:g} rad; it wants {value:g}",
-    ),
+        reason="the policy must want an action within {high:g} rad; it wants {value:g}"),
     SafetyRule(
         name="command_rate",
         action="cut",
@@ -215,7 +185,7 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reach=lambda _: None,  # a command that its range keeps slower needs no cut
         reason="a command may change by {high:g} rad/s; the policy wants {value:.0f}: it is cut",
     ),
-)
+)  # fmt: skip
 """What is looked at, from hard to mild. The text in `docs/deployment.md` is made from it."""
 COMMON_RULES = ("kill", "operator", "log", "policy_failure", "loop_overrun")
 """Rules that are about no servo: of several servos the first one's guard applies them."""

@@ -42,56 +42,36 @@ def fault(rule: str, words: str, *changes: Change) -> Fault:
 
 
 ERRORS: dict[str, Fault] = {
-    "a place that is not listed": fault(
-        "tendon_path",
-        "must count from 0 to 6",
-        (SPATIAL, f"{SPATIAL}\nuniform int[] mjc:path:indices = [0, 1, 2, 3, 4, 5, 9]"),
-    ),
-    "too few sides": fault(
-        "tendon_path", "one entry per place", (SIDES, "mjc:sideSites:indices = [-1, 0]")
-    ),
-    "a side that is not listed": fault(
-        "tendon_path", "must count mjc:sideSites from 0", (SIDES, SIDES.replace("0", "3"))
-    ),
-    "a string that is divided": fault(
-        "tendon_path",
-        "is one line",
-        (SPATIAL, f"{SPATIAL}\nuniform double[] mjc:path:divisors = [2]"),
-    ),
-    "through a joint": fault(
-        "tendon_type", "runs through sites", *path_of(EXIT, "</finger_routed/joints/pip>", END)
-    ),
-    "through nothing": fault(
-        "tendon_path", "is neither", *path_of(EXIT, "</finger_routed/base/no>", END)
-    ),
-    "two lists that differ": fault(
-        "tendon_path",
-        "the two differ",
-        ("rel tendon:path = [", f"rel tendon:path = [{EXIT}, {END}]\n rel old:b = ["),
-    ),
-    "a shaft through sites": fault(
-        "tendon_type", "a shaft turns", ("tendon:direct = 0", "tendon:direct = 1")
-    ),
+    "a place that is not listed": fault("tendon_path", "must count from 0 to 6",
+        (SPATIAL, f"{SPATIAL}\nuniform int[] mjc:path:indices = [0, 1, 2, 3, 4, 5, 9]")),
+    "too few sides": fault("tendon_path", "one entry per place",
+        (SIDES, "mjc:sideSites:indices = [-1, 0]")),
+    "a side that is not listed": fault("tendon_path", "must count mjc:sideSites from 0",
+        (SIDES, SIDES.replace("0", "3"))),
+    "a string that is divided": fault("tendon_path", "is one line",
+        (SPATIAL, f"{SPATIAL}\nuniform double[] mjc:path:divisors = [2]")),
+    "through a joint": fault("tendon_type", "runs through sites",
+        *path_of(EXIT, "</finger_routed/joints/pip>", END)),
+    "through nothing": fault("tendon_path", "is neither",
+        *path_of(EXIT, "</finger_routed/base/no>", END)),
+    "two lists that differ": fault("tendon_path", "the two differ",
+        ("rel tendon:path = [", f"rel tendon:path = [{EXIT}, {END}]\n rel old:b = [")),
+    "a shaft through sites": fault("tendon_type", "a shaft turns",
+        ("tendon:direct = 0", "tendon:direct = 1")),
     "one end": fault("tendon_path", "has two ends", *path_of(EXIT)),
-    "a pulley at the end": fault(
-        "tendon_path", "before and behind every pulley", *path_of(PULLEY, EXIT, FIRST, END)
-    ),
+    "a pulley at the end": fault("tendon_path", "before and behind every pulley",
+        *path_of(PULLEY, EXIT, FIRST, END)),
     "a pulley without a side": fault("pulley", "there is none", (SIDES, SIDES.replace("0", "-1"))),
-    "a side on another link": fault(
-        "pulley", "on another link", (f"sideSites = {ABOVE}", f"sideSites = {FIRST}")
-    ),
-    "a side inside the pulley": fault(
-        "pulley", "passes outside a pulley", (ABOVE_PLACE, "translate = (-0.014, 0, -0.0145)")
-    ),
+    "a side on another link": fault("pulley", "on another link",
+        (f"sideSites = {ABOVE}", f"sideSites = {FIRST}")),
+    "a side inside the pulley": fault("pulley", "passes outside a pulley",
+        (ABOVE_PLACE, "translate = (-0.014, 0, -0.0145)")),
     "two sites in one place": fault("tendon_path", "at one place", (A4_PLACE, A3_PLACE)),
     "nothing to move": fault("tendon_path", "on the same link", *path_of(EXIT, ABOVE)),
-    "a site that runs into its pulley": fault(
-        "pulley",
-        "stay outside it",
-        (PULLEY_PLACE, "translate = (-0.0085, 0, -0.0165)"),
-        (ABOVE_PLACE, "translate = (-0.0085, 0, -0.0105)"),
-    ),
-}
+    "a site that runs into its pulley":
+        fault("pulley", "stay outside it", (PULLEY_PLACE, "translate = (-0.0085, 0, -0.0165)"),
+        (ABOVE_PLACE, "translate = (-0.0085, 0, -0.0105)")),
+}  # fmt: skip
 WARNINGS: dict[str, Fault] = {
     "a string that changes sides": fault(
         "pulley",

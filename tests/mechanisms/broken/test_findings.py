@@ -53,173 +53,109 @@ CASES: dict[str, Fault] = {
     "a word for a mass": fault("attribute", MIDDLE, (MASS, 'string physics:mass = "x"')),
     "a mass that is none": fault("attribute", MIDDLE, (MASS, "float physics:mass = nan")),
     "an endless mass": fault("attribute", MIDDLE, (MASS, "float physics:mass = inf")),
-    "a word for a spring": fault(
-        "attribute", PIP, (SPRING, 'uniform token mjc:stiffness = "soft"')
-    ),
+    "a word for a spring": fault("attribute", PIP,
+        (SPRING, 'uniform token mjc:stiffness = "soft"')),
     "a spring that is none": fault("attribute", PIP, (SPRING, SPRING[:-5] + "nan")),
-    "three numbers for a limit": fault(
-        "attribute", PIP, (UPPER, "double3 physics:upperLimit = (1, 2, 3)")
-    ),
-    "one moment arm without brackets": fault(
-        "attribute", FLEXOR, (COEF, "uniform double mjc:path:coef = 0.008")
-    ),
+    "three numbers for a limit": fault("attribute", PIP,
+        (UPPER, "double3 physics:upperLimit = (1, 2, 3)")),
+    "one moment arm without brackets": fault("attribute", FLEXOR,
+        (COEF, "uniform double mjc:path:coef = 0.008")),
     "a moment arm that is none": fault("attribute", FLEXOR, (COEF, COEF.replace("0.008", "nan"))),
     "a word for a spool": fault("attribute", FLEXOR, (SPOOL, 'string tendon:spoolRadius = "x"')),
-    "a number for a type": fault(
-        "attribute", FLEXOR, ('uniform token mjc:type = "fixed"', "double mjc:type = 3")
-    ),
+    "a number for a type": fault("attribute", FLEXOR,
+        ('uniform token mjc:type = "fixed"', "double mjc:type = 3")),
     "an unknown type": fault("attribute", FLEXOR, ('mjc:type = "fixed"', 'mjc:type = "elastic"')),
     "a diagonal axis": fault("attribute", PIP, ('physics:axis = "Y"', 'physics:axis = "XY"')),
-    "a word for a switch": fault(
-        "attribute", FLEXOR, ("bool tendon:direct = 0", 'string tendon:direct = "no"')
-    ),
-    "two numbers for a centre of mass": fault(
-        "attribute", MIDDLE, (CENTER, "double2 physics:centerOfMass = (0.01, 0)")
-    ),
-    "a list for an inertia": fault(
-        "attribute", MIDDLE, (INERTIA, "double[] physics:diagonalInertia = [1e-6]")
-    ),
-    "no mass schema": fault(
-        "mass",
-        MIDDLE,
-        (
-            'apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]',
-            'apiSchemas = ["PhysicsRigidBodyAPI"]',
-        ),
-    ),
-    "a mass of micrograms": fault(
-        "mass", MIDDLE, (MASS, "float physics:mass = 1e-6"), severity="warning"
-    ),
-    "an inertia in g mm^2": fault(
-        "inertia",
-        MIDDLE,
-        (INERTIA, INERTIA.replace("(9.6e-8, 9e-7, 9e-7)", "(90, 900, 900)")),
-        severity="warning",
-    ),
+    "a word for a switch": fault("attribute", FLEXOR,
+        ("bool tendon:direct = 0", 'string tendon:direct = "no"')),
+    "two numbers for a centre of mass":
+        fault("attribute", MIDDLE, (CENTER, "double2 physics:centerOfMass = (0.01, 0)")),
+    "a list for an inertia": fault("attribute", MIDDLE,
+        (INERTIA, "double[] physics:diagonalInertia = [1e-6]")),
+    "no mass schema": fault("mass", MIDDLE,
+        ('apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]',
+        'apiSchemas = ["PhysicsRigidBodyAPI"]')),
+    "a mass of micrograms": fault("mass", MIDDLE, (MASS, "float physics:mass = 1e-6"),
+        severity="warning"),
+    "an inertia in g mm^2": fault("inertia", MIDDLE,
+        (INERTIA, INERTIA.replace("(9.6e-8, 9e-7, 9e-7)", "(90, 900, 900)")), severity="warning"),
     "no inertia": fault("inertia", MIDDLE, (INERTIA, "")),
     "a negative inertia": fault("inertia", MIDDLE, (INERTIA, INERTIA.replace("9e-7)", "-9e-7)"))),
-    "axes that turn nothing": fault(
-        "inertia",
-        MIDDLE,
-        (
-            "quatf physics:principalAxes = (1, 0, 0, 0)",
-            "quatf physics:principalAxes = (0, 0, 0, 0)",
-        ),
-    ),
+    "axes that turn nothing": fault("inertia", MIDDLE,
+        ("quatf physics:principalAxes = (1, 0, 0, 0)",
+        "quatf physics:principalAxes = (0, 0, 0, 0)")),
     "no centre of mass": fault("center_of_mass", MIDDLE, (CENTER, ""), severity="warning"),
-    "a centre of mass in millimetres": fault(
-        "center_of_mass", MIDDLE, (CENTER, CENTER.replace("0.015", "15")), severity="warning"
-    ),
-    "no gravity": fault(
-        "gravity", "/", ('def PhysicsScene "scene"', 'def Scope "scene"'), severity="warning"
-    ),
-    "gravity in cm/s^2": fault(
-        "gravity", "/finger/scene", (GRAVITY, GRAVITY.replace("9.81", "981")), severity="warning"
-    ),
-    "a tip that is no site": fault(
-        "tip",
-        f"{DISTAL}/tip",
-        ('apiSchemas = ["MjcSiteAPI"]', 'kind = "component"'),
-        severity="warning",
-    ),
+    "a centre of mass in millimetres": fault("center_of_mass", MIDDLE,
+        (CENTER, CENTER.replace("0.015", "15")), severity="warning"),
+    "no gravity": fault("gravity", "/", ('def PhysicsScene "scene"', 'def Scope "scene"'),
+        severity="warning"),
+    "gravity in cm/s^2": fault("gravity", "/finger/scene",
+        (GRAVITY, GRAVITY.replace("9.81", "981")), severity="warning"),
+    "a tip that is no site": fault("tip", f"{DISTAL}/tip",
+        ('apiSchemas = ["MjcSiteAPI"]', 'kind = "component"'), severity="warning"),
     "no tip": fault("tip", "/", ('def Sphere "tip"', 'def Sphere "end"'), severity="note"),
     "a joint on itself": fault("chain", DIP, (BODY0, BODY0.replace("middle", "distal"))),
     "a link moved twice": fault("chain", DIP, (BODY1, BODY1.replace("distal", "middle"))),
     "a link that nothing holds": fault("chain", DISTAL, (BODY1, BODY1.replace("distal", "middle"))),
-    "a loose link": fault(
-        "chain", "/finger/loose", ('def Scope "joints"', LOOSE + 'def Scope "joints"')
-    ),
-    "a chain that bites its tail": fault(
-        "chain",
-        PIP,
-        ("rel physics:body0 = </finger/base>", "rel physics:body0 = </finger/distal_phalanx>"),
-    ),
+    "a loose link": fault("chain", "/finger/loose",
+        ('def Scope "joints"', LOOSE + 'def Scope "joints"')),
+    "a chain that bites its tail": fault("chain", PIP,
+        ("rel physics:body0 = </finger/base>", "rel physics:body0 = </finger/distal_phalanx>")),
     "a joint without a link": fault("joint_body", DIP, (BODY1, "")),
-    "a joint of a shape": fault(
-        "joint_body",
-        DIP,
+    "a joint of a shape": fault("joint_body", DIP,
         (BODY1, "rel physics:body1 = </finger/base/block>"),
-        (BODY0, "rel physics:body0 = </finger/base>"),
-    ),
+        (BODY0, "rel physics:body0 = </finger/base>")),
     "no joints": fault("joint", "/", ("def PhysicsRevoluteJoint", "def Scope")),
     "a ball joint": fault("joint_type", DIP, ('RevoluteJoint "dip"', 'SphericalJoint "dip"')),
-    "a joint of six": fault(
-        "joint_type", DIP, ('PhysicsRevoluteJoint "dip"', 'PhysicsJoint "dip"')
-    ),
-    "a joint beside its link": fault(
-        "joint_frame", DIP, (LOCAL, LOCAL.replace("0.03", "0.04")), severity="warning"
-    ),
-    "a joint in millimetres": fault(
-        "joint_frame", DIP, (LOCAL, LOCAL.replace("0.03", "30")), severity="warning"
-    ),
-    "a range in radians": fault(
-        "limits", PIP, (UPPER, UPPER.replace("100.26762", "1.75")), severity="warning"
-    ),
+    "a joint of six": fault("joint_type", DIP,
+        ('PhysicsRevoluteJoint "dip"', 'PhysicsJoint "dip"')),
+    "a joint beside its link": fault("joint_frame", DIP, (LOCAL, LOCAL.replace("0.03", "0.04")),
+        severity="warning"),
+    "a joint in millimetres": fault("joint_frame", DIP, (LOCAL, LOCAL.replace("0.03", "30")),
+        severity="warning"),
+    "a range in radians": fault("limits", PIP, (UPPER, UPPER.replace("100.26762", "1.75")),
+        severity="warning"),
     "an endless range": fault("limits", PIP, (UPPER, "float physics:upperLimit = inf")),
     "a range of nothing": fault("limits", PIP, (UPPER, "float physics:upperLimit = 0")),
-    "a spring in N mm": fault(
-        "spring", PIP, (SPRING, SPRING.replace("0.045", "45")), severity="warning"
-    ),
-    "no spring reference": fault(
-        "springref", PIP, ("uniform double mjc:springref = 0", ""), severity="warning"
-    ),
-    "a damping per radian": fault(
-        "damping", PIP, (DAMPING, "float newton:damping = 5e-4"), severity="warning"
-    ),
+    "a spring in N mm": fault("spring", PIP, (SPRING, SPRING.replace("0.045", "45")),
+        severity="warning"),
+    "no spring reference": fault("springref", PIP, ("uniform double mjc:springref = 0", ""),
+        severity="warning"),
+    "a damping per radian": fault("damping", PIP, (DAMPING, "float newton:damping = 5e-4"),
+        severity="warning"),
     "a damping that drives": fault("damping", PIP, (DAMPING, "float newton:damping = -1e-5")),
-    "a friction that drives": fault(
-        "damping", PIP, ("float newton:friction = 0", "float newton:friction = -1")
-    ),
+    "a friction that drives": fault("damping", PIP,
+        ("float newton:friction = 0", "float newton:friction = -1")),
     "no end stop": fault("stop", PIP, (STOP, ""), severity="warning"),
     "an end stop of nothing": fault("stop", PIP, (STOP, "float newton:limitStiffness = 0")),
-    "an end stop of steel": fault(
-        "stop", PIP, (STOP, "float newton:limitStiffness = 1e5"), severity="warning"
-    ),
-    "a stop that drives": fault(
-        "stop", PIP, ("float newton:limitDamping = 0.00034906584", "float newton:limitDamping = -1")
-    ),
+    "an end stop of steel": fault("stop", PIP, (STOP, "float newton:limitStiffness = 1e5"),
+        severity="warning"),
+    "a stop that drives": fault("stop", PIP,
+        ("float newton:limitDamping = 0.00034906584", "float newton:limitDamping = -1")),
     "a tendon without a path": fault("tendon_path", FLEXOR, (PATH, "")),
-    "a path of numbers": fault(
-        "tendon_path", FLEXOR, ("rel mjc:path = [", "double[] mjc:path = [1]\n rel other = [")
-    ),
-    "a tendon to a link": fault(
-        "tendon_path", FLEXOR, ("</finger/joints/dip>,", "</finger/distal_phalanx>,")
-    ),
-    "too many moment arms": fault(
-        "tendon_coef", FLEXOR, (COEF, COEF.replace("0.0055]", "0.0055, 0.001]"))
-    ),
-    "indices that repeat": fault(
-        "tendon_path", FLEXOR, (COEF, f"{COEF}\nuniform int[] mjc:path:indices = [0, 0]")
-    ),
-    "a moment arm of zero": fault(
-        "moment_arm_sign", FLEXOR, (COEF, COEF.replace("0.0055", "0")), severity="warning"
-    ),
-    "arms that only open": fault(
-        "moment_arm_sign",
-        FLEXOR,
-        (COEF, COEF.replace("0.008", "-0.008").replace("0.0055", "-0.0055")),
-        severity="warning",
-    ),
-    "a servo of nothing": fault(
-        "tendon_drive", FLEXOR, ("tendon:forceLimit = 21", "tendon:forceLimit = 0")
-    ),
-    "a servo too weak": fault(
-        "closing_force", FLEXOR, ("tendon:forceLimit = 21", "tendon:forceLimit = 0.5")
-    ),
-    "a spool for a watch": fault(
-        "spool", FLEXOR, (SPOOL, "double tendon:spoolRadius = 0.001"), severity="warning"
-    ),
-    "springs too soft to open": fault(
-        "slack",
-        FLEXOR,
-        (SPRING, SPRING.replace("0.045", "0.003")),
-        ("mjc:stiffness = 0.03", "mjc:stiffness = 0.002"),
-        severity="note",
-    ),
-    "springs that close": fault(
-        "slack", FLEXOR, ("mjc:springref = 0", "mjc:springref = 75"), severity="warning"
-    ),
-}
+    "a path of numbers": fault("tendon_path", FLEXOR,
+        ("rel mjc:path = [", "double[] mjc:path = [1]\n rel other = [")),
+    "a tendon to a link": fault("tendon_path", FLEXOR,
+        ("</finger/joints/dip>,", "</finger/distal_phalanx>,")),
+    "too many moment arms": fault("tendon_coef", FLEXOR,
+        (COEF, COEF.replace("0.0055]", "0.0055, 0.001]"))),
+    "indices that repeat": fault("tendon_path", FLEXOR,
+        (COEF, f"{COEF}\nuniform int[] mjc:path:indices = [0, 0]")),
+    "a moment arm of zero": fault("moment_arm_sign", FLEXOR, (COEF, COEF.replace("0.0055", "0")),
+        severity="warning"),
+    "arms that only open": fault("moment_arm_sign", FLEXOR,
+        (COEF, COEF.replace("0.008", "-0.008").replace("0.0055", "-0.0055")), severity="warning"),
+    "a servo of nothing": fault("tendon_drive", FLEXOR,
+        ("tendon:forceLimit = 21", "tendon:forceLimit = 0")),
+    "a servo too weak": fault("closing_force", FLEXOR,
+        ("tendon:forceLimit = 21", "tendon:forceLimit = 0.5")),
+    "a spool for a watch": fault("spool", FLEXOR, (SPOOL, "double tendon:spoolRadius = 0.001"),
+        severity="warning"),
+    "springs too soft to open": fault("slack", FLEXOR, (SPRING, SPRING.replace("0.045", "0.003")),
+        ("mjc:stiffness = 0.03", "mjc:stiffness = 0.002"), severity="note"),
+    "springs that close": fault("slack", FLEXOR, ("mjc:springref = 0", "mjc:springref = 75"),
+        severity="warning"),
+}  # fmt: skip
 
 
 def spoiled(folder: Path, case: str) -> Path:
