@@ -1,4 +1,4 @@
-r"""A camera whose program finds the ball and sends a line for each frame in which it is.
+r"""What any camera tells, and one whose program sends a line for each frame with a ball.
 
 ``B,<sequence>,<age_us>,<x_um>,<y_um>,<z_um>*<CRC>\n``: decimal numbers, the last three signed, and
 two hexadecimal digits of a load cell's CRC-8 over all that stands before the star. The age says how
@@ -31,7 +31,11 @@ class Sighting:
 
 
 class Camera(Protocol):
-    """A camera that runs by itself and is emptied now and then."""
+    """A camera that runs by itself and is emptied now and then.
+
+    One that is plugged into this computer does the same as one behind lines: find the ball in each
+    frame, and keep what was found until it is asked for.
+    """
 
     def open(self) -> None:
         """Start to look.

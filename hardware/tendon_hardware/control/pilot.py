@@ -1,4 +1,4 @@
-"""Sources of a deployment's commands: a policy, or a hand at the keys."""
+"""Sources of a deployment's commands: a policy, with a ball or without, or a hand at the keys."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The log of one run: what the servo, the load cell and the operator did, as ROS 2 messages."""
+"""The log of one run, as ROS 2 messages: a slow disk must not make the control loop late."""
 
 import contextlib
 import threading

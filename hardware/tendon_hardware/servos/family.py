@@ -77,6 +77,11 @@ class Reader(Protocol):
         ...
 
 
+def read_each(bus: Reader, *registers: Register) -> dict[Register, int]:
+    """Read registers in one transaction; return each one's counts."""
+    return dict(zip(registers, bus.read(*registers), strict=True))
+
+
 @dataclass(frozen=True, kw_only=True)
 class ServoFamily:
     """All in which one family of servos differs from another."""

@@ -1,4 +1,4 @@
-"""One column of a mapping file: theirs, its unit, sign and zero."""
+"""Columns of a mapping file: theirs, unit, sign and zero, or a topic; `docs/recordings_mapping.md`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Findings and results of a refresh, for people: one page."""
+"""A refresh: its settings and state, so that it can go on, and its findings on one page."""
 
 import base64
 import json

@@ -1,4 +1,4 @@
-"""How far a spool has slipped: from logs of the new bench, or rows that certainly are taut."""
+"""How far a spool has slipped: by the turning effort then and now, or by rows surely taut."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

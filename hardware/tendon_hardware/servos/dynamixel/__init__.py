@@ -3,7 +3,7 @@
 from types import MappingProxyType
 
 from tendon_hardware.servos.dynamixel.dynamixel_packets import DynamixelPackets
-from tendon_hardware.servos.dynamixel.dynamixel_settings import TABLE, read_settings, targets
+from tendon_hardware.servos.dynamixel.dynamixel_registers import TABLE, read_settings, targets
 from tendon_hardware.servos.family import ServoFamily
 
 RATES = {1_000_000: 3, 57_600: 1, 2_000_000: 4, 3_000_000: 5, 4_000_000: 6, 115_200: 2}

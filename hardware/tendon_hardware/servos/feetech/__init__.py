@@ -4,7 +4,7 @@ from types import MappingProxyType
 
 from tendon_hardware.servos.family import ServoFamily
 from tendon_hardware.servos.feetech.feetech_packets import FeetechPackets, motor_off
-from tendon_hardware.servos.feetech.feetech_settings import (
+from tendon_hardware.servos.feetech.feetech_registers import (
     FORGETS,
     TABLE,
     read_settings,

@@ -9,7 +9,7 @@ feetech-servo-sdk 1.0.0, reckons its waits in the wrong unit, and both install t
 """
 
 from tendon_hardware.errors import ServoRefused
-from tendon_hardware.servos.feetech.feetech_settings import MODEL_NUMBER, TORQUE_ENABLE
+from tendon_hardware.servos.feetech.feetech_registers import MODEL_NUMBER, TORQUE_ENABLE
 from tendon_hardware.servos.serial_bus.packets import BROKEN, SILENT, SUCCESS, Answer
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 

@@ -1,4 +1,4 @@
-"""What a servo bus asks of a protocol: instructions out, answers in."""
+"""Registers, and what a servo bus asks of a protocol: instructions out, answers in."""
 
 from dataclasses import dataclass
 from typing import Protocol

@@ -1,4 +1,8 @@
-"""A Feetech servo's side of the bus: instructions in, answers out."""
+"""A Feetech servo's side of the bus: instructions in, answers out.
+
+Frames are FF FF, ID, length, instruction or error, parameters, sum. Source: Feetech, communication
+protocol of its SCS, STS and SMS servos.
+"""
 
 from math import pi
 

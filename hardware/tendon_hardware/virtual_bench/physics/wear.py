@@ -1,7 +1,8 @@
 """Wear of a unit: a gear that has run dry, a spool that has slipped, one wrong thing, or three.
 
-Wear is put on top of a drawn unit; the units themselves stay as they are. Its size is drawn by the
-unit's seed, where it has one.
+Wear is put on top of a drawn unit; the units themselves stay as they are. The unit's seed says how
+large it is, and which three wrong things: servo, line and load cell of a seed have the same ones on
+every bench. Each is named by the effect that describes it.
 """
 
 import random

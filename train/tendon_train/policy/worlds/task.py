@@ -19,7 +19,14 @@ def step_reward(
     action_change: Tensor,
     tendon_speed: Tensor,
 ) -> Tensor:
-    """Return the reward of a step, shape (W,).
+    r"""Return the reward of a step, shape (W,).
+
+    .. math:: r = -w_g \lVert p_{goal} - p_{tip} \rVert - \sum_d ( w_s \lvert a_t - a_{t-1} \rvert
+        + w_v (\rho \dot\theta)^2 + w_e a_t^2 )
+
+    with the sum over the servos; :math:`\rho` is the radius of a spool. Source: Yuryev and Hughes,
+    Tendon Force Modeling for Sim2Real Transfer (2026), eq. 8, for the first two terms; their code
+    has the others, and squares the change of the action.
 
     Args:
         tip_error: Distance between tip and goal after the step [m].

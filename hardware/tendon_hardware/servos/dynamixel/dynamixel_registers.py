@@ -1,9 +1,12 @@
-"""Registers of a configuration, and the settings that are read back for the log."""
+"""Registers of the X-330 servos, those of a configuration, and what is read back for the log.
+
+Source: ROBOTIS e-manual, control tables of XC330-T288-T and XL330-M288-T, which agree in all that
+stands here. Indirect addresses are left out: the tables of the firmwares differ on their base.
+"""
 
 from tendon_hardware.serial_ports import latency_timer
 from tendon_hardware.servos.base import PositionGains, ServoSettings, ServoSpec
-from tendon_hardware.servos.dynamixel import dynamixel_registers as r
-from tendon_hardware.servos.family import WATCHDOG_PERIOD, ControlTable, Reader, Targets
+from tendon_hardware.servos.family import WATCHDOG_PERIOD, ControlTable, Reader, Targets, read_each
 from tendon_hardware.servos.serial_bus.packets import Register
 
 # EEPROM: writable without torque only
@@ -83,78 +86,58 @@ def targets(spec: ServoSpec, duty_limit: float) -> Targets:
     del duty_limit
     gains = PositionGains(proportional=spec.position_gain)
     return (
-        (r.RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
-        (r.DRIVE_MODE, 0),  # positive winds in; profiles by velocity
-        (r.OPERATING_MODE, r.PWM_MODE),
-        (r.PWM_LIMIT, spec.duty_counts),
-        (r.CURRENT_LIMIT, round(spec.current_limit / spec.current_unit)),
-        (r.TEMPERATURE_LIMIT, round(spec.temperature_limit)),
-        (r.POSITION_P_GAIN, gains.proportional),
-        (r.POSITION_I_GAIN, gains.integral),
-        (r.POSITION_D_GAIN, gains.derivative),
-        (r.FEEDFORWARD_1ST, 0),
-        (r.FEEDFORWARD_2ND, 0),
-        (r.PROFILE_ACCELERATION, 0),  # a goal is a step
-        (r.PROFILE_VELOCITY, 0),
-        (r.LED, r.TABLE.marked),
+        (RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
+        (DRIVE_MODE, 0),  # positive winds in; profiles by velocity
+        (OPERATING_MODE, PWM_MODE),
+        (PWM_LIMIT, spec.duty_counts),
+        (CURRENT_LIMIT, round(spec.current_limit / spec.current_unit)),
+        (TEMPERATURE_LIMIT, round(spec.temperature_limit)),
+        (POSITION_P_GAIN, gains.proportional),
+        (POSITION_I_GAIN, gains.integral),
+        (POSITION_D_GAIN, gains.derivative),
+        (FEEDFORWARD_1ST, 0),
+        (FEEDFORWARD_2ND, 0),
+        (PROFILE_ACCELERATION, 0),  # a goal is a step
+        (PROFILE_VELOCITY, 0),
+        (LED, TABLE.marked),
     )
 
 
 def read_settings(bus: Reader, spec: ServoSpec, port: str | None) -> ServoSettings:
     """Read back all that decides a step response, in two transactions."""
-    (
-        firmware,
-        return_delay,
-        drive_mode,
-        mode,
-        temperature,
-        voltage_max,
-        voltage_min,
-        duty,
-        current,
-        velocity,
-        shutdown,
-    ) = bus.read(
-        r.FIRMWARE,
-        r.RETURN_DELAY,
-        r.DRIVE_MODE,
-        r.OPERATING_MODE,
-        r.TEMPERATURE_LIMIT,
-        r.VOLTAGE_LIMIT_MAX,
-        r.VOLTAGE_LIMIT_MIN,
-        r.PWM_LIMIT,
-        r.CURRENT_LIMIT,
-        r.VELOCITY_LIMIT,
-        r.SHUTDOWN,
-    )
-    d, i, p, second, first, watchdog, acceleration, profile = bus.read(
-        r.POSITION_D_GAIN,
-        r.POSITION_I_GAIN,
-        r.POSITION_P_GAIN,
-        r.FEEDFORWARD_2ND,
-        r.FEEDFORWARD_1ST,
-        r.BUS_WATCHDOG,
-        r.PROFILE_ACCELERATION,
-        r.PROFILE_VELOCITY,
-    )
+    of = read_each(
+        bus, FIRMWARE, RETURN_DELAY, DRIVE_MODE, OPERATING_MODE, TEMPERATURE_LIMIT,
+        VOLTAGE_LIMIT_MAX, VOLTAGE_LIMIT_MIN, PWM_LIMIT, CURRENT_LIMIT, VELOCITY_LIMIT, SHUTDOWN,
+    )  # fmt: skip
+    of |= read_each(
+        bus, POSITION_D_GAIN, POSITION_I_GAIN, POSITION_P_GAIN, FEEDFORWARD_2ND, FEEDFORWARD_1ST,
+        BUS_WATCHDOG, PROFILE_ACCELERATION, PROFILE_VELOCITY,
+    )  # fmt: skip
     return ServoSettings(
         model=spec.name,
-        firmware=firmware,
+        firmware=of[FIRMWARE],
         identifier=bus.identifier,
         baud=bus.baud,
-        operating_mode=mode,
-        drive_mode=drive_mode,
-        return_delay=return_delay * r.RETURN_DELAY_UNIT,
-        gains=PositionGains(proportional=p, integral=i, derivative=d),
-        feedforward=(first, second),
-        profile_velocity=profile,
-        profile_acceleration=acceleration,
-        duty_limit=duty / spec.duty_counts,
-        current_limit=current * spec.current_unit,
-        velocity_limit=velocity * spec.velocity_unit,
-        temperature_limit=float(temperature),
-        voltage_limits=(voltage_min * spec.voltage_unit, voltage_max * spec.voltage_unit),
-        shutdown=shutdown,
-        watchdog=max(watchdog, 0) * WATCHDOG_PERIOD,
+        operating_mode=of[OPERATING_MODE],
+        drive_mode=of[DRIVE_MODE],
+        return_delay=of[RETURN_DELAY] * RETURN_DELAY_UNIT,
+        gains=PositionGains(
+            proportional=of[POSITION_P_GAIN],
+            integral=of[POSITION_I_GAIN],
+            derivative=of[POSITION_D_GAIN],
+        ),
+        feedforward=(of[FEEDFORWARD_1ST], of[FEEDFORWARD_2ND]),
+        profile_velocity=of[PROFILE_VELOCITY],
+        profile_acceleration=of[PROFILE_ACCELERATION],
+        duty_limit=of[PWM_LIMIT] / spec.duty_counts,
+        current_limit=of[CURRENT_LIMIT] * spec.current_unit,
+        velocity_limit=of[VELOCITY_LIMIT] * spec.velocity_unit,
+        temperature_limit=float(of[TEMPERATURE_LIMIT]),
+        voltage_limits=(
+            of[VOLTAGE_LIMIT_MIN] * spec.voltage_unit,
+            of[VOLTAGE_LIMIT_MAX] * spec.voltage_unit,
+        ),
+        shutdown=of[SHUTDOWN],
+        watchdog=max(of[BUS_WATCHDOG], 0) * WATCHDOG_PERIOD,
         latency_timer=None if port is None else latency_timer(port),
     )

@@ -1,11 +1,14 @@
-"""Registers of a configuration, and the settings that are read back for the log."""
+"""Registers of Feetech's STS and SMS servos, those of a configuration, and what is read back.
+
+Source: Feetech, memory table of the SMS and STS servos, which all share; checked against the
+tables of LeRobot and of Waveshare's ST3215. Numbers with a direction have it in a bit of its own.
+"""
 
 from math import ceil
 
 from tendon_hardware.serial_ports import latency_timer
 from tendon_hardware.servos.base import OverloadProtection, PositionGains, ServoSettings, ServoSpec
-from tendon_hardware.servos.family import ControlTable, Reader, Targets
-from tendon_hardware.servos.feetech import feetech_registers as r
+from tendon_hardware.servos.family import ControlTable, Reader, Targets, read_each
 from tendon_hardware.servos.serial_bus.packets import Register
 
 # EEPROM; while Lock (55) is 1, what is written here is lost with the power, and wears nothing out
@@ -106,69 +109,61 @@ def targets(spec: ServoSpec, duty_limit: float) -> Targets:
     uses tomorrow is in its own mode again.
     """
     return (
-        (r.LOCK, 1),
-        (r.RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
-        (r.OPERATING_MODE, r.PWM_MODE),
-        (r.TORQUE_LIMIT, ceil(duty_limit * spec.duty_counts)),
-        (r.UNLOADING, UNLOADING_ALL),
-        (r.PROTECTIVE_TORQUE, round(100.0 * FORGETS.protective_duty)),
-        (r.PROTECTION_TIME, round(FORGETS.time / r.PROTECTION_TIME_UNIT)),
-        (r.OVERLOAD_TORQUE, round(100.0 * FORGETS.duty)),
-        (r.ACCELERATION, r.TABLE.marked),
+        (LOCK, 1),
+        (RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
+        (OPERATING_MODE, PWM_MODE),
+        (TORQUE_LIMIT, ceil(duty_limit * spec.duty_counts)),
+        (UNLOADING, UNLOADING_ALL),
+        (PROTECTIVE_TORQUE, round(100.0 * FORGETS.protective_duty)),
+        (PROTECTION_TIME, round(FORGETS.time / PROTECTION_TIME_UNIT)),
+        (OVERLOAD_TORQUE, round(100.0 * FORGETS.duty)),
+        (ACCELERATION, TABLE.marked),
     )
 
 
 def velocity_scale(bus: Reader) -> float:
     """Return the data sheet's counts of speed in one of this servo's [1], by its Phase."""
-    (phase,) = bus.read(r.PHASE)
-    return 1.0 if phase & r.FINE_SPEED else COARSE
+    (phase,) = bus.read(PHASE)
+    return 1.0 if phase & FINE_SPEED else COARSE
 
 
 def read_settings(bus: Reader, spec: ServoSpec, port: str | None) -> ServoSettings:
     """Read back all that decides a step response, in four transactions."""
-    major, minor, delay = bus.read(r.FIRMWARE_MAJOR, r.FIRMWARE_MINOR, r.RETURN_DELAY)
-    temperature, highest, lowest, phase, unloading = bus.read(
-        r.TEMPERATURE_LIMIT, r.VOLTAGE_LIMIT_MAX, r.VOLTAGE_LIMIT_MIN, r.PHASE, r.UNLOADING
-    )
-    p, d, i, starting, clockwise, other, current, mode, held, time, overload = bus.read(
-        r.P_GAIN,
-        r.D_GAIN,
-        r.I_GAIN,
-        r.STARTING_FORCE,
-        r.DEAD_ZONE_CW,
-        r.DEAD_ZONE_CCW,
-        r.PROTECTION_CURRENT,
-        r.OPERATING_MODE,
-        r.PROTECTIVE_TORQUE,
-        r.PROTECTION_TIME,
-        r.OVERLOAD_TORQUE,
-    )
-    acceleration, velocity, limit, fastest = bus.read(
-        r.ACCELERATION, r.GOAL_VELOCITY, r.TORQUE_LIMIT, r.MAXIMUM_VELOCITY
-    )
+    of = read_each(bus, FIRMWARE_MAJOR, FIRMWARE_MINOR, RETURN_DELAY)
+    of |= read_each(bus, TEMPERATURE_LIMIT, VOLTAGE_LIMIT_MAX, VOLTAGE_LIMIT_MIN, PHASE, UNLOADING)
+    of |= read_each(
+        bus, P_GAIN, D_GAIN, I_GAIN, STARTING_FORCE, DEAD_ZONE_CW, DEAD_ZONE_CCW,
+        PROTECTION_CURRENT, OPERATING_MODE, PROTECTIVE_TORQUE, PROTECTION_TIME, OVERLOAD_TORQUE,
+    )  # fmt: skip
+    of |= read_each(bus, ACCELERATION, GOAL_VELOCITY, TORQUE_LIMIT, MAXIMUM_VELOCITY)
     return ServoSettings(
         model=spec.name,
-        firmware=100 * major + minor,
+        firmware=100 * of[FIRMWARE_MAJOR] + of[FIRMWARE_MINOR],
         identifier=bus.identifier,
         baud=bus.baud,
-        operating_mode=mode,
-        drive_mode=phase,
-        return_delay=delay * r.RETURN_DELAY_UNIT,
-        gains=PositionGains(proportional=p, integral=i, derivative=d),
+        operating_mode=of[OPERATING_MODE],
+        drive_mode=of[PHASE],
+        return_delay=of[RETURN_DELAY] * RETURN_DELAY_UNIT,
+        gains=PositionGains(proportional=of[P_GAIN], integral=of[I_GAIN], derivative=of[D_GAIN]),
         feedforward=(0, 0),
-        profile_velocity=velocity,
-        profile_acceleration=acceleration,
-        duty_limit=limit / spec.duty_counts,
-        current_limit=current * spec.current_unit,
-        velocity_limit=fastest * r.MAXIMUM_VELOCITY_UNIT * spec.position_unit,
-        temperature_limit=float(temperature),
-        voltage_limits=(lowest * spec.voltage_unit, highest * spec.voltage_unit),
-        shutdown=unloading,
+        profile_velocity=of[GOAL_VELOCITY],
+        profile_acceleration=of[ACCELERATION],
+        duty_limit=of[TORQUE_LIMIT] / spec.duty_counts,
+        current_limit=of[PROTECTION_CURRENT] * spec.current_unit,
+        velocity_limit=of[MAXIMUM_VELOCITY] * MAXIMUM_VELOCITY_UNIT * spec.position_unit,
+        temperature_limit=float(of[TEMPERATURE_LIMIT]),
+        voltage_limits=(
+            of[VOLTAGE_LIMIT_MIN] * spec.voltage_unit,
+            of[VOLTAGE_LIMIT_MAX] * spec.voltage_unit,
+        ),
+        shutdown=of[UNLOADING],
         watchdog=0.0,
         latency_timer=None if port is None else latency_timer(port),
-        starting_duty=starting / spec.duty_counts,
-        dead_zone=(clockwise * spec.position_unit, other * spec.position_unit),
+        starting_duty=of[STARTING_FORCE] / spec.duty_counts,
+        dead_zone=(of[DEAD_ZONE_CW] * spec.position_unit, of[DEAD_ZONE_CCW] * spec.position_unit),
         overload=OverloadProtection(
-            duty=overload / 100.0, protective_duty=held / 100.0, time=time * r.PROTECTION_TIME_UNIT
+            duty=of[OVERLOAD_TORQUE] / 100.0,
+            protective_duty=of[PROTECTIVE_TORQUE] / 100.0,
+            time=of[PROTECTION_TIME] * PROTECTION_TIME_UNIT,
         ),
     )
