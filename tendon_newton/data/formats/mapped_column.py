@@ -1,4 +1,4 @@
-"""Columns of a mapping file: theirs, unit, sign and zero, or a topic; `docs/recordings_mapping.md`."""
+"""Columns of a mapping file: unit, sign and zero of theirs, or a topic."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
