@@ -100,12 +100,7 @@ EFFECTS: dict[str, type[Effect]] = {
 
 FRICTION_FAMILIES: tuple[tuple[str, ...], ...] = (
     ("coulomb_friction", "asymmetric_friction", "stribeck_friction", "hysteresis"),
-    (
-        "load_dependent_friction",
-        "gear_load_friction",
-        "load_stribeck_friction",
-        "holding_friction",
-    ),
+    ("load_dependent_friction", "gear_load_friction", "load_stribeck_friction", "holding_friction"),
 )
 """Forms of one friction: dry friction of a gear, and what its load presses out of its teeth."""
 

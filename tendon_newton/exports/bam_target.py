@@ -28,11 +28,7 @@ from tendon_newton.exports.model_numbers import (
 )
 from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME
 from tendon_newton.exports.mujoco.mujoco_target import change_mechanism
-from tendon_newton.mechanisms.authoring.mujoco_file import (
-    mujoco_spec,
-    newton_s_mujoco,
-    write_spec,
-)
+from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.simulation.hosts.replay import replay
@@ -279,7 +275,4 @@ mujoco.mj_step(model, data)
 In mjlab, give `bam.mjlab.BamActuatorCfg` the file `servo.json`, and set the loop in the same way.
 """
 
-BAM = ExportTarget(
-    coverage=COVERAGE,
-    write=write_bam_target,
-)
+BAM = ExportTarget(coverage=COVERAGE, write=write_bam_target)

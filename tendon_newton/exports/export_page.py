@@ -7,12 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.text_file import write_text
-from tendon_newton.exports.departure import (
-    Departure,
-    departure,
-    replayed,
-    with_and_without,
-)
+from tendon_newton.exports.departure import Departure, departure, replayed, with_and_without
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.source import Source
 from tendon_newton.simulation.hosts.rollout import Trajectory

@@ -110,7 +110,4 @@ dry friction, in SI units. URDF has no springs, tendons or servos. Add the retur
 or take another target.
 """
 
-URDF = ExportTarget(
-    coverage=COVERAGE,
-    write=write_urdf_target,
-)
+URDF = ExportTarget(coverage=COVERAGE, write=write_urdf_target)

@@ -64,7 +64,4 @@ in the file: its effects stand below, and in the file's `customLayerData`. Use t
 the asset, and take out of the model those effects that stand in it already.
 """
 
-USD = ExportTarget(
-    coverage=COVERAGE,
-    write=write_usd_target,
-)
+USD = ExportTarget(coverage=COVERAGE, write=write_usd_target)

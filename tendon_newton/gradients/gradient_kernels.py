@@ -24,11 +24,7 @@ from tendon_newton.device_code.placeholders import (
     TendonVector,
     real,
 )
-from tendon_newton.device_code.slots import (
-    cell_effects,
-    chain_terms,
-    contact_terms,
-)
+from tendon_newton.device_code.slots import cell_effects, chain_terms, contact_terms
 from tendon_newton.device_code.structs import (
     Commands,
     ContactStates,

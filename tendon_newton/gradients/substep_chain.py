@@ -187,13 +187,7 @@ class SubstepChain:
             found[name].zero_()
         return found
 
-    def _whole_back(
-        self,
-        span: Any,
-        count: int,
-        common: list[Any],
-        states: list[Any],
-    ) -> None:
+    def _whole_back(self, span: Any, count: int, common: list[Any], states: list[Any]) -> None:
         """Launch the adjoint of substeps that no event has divided."""
         arguments = [span, *common, self._marks, self._listed_slopes, *states]
         self._launch("whole", (count, self._worlds), arguments, back=True)

@@ -13,14 +13,7 @@ import warp as wp
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.device_code.placeholders import ParameterVector
-from tendon_newton.device_code.structs import (
-    Readout,
-    ReadRows,
-    Schedule,
-    StateRows,
-    States,
-    Worlds,
-)
+from tendon_newton.device_code.structs import Readout, ReadRows, Schedule, StateRows, States, Worlds
 from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.gradient_assembly import gradient_kernel_set
 from tendon_newton.gradients.substep_chain import STATE, SubstepChain, launch

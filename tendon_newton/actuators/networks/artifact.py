@@ -28,11 +28,7 @@ from tendon_newton.data.files.torchscript_archive import START, read_extra, refu
 from tendon_newton.data.files.trust import VARIABLE, is_trusted, trust_content
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.force_networks import FORCE_NETWORKS, find_force_network
-from tendon_newton.force_networks.weights_file import (
-    SUFFIX,
-    card_of_weights,
-    network_of_weights,
-)
+from tendon_newton.force_networks.weights_file import SUFFIX, card_of_weights, network_of_weights
 
 CARD_NAME = "card.json"
 FILE_SIZE_LIMIT = 1 << 28  # Bytes; a force network has about 1 << 17

@@ -20,12 +20,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import (
-    DeviceArray,
-    DeviceBlock,
-    Placeholder,
-    constant,
-)
+from tendon_newton.device_code.placeholders import DeviceArray, DeviceBlock, Placeholder, constant
 from tendon_newton.device_code.templates import device_template
 
 

@@ -49,13 +49,7 @@ class ModuleQuery:
     is_warp_only = False
 
     def __init__(
-        self,
-        module: Any,
-        *,
-        window: int,
-        rate: float,
-        limit: float,
-        hold: HoldLaw = PLAIN_HOLD,
+        self, module: Any, *, window: int, rate: float, limit: float, hold: HoldLaw = PLAIN_HOLD
     ) -> None:
         self.module = module
         self.window = window

@@ -169,7 +169,4 @@ limit of a motor's voltage. PhysX does not read the return springs (`mjc:stiffne
 backend does.
 """
 
-ISAACLAB = ExportTarget(
-    coverage=COVERAGE,
-    write=write_isaaclab_target,
-)
+ISAACLAB = ExportTarget(coverage=COVERAGE, write=write_isaaclab_target)

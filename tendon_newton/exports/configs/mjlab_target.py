@@ -182,7 +182,4 @@ The target is a tendon's (`tendon_len_target`). Of a desired motor angle [rad] i
 A string pushes there too.
 """
 
-MJLAB = ExportTarget(
-    coverage=COVERAGE,
-    write=write_mjlab_target,
-)
+MJLAB = ExportTarget(coverage=COVERAGE, write=write_mjlab_target)

@@ -136,11 +136,7 @@ def fill_history(mj_model: Any, data: Any, command: Array) -> None:
 
 
 def file_row(
-    mj_model: Any,
-    data: Any,
-    mechanism: Mechanism,
-    model: Model,
-    placed: list[tuple[float, float]],
+    mj_model: Any, data: Any, mechanism: Mechanism, model: Model, placed: list[tuple[float, float]]
 ) -> tuple[list[float], list[float], list[float]]:
     """Return motor angles [rad], speeds [rad/s] and tensions [N] of MuJoCo's own state."""
     kind = int(newton_s_mujoco().mjtConstraint.mjCNSTR_FRICTION_TENDON)

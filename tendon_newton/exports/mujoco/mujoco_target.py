@@ -28,11 +28,7 @@ from tendon_newton.exports.mujoco.mjcf_servo import (
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
 from tendon_newton.exports.network_export import NETWORK_FILE, NetworkFacts, exported_network
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
-from tendon_newton.mechanisms.authoring.mujoco_file import (
-    mujoco_spec,
-    newton_s_mujoco,
-    write_spec,
-)
+from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
@@ -219,7 +215,4 @@ ALONE = """
 [rad]. What it leaves out then stands below.
 """
 
-MUJOCO = ExportTarget(
-    coverage=COVERAGE,
-    write=write_mujoco_target,
-)
+MUJOCO = ExportTarget(coverage=COVERAGE, write=write_mujoco_target)

@@ -111,7 +111,4 @@ which have learned the force of this model's network on commands of their own.
 
 """
 
-NETWORKS = ExportTarget(
-    coverage=COVERAGE,
-    write=write_networks_target,
-)
+NETWORKS = ExportTarget(coverage=COVERAGE, write=write_networks_target)

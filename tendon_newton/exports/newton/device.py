@@ -18,10 +18,7 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.slots import (
-    encoder_effects,
-    transmission_effects,
-)
+from tendon_newton.device_code.slots import encoder_effects, transmission_effects
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.exports.newton.drive_spools import (
@@ -31,13 +28,7 @@ from tendon_newton.exports.newton.drive_spools import (
     string_tension,
 )
 from tendon_newton.exports.newton.drive_structs import DriveAnswer, DriveBench, Kept
-from tendon_newton.exports.newton.grips import (
-    bent_on,
-    bent_share,
-    held_back,
-    outrun_by,
-    rebent,
-)
+from tendon_newton.exports.newton.grips import bent_on, bent_share, held_back, outrun_by, rebent
 from tendon_newton.law.gear import gear_line, passed_share
 from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import SETTLED

@@ -9,19 +9,11 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.model_numbers import (
-    command_span,
-    number,
-    spool_of,
-)
+from tendon_newton.exports.model_numbers import command_span, number, spool_of
 from tendon_newton.exports.network_export import NetworkFacts
 from tendon_newton.exports.newton.newton_program import DriveNumbers
 from tendon_newton.exports.newton.path import SWING, TendonPath
-from tendon_newton.exports.newton.prims import (
-    LONGEST_STEP,
-    drives_one_joint,
-    gearing_of,
-)
+from tendon_newton.exports.newton.prims import LONGEST_STEP, drives_one_joint, gearing_of
 from tendon_newton.law.spool import LEAST_ROTOR
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism

@@ -25,12 +25,7 @@ from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_st
 from tendon_newton.exports.newton.newton_program import drive_text
 from tendon_newton.exports.newton.path import path_of
 from tendon_newton.exports.newton.plain import IN_THE_PRIMS, plain_joints, plain_replay
-from tendon_newton.exports.newton.prims import (
-    LONGEST_STEP,
-    own_prims,
-    plain_prims,
-    write_actuators,
-)
+from tendon_newton.exports.newton.prims import LONGEST_STEP, own_prims, plain_prims, write_actuators
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import Correction, correct, with_joints
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec
@@ -199,7 +194,4 @@ def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> di
     return rows
 
 
-NEWTON = ExportTarget(
-    coverage=COVERAGE,
-    write=write_newton_target,
-)
+NEWTON = ExportTarget(coverage=COVERAGE, write=write_newton_target)

@@ -10,12 +10,7 @@ import numpy as np
 from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.mechanisms.authoring.asset_view import (
-    MOST_NAMED,
-    STRING,
-    plot_space,
-    strings,
-)
+from tendon_newton.mechanisms.authoring.asset_view import MOST_NAMED, STRING, plot_space, strings
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.kinematics import chain_points
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism

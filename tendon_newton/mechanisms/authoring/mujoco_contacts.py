@@ -62,11 +62,9 @@ def add_obstacles(spec: Any, mechanism: Mechanism, bones: Sequence[Any], mujoco:
 def _add_geom(spec: Any, obstacle: Obstacle, place: int, mujoco: Any) -> Any:
     """Add the shape of an obstacle, on a body of its own if it moves."""
     kinds = mujoco.mjtGeom
-    kind = {
-        "sphere": kinds.mjGEOM_SPHERE,
-        "box": kinds.mjGEOM_BOX,
-        "plane": kinds.mjGEOM_PLANE,
-    }[obstacle.shape]
+    kind = {"sphere": kinds.mjGEOM_SPHERE, "box": kinds.mjGEOM_BOX, "plane": kinds.mjGEOM_PLANE}[
+        obstacle.shape
+    ]
     where = {"pos": obstacle.position, "quat": _turned(obstacle.rotation)}
     body = spec.worldbody
     name = f"obstacle_{place}"

@@ -122,10 +122,7 @@ def _frame(transform: Any) -> tuple[Array, Array]:
 def _limits(builder: newton.ModelBuilder, index: int) -> tuple[float, float]:
     lower = float(builder.joint_limit_lower[index])
     upper = float(builder.joint_limit_upper[index])
-    return (
-        -np.inf if lower < -_UNLIMITED else lower,
-        np.inf if upper > _UNLIMITED else upper,
-    )
+    return (-np.inf if lower < -_UNLIMITED else lower, np.inf if upper > _UNLIMITED else upper)
 
 
 def _length(builder: newton.ModelBuilder, index: int) -> float | None:

@@ -24,11 +24,7 @@ CENTRE = 2 * CORNERS
 # Where a free body of a shape may meet fixed obstacles of each
 REST_PLACES = {
     "sphere": dict.fromkeys(SHAPES, (CENTRE,)),
-    "box": {
-        "sphere": (CENTRE,),
-        "box": tuple(range(2 * CORNERS)),
-        "plane": tuple(range(CORNERS)),
-    },
+    "box": {"sphere": (CENTRE,), "box": tuple(range(2 * CORNERS)), "plane": tuple(range(CORNERS))},
 }
 FIXED = -1  # Stands for the free body where there is none
 BODY_COORDINATES = 6  # Coordinates of a free body: a way, then a turn

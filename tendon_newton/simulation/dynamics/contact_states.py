@@ -36,11 +36,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.spool import UNBOUNDED
 from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces, touching
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
-from tendon_newton.simulation.tendons.spools import (
-    is_string,
-    spool_at,
-    taut_spools,
-)
+from tendon_newton.simulation.tendons.spools import is_string, spool_at, taut_spools
 from tendon_newton.simulation.tendons.states import flow_at
 from tendon_newton.simulation.tendons.tension import tension_now
 

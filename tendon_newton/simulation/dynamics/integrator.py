@@ -28,14 +28,7 @@ from tendon_newton.device_code.placeholders import (
     RowVector,
     real,
 )
-from tendon_newton.device_code.structs import (
-    ContactStates,
-    Drive,
-    Event,
-    Forces,
-    Mechanism,
-    Motion,
-)
+from tendon_newton.device_code.structs import ContactStates, Drive, Event, Forces, Mechanism, Motion
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.contact_states import (
     begin,

@@ -33,10 +33,7 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.servo import servo_flow
-from tendon_newton.simulation.dynamics.contact_states import (
-    begin,
-    constrained_solve,
-)
+from tendon_newton.simulation.dynamics.contact_states import begin, constrained_solve
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.states import tendon_state

@@ -103,10 +103,7 @@ class NetworkForce:
 
 
 def balance(
-    answer: Callable[[Tensor], Tensor],
-    least: Tensor,
-    limit: Tensor,
-    steps: int = BALANCING_STEPS,
+    answer: Callable[[Tensor], Tensor], least: Tensor, limit: Tensor, steps: int = BALANCING_STEPS
 ) -> Tensor:
     """Return the forces [N] at which network and mechanism are in balance.
 

@@ -41,11 +41,7 @@ from tendon_newton.simulation.dynamics.settling import settle_kernel
 from tendon_newton.simulation.hosts.rollout import set_spool_radius
 from tendon_newton.simulation.kernels import body_kernels, contact_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import Assembly, assemble
-from tendon_newton.simulation.model.chain_copies import (
-    copies_of,
-    gather_kernel,
-    spread_kernel,
-)
+from tendon_newton.simulation.model.chain_copies import copies_of, gather_kernel, spread_kernel
 from tendon_newton.simulation.model.joint_places import body_places, joint_places
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
@@ -560,9 +556,7 @@ def control_kernel_set(structure: Structure) -> tuple[Assembly, dict[str, wp.Ker
         **further,
         "settle": settle,
         "step": kernel(
-            step,
-            launch_bounds=step_block(structure),
-            block_dim=step_block(structure)[0],
+            step, launch_bounds=step_block(structure), block_dim=step_block(structure)[0]
         ),
         "read": kernel(control_kernels.read_kernel),
         "forget": kernel(control_kernels.forget_kernel),

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import (
-    CONTACT_TABLE,
-    CONTACTS,
-    real,
-)
+from tendon_newton.device_code.placeholders import CONTACT_TABLE, CONTACTS, real
 from tendon_newton.device_code.structs import Drive, Mechanism, NewtonJoints, Servo
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.contact.contacts import WITHIN, grip_at, pose_at

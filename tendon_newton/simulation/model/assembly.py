@@ -17,12 +17,7 @@ from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
 from tendon_newton.law.servo import duty_of_force, force_of_duty
 from tendon_newton.simulation.chains import planar_chain, spatial_chain
-from tendon_newton.simulation.contact import (
-    contact_distances,
-    contact_poses,
-    contacts,
-    free_body,
-)
+from tendon_newton.simulation.contact import contact_distances, contact_poses, contacts, free_body
 from tendon_newton.simulation.dynamics import (
     contact_states,
     events,
@@ -75,10 +70,7 @@ MEMORIES: dict[Stage, tuple[Any, Any]] = {
 }
 # Where effects on an angle act where only positions are known, by their side: play lies before the
 # shaft, the encoder's offset after
-ANGLE_SIDES: dict[str, Any] = {
-    "sensor": slots.offset_effects,
-    "transmission": slots.play_effects,
-}
+ANGLE_SIDES: dict[str, Any] = {"sensor": slots.offset_effects, "transmission": slots.play_effects}
 # Parts of a string's path that fold to little where it is known which joints move them
 ROUTE_PARTS = (
     routes.sign_of,

@@ -182,10 +182,7 @@ def contact_constants(structure: Structure) -> dict[Any, Any]:
         },
     }
     if touch.moves:
-        out |= {
-            d.BODY: touch.body,
-            d.BODY_SHAPE: SHAPES.index(touch.shapes[touch.body]),
-        }
+        out |= {d.BODY: touch.body, d.BODY_SHAPE: SHAPES.index(touch.shapes[touch.body])}
     if isinstance(touch, LinkContactPlan):
         numbers = wp.types.vector(length=len(touch.shapes), dtype=wp.int32)
         links = [NO_LINK if c == NO_LINK else touch.links[c] for c in touch.capsules]

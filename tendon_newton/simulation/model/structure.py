@@ -9,11 +9,7 @@ from typing import Any, Literal
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.recording import DrivenBy
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect, law_of
-from tendon_newton.simulation.contact.contact_plan import (
-    BODY_COORDINATES,
-    NO_CONTACTS,
-    ContactPlan,
-)
+from tendon_newton.simulation.contact.contact_plan import BODY_COORDINATES, NO_CONTACTS, ContactPlan
 from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
 
 Precision = Literal["float32", "float64"]

@@ -231,11 +231,7 @@ def track_reading_kernel(
 
 @device_template
 def track_sense_kernel(
-    mechanism: Mechanism,
-    commands: Commands,
-    track: Track,
-    given: NewtonJoints,
-    samples: Samples,
+    mechanism: Mechanism, commands: Commands, track: Track, given: NewtonJoints, samples: Samples
 ) -> None:
     """Show force networks each world at the start of the substep to come.
 
