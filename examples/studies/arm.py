@@ -31,9 +31,8 @@ from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
-from tendon_newton.mechanisms.authoring.foreign_asset import write_foreign
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
-from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
+from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 

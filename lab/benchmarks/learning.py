@@ -13,8 +13,8 @@ import warp as wp
 
 from lab.benchmarks.timing import Row, best_time, memory_in_use, say
 from tendon_newton.data.recording import Recording
-from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tendon_newton.gradients.taped_run import Adjoint
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig

@@ -59,9 +59,8 @@ class Export:
 def import_asset(config: Import) -> None:
     """Write the layers and print what to do with them."""
     from tendon_newton.mechanisms.asset_library import check_new_name
-    from tendon_newton.mechanisms.authoring.foreign_asset import write_foreign
     from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
-    from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
+    from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 
     check_new_name(config.name)
     plan = plan_foreign(

@@ -9,7 +9,6 @@ from functools import cache
 import warp as wp
 
 from tendon_newton.gradients import (
-    gradient_history_kernels,
     gradient_kernels,
     gradient_rules,
     substep_kernels,
@@ -52,8 +51,8 @@ def gradient_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
         "scatter": (plain, substep_kernels.scatter_kernel, False),
         "whole": (plain, substep_kernels.whole_kernel, True),
         "divided": (rare, substep_kernels.divided_kernel, True),
-        "sense": (plain, gradient_history_kernels.taped_sense_kernel, True),
-        "hold": (plain, gradient_history_kernels.taped_hold_kernel, True),
+        "sense": (plain, gradient_kernels.taped_sense_kernel, True),
+        "hold": (plain, gradient_kernels.taped_hold_kernel, True),
         "sweep": (plain, substep_kernels.sweep_kernel, False),
         "reading": (plain, gradient_kernels.reading_kernel, True),
     }

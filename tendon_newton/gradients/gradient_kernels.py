@@ -16,12 +16,14 @@ from tendon_newton.device_code.placeholders import (
     TENDONS,
     TOUCHES,
     DeviceArray,
+    DeviceGrid,
     JointMatrix,
     JointVector,
     MemoryVector,
     ParameterVector,
     RowVector,
     TendonVector,
+    Vec3,
     real,
 )
 from tendon_newton.device_code.slots import cell_effects, chain_terms, contact_terms
@@ -30,6 +32,7 @@ from tendon_newton.device_code.structs import (
     ContactStates,
     Drive,
     Mechanism,
+    Query,
     Readout,
     ReadRows,
     StateRows,
@@ -55,6 +58,7 @@ from tendon_newton.simulation.dynamics.settling import (
     resting_contact_states,
 )
 from tendon_newton.simulation.kernels.acting_command import in_row, just_after_row, log_of
+from tendon_newton.simulation.kernels.history_kernels import all_present, servo_sample, with_held
 from tendon_newton.simulation.tendons.routes import (
     located,
     placed,
@@ -297,3 +301,62 @@ def reading_kernel(
     readout.motor_position[out] = angle
     readout.motor_velocity[out] = rate
     readout.force[out] = tension
+
+
+@device_template
+def query_state(
+    mechanism: Mechanism,
+    p: ParameterVector,
+    commands: Commands,
+    query: Query,
+    states: StateRows,
+    i: int,
+) -> Drive:
+    """Return a world in the row of a query, just after its command took effect."""
+    log = log_of(commands, i, p)
+    row = query.row[query.index, i]
+    drive = just_after_row(mechanism, i, p, commands, log, row, states.memory[query.slot, i])
+    return located(mechanism, drive, states.q[query.slot, i], states.v[query.slot, i])
+
+
+@device_template
+def taped_sense_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    query: Query,
+    states: StateRows,
+    samples: DeviceGrid[Vec3],
+) -> None:
+    """Write what a network is shown of each world in the row of a query."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
+    p = parameters[i]
+    here = query_state(mechanism, p, commands, query, states, i)
+    arms = tendon_arms(mechanism, here)
+    contact = choose_contact_states(mechanism, p, here)
+    for d in range(TENDONS):
+        flow = flow_at(mechanism, p, here, d, contact.row_side[d])
+        rate = flow.angle[1] * excursion(arms, d, here.v)
+        sample = servo_sample(mechanism, p, here, d, flow.angle[0], rate)
+        samples[query.index, i * TENDONS + d] = sample
+
+
+@device_template
+def taped_hold_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    query: Query,
+    force: DeviceGrid[TendonVector],
+    states: StateRows,
+) -> None:
+    """Go on from a slot of the states to the next, with the forces [N] of a query held."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
+    p = parameters[i]
+    here = query_state(mechanism, p, commands, query, states, i)
+    kept = all_present(mechanism, p, here)
+    for d in range(TENDONS):
+        kept = with_held(mechanism, i, d, force[query.index, i][d], kept)
+    states.q[query.slot + 1, i] = here.q
+    states.v[query.slot + 1, i] = here.v
+    states.memory[query.slot + 1, i] = kept

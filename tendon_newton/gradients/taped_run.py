@@ -14,7 +14,6 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.device_code.placeholders import ParameterVector
 from tendon_newton.device_code.structs import Readout, ReadRows, Schedule, StateRows, States, Worlds
-from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.gradient_assembly import gradient_kernel_set
 from tendon_newton.gradients.substep_chain import STATE, SubstepChain, launch
 from tendon_newton.gradients.substep_plan import SubstepPlan
@@ -261,3 +260,14 @@ def make_inputs(rollout: Rollout, vectors: Any) -> Inputs:
             array.requires_grad = True
             setattr(struct, name, array)  # the struct holds the address of the gradient too
     return Inputs(parameters=vectors, command=rollout.commands.angle, mechanism=rollout.numbers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Adjoint:
+    """How a `DifferentiableRollout` walks its run back."""
+
+    segments: int = 1
+    """In how many parts. Only one part's states are kept at a time, and all but the last are
+    simulated again: a long run needs less memory."""
+    at_once: bool | None = None
+    """Whether many substeps are taken at once; None: on a GPU with room."""

@@ -6,9 +6,8 @@ import numpy as np
 
 from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.mechanisms.authoring.foreign_asset import write_foreign
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
-from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
+from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 

@@ -8,9 +8,8 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidAsset, InvalidOutput
-from tendon_newton.mechanisms.authoring.foreign_asset import write_foreign
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
-from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
+from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism

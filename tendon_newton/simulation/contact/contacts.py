@@ -54,12 +54,11 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.joint_poses import moved_by
 from tendon_newton.simulation.chains.spatial_chain import row
-from tendon_newton.simulation.contact.contact_distances import overlap_at
+from tendon_newton.simulation.contact.contact_distances import overlap_at, rest_overlap
 from tendon_newton.simulation.contact.contact_plan import LINK_SHAPE, STRETCH
 from tendon_newton.simulation.contact.contact_poses import end_of
 from tendon_newton.simulation.contact.free_body import home_of, past_body, with_body_pose
 from tendon_newton.simulation.contact.link_contacts import link_overlap, past_link
-from tendon_newton.simulation.contact.rest_distances import rest_overlap
 
 # Stiffness along a contact as a share of that across it, k_t / k [1]: 2 (1 - nu) / (2 - nu) with nu
 # = 1/2, since skin and rubber keep their volume

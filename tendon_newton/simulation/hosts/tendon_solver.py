@@ -42,10 +42,11 @@ from tendon_newton.simulation.hosts.rollout import set_spool_radius
 from tendon_newton.simulation.kernels import body_kernels, contact_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import Assembly, assemble
 from tendon_newton.simulation.model.chain_copies import copies_of, gather_kernel, spread_kernel
-from tendon_newton.simulation.model.joint_places import body_places, joint_places
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
+    body_places,
     fill_mechanism,
+    joint_places,
     plane_of,
     read_topology,
     spools_are_free,

@@ -21,9 +21,9 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
-from tendon_newton.simulation.mujoco.mujoco_rollout_contacts import (
+from tendon_newton.simulation.mujoco.mujoco_rollout import (
     MujocoContacts,
+    MujocoRollout,
     solver_with_contacts,
 )
 from tests.physics.contact.bodies import (

@@ -10,8 +10,8 @@ from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
 from tendon_newton.gradients import substep_chain
-from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tendon_newton.gradients.taped_run import Adjoint
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
 from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, stairs
