@@ -15,9 +15,8 @@ class GearLoadFriction(Effect):
     C is all other friction. Without it a motor that winds in gives :math:`F_m (1 - K) / (1 + K)` to
     the tendon, and holds :math:`F_m (1 + K) / (1 - K)` while it is driven backwards.
 
-    Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo
-    Actuators (2025), model M3: K |tau_external - tau_motor|, where the load's torque opposes the
-    motor's.
+    Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo Actuators
+    (2025), model M3: K |tau_external - tau_motor|, where the load's torque opposes the motor's.
     Validity: gears that can be driven backwards. Their program takes gravity's torque for the
     load's, here it is the whole output's: the same at constant speed. Behind a string F_m + F
     counts as pulling, so that friction is linear there. That is wrong only where a motor is driven

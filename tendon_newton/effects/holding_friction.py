@@ -15,8 +15,7 @@ class HoldingFriction(Effect):
     Source: worm gears and high-ratio trains, whose efficiency is worse backwards than forwards, and
     which cannot be driven backwards at all as the share goes to one.
     Validity: a share that does not depend on load or speed.
-    Signature: forces fit while winding in and stay too high while winding out and at rest after
-    it.
+    Signature: forces fit while winding in and stay too high while winding out and at rest after it.
     Confused with: load_dependent_friction, which also costs force while winding in; gain_error.
     """
 

@@ -10,8 +10,7 @@ class PositionOffset(Effect):
 
     .. math:: \theta = l / r + \varphi
 
-    Source: spools and horns sit on splines; a home position found by hand is good to a few
-    degrees.
+    Source: spools and horns sit on splines; a home position found by hand is good to a few degrees.
     Validity: the offset does not change during a recording.
     Signature: the same position error everywhere, and a force error of gain times offset.
     Confused with: tendon_slack while taut (slack alone lets theta follow the command when the

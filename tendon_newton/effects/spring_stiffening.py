@@ -14,8 +14,7 @@ class SpringStiffening(Effect):
     so.
     Validity: smooth springs inside their range.
     Signature: nothing at small angles, and an error that grows with the third power of position.
-    Confused with: obstruction (which begins at once) and joint_stiffness_error over a narrow
-    range.
+    Confused with: obstruction (which begins at once) and joint_stiffness_error over a narrow range.
     """
 
     name = "spring_stiffening"

@@ -48,9 +48,8 @@ STATE = ("q", "v", "memory")  # Names of the arrays of a state
 class SubstepChain:
     """The substeps of a differentiable rollout.
 
-    Its states are those of one segment of the run, L substeps long: all of it, or a part.
-    `forward` simulates; before `backward` come `make_room` and `begin_backward`, after it
-    `end_backward`.
+    Its states are those of one segment of the run, L substeps long: all of it, or a part. `forward`
+    simulates; before `backward` come `make_room` and `begin_backward`, after it `end_backward`.
 
     `common` is what each substep reads: the bench's numbers, the parameters, commands, schedule.
     The states are a `StateRows` struct with gradients, shape (L + 1, W). `backward` takes many

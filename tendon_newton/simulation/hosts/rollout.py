@@ -171,11 +171,7 @@ class Rollout:
         self._chains = ChainLayout(count=copies, rows=counts)
         self.kernels: KernelSet = kernel_set(
             Structure(
-                parents=topology.parents,
-                revolute=topology.revolute,
-                tendon_count=topology.tendon_count,
-                routes=topology.routes,
-                touch=topology.touch,
+                **vars(topology),
                 actuator=actuator,
                 effects=self.table.effects,
                 by_servo=self.table.of_chain(copies).by_servo,

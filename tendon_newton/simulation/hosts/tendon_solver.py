@@ -39,7 +39,7 @@ from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.simulation.dynamics.settling import settle_kernel
 from tendon_newton.simulation.hosts.rollout import set_spool_radius
-from tendon_newton.simulation.kernels import body_kernels, contact_kernels, control_kernels
+from tendon_newton.simulation.kernels import body_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import Assembly, assemble
 from tendon_newton.simulation.model.chain_copies import copies_of, gather_kernel, spread_kernel
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
@@ -72,20 +72,17 @@ class TendonSolver(SolverBase):
     """Steps Newton's `State` in joint coordinates, with an asset's tendons and a model's effects.
 
     The motor commands are not part of Newton's `Control`: write `command`, shape (W, D), before
-    each step. It holds for the whole
-    step, as a servo holds its goal between two packets; `dt` is the control step, which one
-    kernel divides into substeps no
-    longer than `max_step`. Links meet the obstacles of their mechanism (`contacts`), and nothing
-    else; `control.joint_f` is not read. An obstacle with a mass moves: its free joint is a part of
-    the state.
+    each step. It holds for the whole step, as a servo holds its goal between two packets; `dt` is
+    the control step, which one kernel divides into substeps no longer than `max_step`. Links meet
+    the obstacles of their mechanism (`contacts`), and nothing else; `control.joint_f` is not read.
+    An obstacle with a mass moves: its free joint is a part of the state.
 
     A mechanism of K equal chains that share neither joint nor tendon, such as a hand, is stepped as
     K mechanisms of one chain: numbers that are one per world stand once for each chain.
 
-    Numbers per world may change at any time: those of the actuator and the effects in
-    `parameters`, all others in the arrays of
-    the Newton model, followed by `notify_model_changed`. No step allocates, so that steps can be
-    captured in a graph.
+    Numbers per world may change at any time: those of the actuator and the effects in `parameters`,
+    all others in the arrays of the Newton model, followed by `notify_model_changed`. No step
+    allocates, so that steps can be captured in a graph.
 
     Args:
         model: Worlds of one mechanism, from `mechanisms.worlds.build_model`.
@@ -135,11 +132,7 @@ class TendonSolver(SolverBase):
             set_spool_radius(model, float(description.actuator.values["spool_radius"]))
         self._code, self._kernel_of = control_kernel_set(
             Structure(
-                parents=topology.parents,
-                revolute=topology.revolute,
-                tendon_count=topology.tendon_count,
-                routes=topology.routes,
-                touch=topology.touch,
+                **vars(topology),
                 actuator=self.table.actuator,
                 effects=self.table.effects,
                 by_servo=self.table.by_servo,
@@ -256,12 +249,8 @@ class TendonSolver(SolverBase):
     def _carry_bodies(self, state: Any, chosen: wp.array) -> None:
         """Put free bodies where a state has them in the chosen worlds, shape (W,)."""
         if self.moves_body:
-            wp.launch(
-                self._kernel_of["carry"],
-                self.world_count,
-                inputs=[self._mechanism, self._servo, chosen, self._joints_of(state)],
-                device=self.model.device,
-            )
+            inputs = [self._mechanism, self._servo, chosen, self._joints_of(state)]
+            self._launch("carry", self.world_count, inputs)
 
     def _make_history(self) -> Any:
         """Allocate the past commands of each world, as a recording of a few rows."""
@@ -309,12 +298,8 @@ class TendonSolver(SolverBase):
     def begin(self, state: newton.State, chosen: wp.array, *, at_rest: bool) -> None:
         """Reset or settle the chosen worlds, shape (W,)."""
         self._carry_bodies(state, chosen)
-        wp.launch(
-            self._kernel_of["forget"],
-            self._chains,
-            inputs=[*self._inputs(), self._spread(chosen), self._joints_of(state)],
-            device=self.model.device,
-        )
+        inputs = [*self._inputs(), self._spread(chosen), self._joints_of(state)]
+        self._launch("forget", self._chains, inputs)
         if at_rest:
             self.relax(state, chosen)
         self._carry_bodies(state, chosen)
@@ -329,18 +314,9 @@ class TendonSolver(SolverBase):
         worlds = struct_of(types, Worlds, mechanism=chains, recording=chains, parameters=parameters)
         copies = {name: wp.clone(getattr(servo, name)[chains]) for name in ("q", "v", "memory")}
         states = struct_of(types, States, **copies)
-        wp.launch(
-            self._kernel_of["settle"],
-            chains.size,
-            inputs=[0, self._mechanism, worlds, self._history, states],
-            device=device,
-        )
-        wp.launch(
-            self._kernel_of["adopt"],
-            chains.size,
-            inputs=[servo, chains, states, self._joints_of(state)],
-            device=device,
-        )
+        inputs = [0, self._mechanism, worlds, self._history, states]
+        self._launch("settle", chains.size, inputs)
+        self._launch("adopt", chains.size, [servo, chains, states, self._joints_of(state)])
         self._place_bodies(state)
 
     def sense(
@@ -350,25 +326,17 @@ class TendonSolver(SolverBase):
 
         The history is that of all W D servos; to fill is to let the sample stand for all the past.
         """
-        wp.launch(
-            self._kernel_of["sense"],
-            self._chains,
-            inputs=[*self._inputs(), self._spread(chosen), int(fill), self._joints_of(state)],
-            outputs=[samples_of(self._code.types, samples)],
-            device=self.model.device,
-        )
+        given = [self._spread(chosen), int(fill), self._joints_of(state)]
+        seen = samples_of(self._code.types, samples)
+        self._launch("sense", self._chains, [*self._inputs(), *given, seen])
 
     def hold(self, force: wp.array, chosen: wp.array) -> None:
         """Hold forces [N], shape (W, D), at the spools of the chosen worlds, shape (W,).
 
         For an actuator whose force is decided outside; they stay until the next call.
         """
-        wp.launch(
-            self._kernel_of["hold"],
-            self._chains,
-            inputs=[self._mechanism, self._servo, self._spread(chosen), self._by_chain(force)],
-            device=self.model.device,
-        )
+        inputs = [self._mechanism, self._servo, self._spread(chosen), self._by_chain(force)]
+        self._launch("hold", self._chains, inputs)
 
     def guard(self, state: newton.State, diverged: wp.array) -> None:
         """Mark worlds, shape (W,), that left every physical range in the last step.
@@ -376,26 +344,14 @@ class TendonSolver(SolverBase):
         They are put back to where they last were, at rest, and do no harm to others.
         """
         marks = diverged if self.chain_count == 1 else self._marked
-        wp.launch(
-            self._kernel_of["guard"],
-            self._chains,
-            inputs=[self._servo, *self._good, self._joints_of(state), marks],
-            device=self.model.device,
-        )
+        joints = self._joints_of(state)
+        self._launch("guard", self._chains, [self._servo, *self._good, joints, marks])
         if self.chain_count > 1:
-            wp.launch(
-                gather_kernel,
-                self._chains,
-                inputs=[self.chain_count, marks, diverged],
-                device=self.model.device,
-            )
+            inputs = [self.chain_count, marks, diverged]
+            wp.launch(gather_kernel, self._chains, inputs=inputs, device=self.model.device)
         if self.moves_body:
-            wp.launch(
-                self._kernel_of["guard_body"],
-                self.world_count,
-                inputs=[self._servo, *self._good_bodies, self._joints_of(state), diverged],
-                device=self.model.device,
-            )
+            inputs = [self._servo, *self._good_bodies, joints, diverged]
+            self._launch("guard_body", self.world_count, inputs)
 
     def bench_numbers(self, name: str) -> wp.array:
         """Return an array of the mechanism that every step reads, one row per world and chain.
@@ -465,19 +421,10 @@ class TendonSolver(SolverBase):
                 "pass None, or use SolverMuJoCo"
             )
         substeps = max(1, ceil(dt / self.max_step - 1.0e-6))
-        wp.launch(
-            self._kernel_of["step"],
-            self.world_count if self.moves_body else self._chains,
-            inputs=[
-                *self._inputs(),
-                substeps,
-                dt / substeps,
-                self._joints_of(state_in),
-                self._joints_of(state_out),
-            ],
-            device=self.model.device,
-            block_dim=step_block(self._code.structure)[0],
-        )
+        states = [self._joints_of(state_in), self._joints_of(state_out)]
+        inputs = [*self._inputs(), substeps, dt / substeps, *states]
+        threads = self.world_count if self.moves_body else self._chains
+        self._launch("step", threads, inputs, block_dim=step_block(self._code.structure)[0])
         self._place_bodies(state_out)
 
     def read_sensors(self, state: newton.State) -> None:
@@ -485,16 +432,9 @@ class TendonSolver(SolverBase):
 
         The readings are those just after the present `command` was given.
         """
-        wp.launch(
-            self._kernel_of["read"],
-            self._chains,
-            inputs=[*self._inputs(), self._joints_of(state)],
-            outputs=[
-                self._by_chain(each)
-                for each in (self.motor_position, self.motor_velocity, self.force)
-            ],
-            device=self.model.device,
-        )
+        sensors = (self.motor_position, self.motor_velocity, self.force)
+        readings = map(self._by_chain, sensors)
+        self._launch("read", self._chains, [*self._inputs(), self._joints_of(state), *readings])
 
     def read_contacts(self, state: newton.State) -> None:
         """Write what obstacles do to links to `contact_force`."""
@@ -502,14 +442,9 @@ class TendonSolver(SolverBase):
         if "contact" in self._kernel_of:
             self._carry_bodies(state, self.everywhere)
             _, capsules, obstacles = self.contact_force.shape
-            by_chain = (self._chains, capsules // self.chain_count, obstacles)
-            wp.launch(
-                self._kernel_of["contact"],
-                self._chains,
-                inputs=[self._mechanism, self._servo, self._joints_of(state)],
-                outputs=[self.contact_force.reshape(by_chain)],
-                device=self.model.device,
-            )
+            shape = (self._chains, capsules // self.chain_count, obstacles)
+            given = [self._mechanism, self._servo, self._joints_of(state)]
+            self._launch("contact", self._chains, [*given, self.contact_force.reshape(shape)])
 
     def notify_model_changed(self, flags: newton.ModelFlags | int) -> None:
         """Read the numbers of the model again, in place."""
@@ -518,6 +453,10 @@ class TendonSolver(SolverBase):
             for name in self._code.types[Mechanism].vars:
                 getattr(self._mechanism, name).assign(getattr(fresh, name))
             self._carry_bodies(self.model, wp.zeros_like(self.everywhere))
+
+    def _launch(self, name: str, threads: int, inputs: list[Any], **options: Any) -> None:
+        """Launch a kernel."""
+        wp.launch(self._kernel_of[name], threads, inputs, device=self.model.device, **options)
 
     def _inputs(self) -> list[Any]:
         """Return what most kernels read first."""
@@ -548,7 +487,7 @@ def control_kernel_set(structure: Structure) -> tuple[Assembly, dict[str, wp.Ker
     touch, step = structure.touch, control_kernels.control_step_kernel
     further = {}
     if touch.contacts:
-        further["contact"] = kernel(contact_kernels.contact_kernel)
+        further["contact"] = kernel(body_kernels.contact_kernel)
     if touch.moves:
         step = body_kernels.body_step_kernel
         further["carry"] = kernel(body_kernels.carry_kernel)

@@ -149,18 +149,9 @@ class MujocoRollout:
     def _step_twice(self, states: list[newton.State], control: newton.Control, track: Any) -> None:
         """Step there and back between two states, so that a graph may repeat it."""
         for before, after in (states, states[::-1]):
-            wp.launch(
-                self._kernel_of["push"],
-                self._worlds,
-                inputs=[
-                    self._rollout.numbers,
-                    self._rollout.commands,
-                    track,
-                    self._joints_of(before),
-                ],
-                outputs=[control.joint_f],
-                device=self._model.device,
-            )
+            common = [self._rollout.numbers, self._rollout.commands, track]
+            inputs = [*common, self._joints_of(before), control.joint_f]
+            wp.launch(self._kernel_of["push"], self._worlds, inputs, device=self._model.device)
             found = self._contacts.find(before)
             self._solver.step(before, after, control, found, self._time_step)
 
@@ -239,12 +230,8 @@ class MujocoRollout:
         row_world: Any = np.repeat(np.arange(self._worlds, dtype=np.int32), counts)
         worlds = rollout.array(row_world, wp.int32)
         readout = zeros(types, Readout, sum(counts), device=self._model.device)
-        wp.launch(
-            self._kernel_of["read"],
-            sum(counts),
-            inputs=[rollout.numbers, rollout.commands, track, worlds, readout],
-            device=self._model.device,
-        )
+        inputs = [rollout.numbers, rollout.commands, track, worlds, readout]
+        wp.launch(self._kernel_of["read"], sum(counts), inputs, device=self._model.device)
         angle, rate = readout.motor_position.numpy(), readout.motor_velocity.numpy()
         joints, force = readout.joint_position.numpy(), readout.force.numpy()
         if not np.isfinite(joints).all():
@@ -281,14 +268,9 @@ class TrackServos:
         """Add what each servo does at the start of the substep to come to its history."""
         assert not fill, "what fills a history is the start of a recording"
         own = self.launch
-        inputs = [
-            own.numbers,
-            own.commands,
-            self.track,
-            self.joints,
-            samples_of(self.types, samples),
-        ]
-        wp.launch(self.kernel, own.count, inputs=inputs, device=own.device)
+        seen = samples_of(self.types, samples)
+        inputs = [own.numbers, own.commands, self.track, self.joints, seen]
+        wp.launch(self.kernel, own.count, inputs, device=own.device)
 
     def hold(self, force: wp.array) -> None:
         """Hold forces [N], shape (W, D), from now on."""
