@@ -17,8 +17,7 @@ GAIN = 4.2  # [N/rad]
 RADIUS = float(np.float32(0.0125))  # [m] as Newton keeps it
 ROW = 1.0 / 80.0  # [s]
 
-Chosen = Mapping[str, Mapping[str, float]]
-"""Effect -> parameter -> value."""
+Chosen = Mapping[str, Mapping[str, float]]  # Effect -> parameter -> value
 
 
 def commanded(

@@ -66,10 +66,8 @@ NO_DATASET = {
 class Made:
     """What a verb made."""
 
-    decided: Mapping[str, Any]
-    """What must not depend on test recordings, by name."""
-    reported: Any
-    """What tells how a test recording came out."""
+    decided: Mapping[str, Any]  # What must not depend on test recordings, by name
+    reported: Any  # What tells how a test recording came out
 
 
 def noise_like(recording: Recording, rows: slice = slice(None)) -> Recording:

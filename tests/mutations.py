@@ -32,14 +32,10 @@ class Mutation:
     """One mistake and the tests that must notice it."""
 
     name: str
-    file: str
-    """Where it is made, from the root of the tree."""
-    old: str
-    """Text that stands there once."""
-    new: str
-    """Text that takes its place."""
-    tests: str
-    """Selection of pytest, as narrow as it can be."""
+    file: str  # Where it is made, from the root of the tree
+    old: str  # Text that stands there once
+    new: str  # Text that takes its place
+    tests: str  # Selection of pytest, as narrow as it can be
 
 
 ARMS = "tests/arms/test_arms.py -k"

@@ -100,8 +100,7 @@ def test_every_module_has_a_place_in_the_layers(package: str) -> None:
     assert modules - {"__init__", "__main__"} - layers_of_packages()[package] == set()
 
 
-MOST_SHARED = 10
-"""Names that may stand for several things, in all."""
+MOST_SHARED = 10  # Names that may stand for several things, in all
 OWN_NAMES = {"__init__", "__main__"}
 
 

@@ -24,10 +24,8 @@ TEXT = (
     "llms.txt",
     *sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")),
 )
-UNREAD = ("CHANGELOG.md",)
-"""A text of notes."""
-LONGEST = 30
-"""Words of the longest sentence."""
+UNREAD = ("CHANGELOG.md",)  # A text of notes
+LONGEST = 30  # Words of the longest sentence
 BARE = re.compile(r"\W*(?:It|They|He|She|(?:This|That|These|Those) (?:is|are|was|were))\b")
 """How a sentence begins whose subject stands in the one before."""
 MACHINE_PATH = re.compile(r"(?<![\w.~/:-])/(?:home|root|Users|work|mnt|opt|tmp)/[\w.-]+")
@@ -191,8 +189,7 @@ def test_the_demo_installs_nothing_but_what_it_needs(tmp_path: Path) -> None:
 
 TABLES = {"tendon_newton/effects", "examples/studies"}
 """Folders with one file for each entry of a table."""
-MOST_FILES = 15
-"""Modules that a reader can hold in the head."""
+MOST_FILES = 15  # Modules that a reader can hold in the head
 
 
 def test_no_folder_is_crowded() -> None:

@@ -6,26 +6,19 @@ from math import floor
 from tendon_hardware.clock import Clock
 from tendon_newton.errors import InvalidParameter
 
-BIN = 2.0e-5
-"""Resolution of the lateness percentiles [s]."""
-BINS = 5000
-"""Bins of the lateness histogram: 0.1 s, beyond which all is late alike."""
+BIN = 2.0e-5  # Resolution of the lateness percentiles [s]
+BINS = 5000  # Bins of the lateness histogram: 0.1 s, beyond which all is late alike
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PacingReport:
     """Steadiness of a rate: late and lost ticks."""
 
-    ticks: int
-    """Ticks that ran."""
-    overruns: int
-    """Ticks that were skipped, because the one before lasted too long."""
-    median: float
-    """Median lateness of a tick [s]."""
-    p99: float
-    """Lateness that 99 % of the ticks stay below [s]."""
-    worst: float
-    """Greatest lateness of a tick that was not skipped [s]."""
+    ticks: int  # Ticks that ran
+    overruns: int  # Ticks that were skipped, because the one before lasted too long
+    median: float  # Median lateness of a tick [s]
+    p99: float  # Lateness that 99 % of the ticks stay below [s]
+    worst: float  # Greatest lateness of a tick that was not skipped [s]
 
     @property
     def text(self) -> str:

@@ -12,16 +12,13 @@ from pathlib import Path
 
 from tendon_hardware.errors import PortBusy, PortUnavailable
 
-LOCK_FOLDER = Path("/run/lock")
-"""Folder of the locks of devices in the file hierarchy standard."""
+LOCK_FOLDER = Path("/run/lock")  # Folder of the locks of devices in the file hierarchy standard
 SHARED_FOLDER = Path("/", "tmp")
 """Where they are put where not every user may write there: all users must look at one place."""
-EVERYBODY = 0o666
-"""Rights of a lock: whoever may use the port may lock it."""
+EVERYBODY = 0o666  # Rights of a lock: whoever may use the port may lock it
 PATIENCE = 1.0
 """Longest wait for a lock [s]: a keeper of a dead program's motor takes 0.2 s to switch it off."""
-LONGEST_NAMES = 5200
-"""Bytes in which a lock names processes."""
+LONGEST_NAMES = 5200  # Bytes in which a lock names processes
 LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
 """File of the latency timer of an FTDI adapter in Linux."""
 

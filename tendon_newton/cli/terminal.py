@@ -29,11 +29,9 @@ class Terminal:
         self.line = False
 
     def __enter__(self) -> Self:
-        """Begin."""
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Leave the line of figures."""
         self.end_line()
 
     def ask(self, text: str) -> None:

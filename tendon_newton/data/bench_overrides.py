@@ -24,23 +24,16 @@ BENCH_OVERRIDE_RANGES: dict[str, tuple[float, float, str]] = {
 class BenchOverrides:
     """Numbers of a bench that differ from its asset, one per joint; ``None`` keeps the asset's."""
 
-    mass: tuple[float, ...] | None = None
-    """Mass of the link that each joint carries [kg]."""
-    length: tuple[float, ...] | None = None
-    """Length of that link [m]."""
+    mass: tuple[float, ...] | None = None  # Mass of the link that each joint carries [kg]
+    length: tuple[float, ...] | None = None  # Length of that link [m]
+    # Mass of an even arm from each joint to the centre of that link, on top of its mass [kg]
     arm_mass: tuple[float, ...] | None = None
-    """Mass of an even arm from each joint to the centre of that link, on top of its mass [kg]."""
-    stiffness: tuple[float, ...] | None = None
-    """Return spring of each joint [N/m or N m/rad]."""
-    damping: tuple[float, ...] | None = None
-    """Damping of each joint [N s/m or N m s/rad]."""
-    range: tuple[float, ...] | None = None
-    """Travel of each joint from zero [m or rad]."""
-    moment_arm: tuple[float, ...] | None = None
-    """Tendon excursion per joint motion [m/rad or 1]."""
+    stiffness: tuple[float, ...] | None = None  # Return spring of each joint [N/m or N m/rad]
+    damping: tuple[float, ...] | None = None  # Damping of each joint [N s/m or N m s/rad]
+    range: tuple[float, ...] | None = None  # Travel of each joint from zero [m or rad]
+    moment_arm: tuple[float, ...] | None = None  # Tendon excursion per joint motion [m/rad or 1]
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no bench can have."""
         for key, (lower, upper, unit) in BENCH_OVERRIDE_RANGES.items():
             values: tuple[float, ...] | None = getattr(self, key)
             if values is None:

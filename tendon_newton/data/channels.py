@@ -13,18 +13,12 @@ from math import pi
 class Channel:
     """One channel of a recording as it stands in a file."""
 
-    field: str
-    """Attribute of a recording that holds it."""
-    column: str
-    """Column name in a file."""
-    unit: str
-    """SI unit in words."""
-    lower: float
-    """Least credible value [unit]."""
-    upper: float
-    """Greatest credible value [unit]."""
-    slip: str
-    """Most likely unit of a value outside the range."""
+    field: str  # Attribute of a recording that holds it
+    column: str  # Column name in a file
+    unit: str  # SI unit in words
+    lower: float  # Least credible value [unit]
+    upper: float  # Greatest credible value [unit]
+    slip: str  # Most likely unit of a value outside the range
 
 
 # ten turns: 0.79 m of tendon on the nominal 12.5 mm spool, while fingers need 2 turns; 60 degrees

@@ -106,8 +106,7 @@ KEY_TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
     "obstacle": (str, "a string"),
 }
 
-Entry = dict[str, Any]
-"""One ``[[recordings]]`` table as TOML gives it; never leaves this file."""
+Entry = dict[str, Any]  # One ``[[recordings]]`` table as TOML gives it; never leaves this file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +121,6 @@ class Dataset:
     """Recordings that are never fitted."""
 
     def __repr__(self) -> str:
-        """Say what it holds, without its numbers."""
         every = (*self.train, *self.test)
         benches = ", ".join(dict.fromkeys(recording.bench for recording in every))
         return (

@@ -12,13 +12,10 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import look_up
 
-RATE = 80.0
-"""Rows per second [Hz]."""
-LARGEST_COMMAND = 2.0 * pi
-"""End of the command range [rad]; it starts at 0."""
+RATE = 80.0  # Rows per second [Hz]
+LARGEST_COMMAND = 2.0 * pi  # End of the command range [rad]; it starts at 0
 
-TEST_ANGLES = (0.0, 2.0, 4.0, 1.0)
-"""Angles of the paper's test steps [rad]."""
+TEST_ANGLES = (0.0, 2.0, 4.0, 1.0)  # Angles of the paper's test steps [rad]
 
 Excitation = Callable[[Array, np.random.Generator], Array]
 """(time (T,) [s], rng) -> command (T,) [rad], inside [0, 2 pi]."""
@@ -111,8 +108,7 @@ TEST_EXCITATIONS: dict[str, Excitation] = {
 """Commands on which the paper reports errors; the same in every run."""
 
 
-DESIGNED = "designed"
-"""Stands for the excitation of a command that was made for one run."""
+DESIGNED = "designed"  # Stands for the excitation of a command that was made for one run
 
 
 def find_excitation(name: str) -> Excitation:

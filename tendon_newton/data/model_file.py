@@ -25,8 +25,7 @@ from tendon_newton.data.servo_names import name_of
 from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
 
 KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit", "tolerances")
-SERVO = "servo"
-"""Key of an effect that is about one servo."""
+SERVO = "servo"  # Key of an effect that is about one servo
 
 
 def no_benches() -> Mapping[str, BenchOverrides]:
@@ -62,7 +61,6 @@ class NamedValues:
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
 
     def __repr__(self) -> str:
-        """Write it as a call, numbers with six digits."""
         numbers = (
             f"{key}={value!r}" if isinstance(value, str) else f"{key}={value:.6g}"
             for key, value in self.values.items()
@@ -100,7 +98,6 @@ class Model:
         object.__setattr__(self, "tolerances", MappingProxyType(dict(self.tolerances)))
 
     def __repr__(self) -> str:
-        """Write actuator and effects, and what else there is."""
         parts = [repr(self.actuator), *map(repr, self.effects)]
         parts += [f"bench_overrides: {listed(self.bench_overrides)}"] * bool(self.bench_overrides)
         parts += [f"fit: {listed(self.fit)}"] * bool(self.fit)

@@ -51,14 +51,11 @@ SMALLEST, GREATEST = 1.0e-4, 1.0e4
 class BenchScale:
     """Ratios of a bench's numbers to those of the nominal benches, for which ranges are stated."""
 
-    force: float = 1.0
-    """Ratio of the forces [1]."""
-    travel: float = 1.0
-    """Ratio of the tendon's travel [1]."""
-    turn: float = 1.0
-    """Ratio of the motor angle for the same travel [1]."""
+    force: float = 1.0  # Ratio of the forces [1]
+    travel: float = 1.0  # Ratio of the tendon's travel [1]
+    turn: float = 1.0  # Ratio of the motor angle for the same travel [1]
+    # Whether forces are torques [N m], because a shaft stands in for the string
     is_shaft: bool = False
-    """Whether forces are torques [N m], because a shaft stands in for the string."""
 
     @property
     def force_unit(self) -> str:
@@ -80,32 +77,24 @@ class BenchScale:
 class Parameter:
     """One physical number with the range in which it makes sense on the nominal benches."""
 
-    name: str
-    """Key in a model file."""
-    unit: str
-    """SI unit, ``1`` where it has none."""
+    name: str  # Key in a model file
+    unit: str  # SI unit, ``1`` where it has none
     _: KW_ONLY
+    # Value at which what it describes vanishes [unit]; may be infinite (a rigid tendon)
     null: float
-    """Value at which what it describes vanishes [unit]; may be infinite (a rigid tendon)."""
-    nominal: float
-    """Typical value, where a search starts [unit]."""
-    lower: float
-    """Least value that makes sense [unit]."""
-    upper: float
-    """Greatest value that makes sense [unit]."""
-    source: str = ""
-    """Source of the range."""
+    nominal: float  # Typical value, where a search starts [unit]
+    lower: float  # Least value that makes sense [unit]
+    upper: float  # Greatest value that makes sense [unit]
+    source: str = ""  # Source of the range
+    # Whether the range is the same on a bench of any size, whatever the unit: a tilt's
     absolute: bool = False
-    """Whether the range is the same on a bench of any size, whatever the unit: a tilt's."""
-    optional: bool = False
-    """Whether a model may leave it out, and so at its null."""
+    optional: bool = False  # Whether a model may leave it out, and so at its null
+    # Standard deviation by which a sound bench differs from what drawing, data sheet or
+    # calibration state: a share of what is stated where that cannot be zero, else [unit].
+    # Zero where nothing states it.
     tolerance: float = 0.0
-    """Standard deviation by which a sound bench differs from what drawing, data sheet or
-    calibration state: a share of what is stated where that cannot be zero, else [unit]. Zero where
-    nothing states it."""
 
     def __post_init__(self) -> None:
-        """Refuse bounds that no number can meet."""
         if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
             raise InvalidParameter(
                 f"the bounds of {self.name!r} must be finite; they are "

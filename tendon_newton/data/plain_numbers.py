@@ -40,8 +40,7 @@ SHARES = (
     ("viscoelastic_spring", "stiffness_ratio"),
 )
 """(effect, parameter) without a unit that reads best in per cent."""
-LARGE = 1.0e4
-"""Numbers from here on are written in thousands."""
+LARGE = 1.0e4  # Numbers from here on are written in thousands
 
 
 def number(value: float, digits: int = 3) -> str:

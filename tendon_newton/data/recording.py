@@ -25,14 +25,12 @@ __all__ = ["Array", "BenchOverrides", "Indices", "Mask", "Recording"]
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 """Places in another array, or numbers of recordings, blocks, folds or columns."""
-Mask = NDArray[np.bool_]
-"""What holds for each row, entry or parameter."""
+Mask = NDArray[np.bool_]  # What holds for each row, entry or parameter
 
 DrivenBy = Literal["command", "path", "force"]
 """What a recording gives a simulation: commands of its servo; where its shaft was, and what loaded
 the joint; or its measured tension alone."""
-FREE = "free"
-"""Obstacle of a recording in which nothing touches the mechanism."""
+FREE = "free"  # Obstacle of a recording in which nothing touches the mechanism
 BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -92,7 +90,6 @@ class Recording:
     """What stood in the mechanism's way, in a word; ``free`` where nothing did."""
 
     def __post_init__(self) -> None:
-        """Check every promise, then make the arrays read-only."""
         freeze_arrays(self)
         check_setting(self)
         check_time(self)
@@ -100,7 +97,6 @@ class Recording:
         check_values(self)
 
     def __repr__(self) -> str:
-        """Say what it holds, without its numbers."""
         return (
             f"Recording({self.name!r}, {self.bench}: {self.sample_count} rows, "
             f"{self.duration:.1f} s, {', '.join(self.signals)})"

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, GREY, COMMAND, SIMULATED = "#2b2f36", "#8a8f98", "#b8860b", "#1f6f8b"
-COLUMNS = 3
-"""Panels side by side in a picture of many recordings."""
+COLUMNS = 3  # Panels side by side in a picture of many recordings
 SIGNALS = {
     "motor_position": ("motor angle [rad]", "mrad", 1.0e3),
     "force": ("tension [N]", "N", 1.0),

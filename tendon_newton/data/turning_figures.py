@@ -8,22 +8,17 @@ from numpy.typing import NDArray
 from tendon_newton.data.cards.turning_task import TurningTask, half_turn
 from tendon_newton.data.recording import Array
 
-MINUTE = 60.0
-"""[s]."""
+MINUTE = 60.0  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class TurningFigures:
     """What W balls did in the same time."""
 
-    seconds: float
-    """Time that each was watched [s]."""
-    turned: Array
-    """Net turn of each about the axis while in the cup [rad], shape (W,)."""
-    drops: NDArray[np.int64]
-    """Times that each left the cup, shape (W,)."""
-    tension: Array
-    """Largest tension of each hand's tendons [N], shape (W,)."""
+    seconds: float  # Time that each was watched [s]
+    turned: Array  # Net turn of each about the axis while in the cup [rad], shape (W,)
+    drops: NDArray[np.int64]  # Times that each left the cup, shape (W,)
+    tension: Array  # Largest tension of each hand's tendons [N], shape (W,)
 
     @property
     def turned_per_minute(self) -> float:

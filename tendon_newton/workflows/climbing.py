@@ -42,20 +42,16 @@ from tendon_train.policy.scoring.policy_evaluation import (
 )
 from tendon_train.policy.worlds.force_model import trust_force
 
-BENCH_DURATION = 16.5
-"""Length of the paper's stairs: eleven of 1.5 s [s]."""
-NO_OTHERS = FurtherLoadCells()
-"""Further servos of a bench with one servo: none."""
+BENCH_DURATION = 16.5  # Length of the paper's stairs: eleven of 1.5 s [s]
+NO_OTHERS = FurtherLoadCells()  # Further servos of a bench with one servo: none
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClimbComparison:
     """Climbs of all policies, what they are worth, and the files that say so."""
 
-    scores: tuple[ClimbScore, ...]
-    """None of policies that turn a ball."""
-    text: str
-    """The table in Markdown."""
+    scores: tuple[ClimbScore, ...]  # None of policies that turn a ball
+    text: str  # The table in Markdown
     files: tuple[Path, ...]
 
 

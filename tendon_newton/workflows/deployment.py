@@ -37,13 +37,11 @@ from tendon_newton.workflows.packaged_policies import policy_file
 
 JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
-JOG_STEP = 0.1
-"""By which a key moves the spool [rad]: 1.25 mm of tendon."""
+JOG_STEP = 0.1  # By which a key moves the spool [rad]: 1.25 mm of tendon
 JOG_GAIN, JOG_DUTY = 1.0, 0.25
 """Stiffness [1/rad] and greatest duty [1] of the loop under a hand: a press of a key overcomes the
 gear's friction, and at standstill it pulls some 18 N at most."""
-ROWS_MIN = 80
-"""Rows of a log that is worth listing: a second."""
+ROWS_MIN = 80  # Rows of a log that is worth listing: a second
 
 
 def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:

@@ -27,8 +27,7 @@ class DiagnosisAnswer:
     """A diagnosis and where it was written."""
 
     diagnosis: Diagnosis
-    layers: tuple[Path, ...]
-    """USD layers of what was found about the mechanisms."""
+    layers: tuple[Path, ...]  # USD layers of what was found about the mechanisms
 
 
 def diagnose_into(

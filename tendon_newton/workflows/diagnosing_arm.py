@@ -26,14 +26,12 @@ from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
 class ArmAnswer:
     """A diagnosis of each servo of an arm."""
 
-    servos: Mapping[str, DiagnosisAnswer]
-    """Joint -> its diagnosis, in the arm's order."""
-    known: KnownArm | None = None
-    """The arm; None where none was given."""
+    servos: Mapping[str, DiagnosisAnswer]  # Joint -> its diagnosis, in the arm's order
+    known: KnownArm | None = None  # The arm; None where none was given
+    # Joint -> RMS error on test recordings of plain servos simulated together [rad]
     plain: Mapping[str, float] = field(default_factory=dict[str, float])
-    """Joint -> RMS error on test recordings of plain servos simulated together [rad]."""
+    # Joint -> RMS error on test recordings of the diagnosed servos simulated together [rad]
     together: Mapping[str, float] = field(default_factory=dict[str, float])
-    """Joint -> RMS error on test recordings of the diagnosed servos simulated together [rad]."""
 
 
 def diagnose_arm_into(

@@ -34,10 +34,8 @@ REACH = 5.0  # [1] times the bench's range, which no spool misses by
 class ImportedRest:
     """A bench's friction-free equilibria under its only tendon."""
 
-    angle: Array
-    """Motor angle [rad], increasing, shape (N,)."""
-    tension: Array
-    """Tension that holds it there [N], shape (N,)."""
+    angle: Array  # Motor angle [rad], increasing, shape (N,)
+    tension: Array  # Tension that holds it there [N], shape (N,)
 
     def angle_under(self, command: float, gain: float) -> float:
         """Return the motor angle [rad] at which a spring of some gain [N/rad] rests."""

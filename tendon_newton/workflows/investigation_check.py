@@ -28,8 +28,7 @@ class Ready:
     """How all runs of an investigation are recorded."""
 
     settings: CollectSettings
-    addresses: Mapping[str, BenchAddress]
-    """Address of each bench, by its name."""
+    addresses: Mapping[str, BenchAddress]  # Address of each bench, by its name
 
 
 def check(options: InvestigateOptions, *, budget: float) -> Ready:

@@ -19,16 +19,12 @@ from tendon_newton.diagnosis.next_experiment.task_file import read_task
 from tendon_newton.diagnosis.next_experiment.worst_case import Designs
 from tendon_newton.workflows.options import InvestigateOptions
 
-RECORDINGS = "recordings"
-"""Folder of the dataset in that of an investigation."""
+RECORDINGS = "recordings"  # Folder of the dataset in that of an investigation
 CHANGE_OF_BENCH = 60.0
 """Time that it takes a person to mount another bench [s]; a virtual one is there at once."""
-FORCE_SHARE = 0.8
-"""Share of the tension limit that no designed run may reach in simulation [1]."""
-LITTLE = 0.1
-"""A run that is expected to bring less is not worth its time [bit]."""
-SPENT = "the time at the bench is spent"
-"""Beginning of the reason that a larger budget removes."""
+FORCE_SHARE = 0.8  # Share of the tension limit that no designed run may reach in simulation [1]
+LITTLE = 0.1  # A run that is expected to bring less is not worth its time [bit]
+SPENT = "the time at the bench is spent"  # Beginning of the reason that a larger budget removes
 
 
 def choose_next(

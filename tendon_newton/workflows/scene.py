@@ -22,10 +22,8 @@ COLORS = {
     "tip": (43, 47, 54),
 }
 """Colours of what is drawn, red green blue."""
-THICKNESS = 0.012
-"""Half the thickness of a bone as a share of the finger's length [1]."""
-MARGIN = 0.15
-"""Room around all postures as a share of the finger's length [1]."""
+THICKNESS = 0.012  # Half the thickness of a bone as a share of the finger's length [1]
+MARGIN = 0.15  # Room around all postures as a share of the finger's length [1]
 
 
 class BenchScene:

@@ -17,8 +17,7 @@ from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.scoring.policy_evaluation import RunnablePolicy
 from tendon_train.policy.scoring.turning_score import as_trained, on_tensors, turning_worlds, watch
 
-Row = tuple[str, str, TurningFigures]
-"""Policy, force model and figures."""
+Row = tuple[str, str, TurningFigures]  # Policy, force model and figures
 
 
 def compare_turning(

@@ -30,14 +30,10 @@ from tendon_newton.workflows.scene import BenchScene, View
 TOPICS = frozenset(
     {COMMAND_TOPIC, STATE_TOPIC, FORCE_TOPIC, TIP_TOPIC, DIAGNOSTICS_TOPIC, STEP_TOPIC}
 )
-LONGEST_LOG = 1 << 30
-"""Bytes to which a log that is followed may grow."""
-LOOK_PERIOD = 0.05
-"""Time between two looks at a file that grows [s]."""
-SAFETY = "safety"
-"""Source of what the rules did."""
-LEVELS = ("info", "warn", "error", "error")
-"""Names of the levels of a diagnostic status."""
+LONGEST_LOG = 1 << 30  # Bytes to which a log that is followed may grow
+LOOK_PERIOD = 0.05  # Time between two looks at a file that grows [s]
+SAFETY = "safety"  # Source of what the rules did
+LEVELS = ("info", "warn", "error", "error")  # Names of the levels of a diagnostic status
 
 
 class GrowingFile:

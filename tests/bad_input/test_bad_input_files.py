@@ -13,8 +13,7 @@ from tests.importers.logs import dataset, model
 HEADER = "t,theta,theta_dot,force\n"
 ENTRY = '[[recordings]]\nfile = "train.csv"\nbench = "finger"\nsplit = "train"\n'
 SPLIT = 'split = "train"'
-QUICK = 5.0
-"""A refusal takes less of a core [s]: the widest case, a million columns, takes 2 s."""
+QUICK = 5.0  # A refusal takes less of a core [s]: the widest case, a million columns, takes 2 s
 
 
 def folder_of_junk(path: Path) -> None:

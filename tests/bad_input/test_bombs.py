@@ -20,8 +20,7 @@ from tests.formats.sessions import write_session
 
 MEGABYTE = 1 << 20
 GIGABYTE = 1 << 30
-MEMORY = 200 * MEGABYTE
-"""Most that a refusal may take beyond what there was [bytes]."""
+MEMORY = 200 * MEGABYTE  # Most that a refusal may take beyond what there was [bytes]
 SECONDS = 10.0
 """Time of a core in which a refusal must come [s]; on a free one it is less than half."""
 MAGIC = b"\x89MCAP0\r\n"

@@ -18,21 +18,17 @@ from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, commanded
 
 BENCHES = ("finger", "finger_routed", "thumb", "spring_weak", "spring_strong", "pendulum")
-TIME_STEPS = (SEARCH_STEP, FINER * SEARCH_STEP)
-"""[s] Those of a diagnosis."""
+TIME_STEPS = (SEARCH_STEP, FINER * SEARCH_STEP)  # [s] Those of a diagnosis
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
-FRICTIONS = (None, "coulomb_friction")
-"""What an effect is tried beside, at its typical strength."""
+FRICTIONS = (None, "coulomb_friction")  # What an effect is tried beside, at its typical strength
 SHARES = {1: (0.0, 0.33, 0.67, 1.0), 2: (0.0, 0.5, 1.0), 3: (0.0, 1.0)}
 """Where between its bounds a number is tried, by how many an effect has."""
 OVERSHOOT = 0.1
 """How far a joint ten times as heavy presses into its end stop, as a share of its range [1]."""
 SWING, DAMPING = 1.2, 0.1
 """[rad], [N m s/rad] Greatest command and damping of a pendulum; the others are asked for 6 rad."""
-FURTHEST = 1.0e3
-"""[rad] A shaft without stops goes round where a late servo drives it on."""
-FASTEST = 1.0e3
-"""[rad/s] A slider's spring without damping turns half a spool by 600."""
+FURTHEST = 1.0e3  # [rad] A shaft without stops goes round where a late servo drives it on
+FASTEST = 1.0e3  # [rad/s] A slider's spring without damping turns half a spool by 600
 STRONGEST = 250.0
 """[N] A gear that loses nine tenths of what drives it back holds ten times the servo's 21 N."""
 

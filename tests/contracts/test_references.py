@@ -21,10 +21,8 @@ from tendon_newton.errors import InvalidDeviceCode
 class Bench:
     """A struct with numbers and an array."""
 
-    mass: real
-    """[kg]."""
-    masses: DeviceArray[real]
-    """Of all benches [kg]."""
+    mass: real  # [kg]
+    masses: DeviceArray[real]  # Of all benches [kg]
 
 
 @device_template

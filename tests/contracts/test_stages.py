@@ -22,8 +22,7 @@ from tests.stage_table import CONTRIBUTING, with_table
 
 CALLERS = (servo, gear, string, spool, states, sensors, spools, history_kernels)
 """Modules whose functions hand a tendon to the effects of a stage."""
-GIVEN = {Stage.STRETCH, Stage.ANGLE, Stage.ENCODER, *KNOWN_IN["error"]}
-"""Stages of a tendon."""
+GIVEN = {Stage.STRETCH, Stage.ANGLE, Stage.ENCODER, *KNOWN_IN["error"]}  # Stages of a tendon
 
 
 @device_template

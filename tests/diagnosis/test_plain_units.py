@@ -32,8 +32,7 @@ LOAD, ARM, GRAVITY = 0.49, 0.10, 9.81  # [kg], [m], [m/s2] of the shaft
 SERVO = 4.0  # [N m/rad]
 SHAFT_VISCOUS, SHAFT_DRY = 0.05, 0.008  # [N m s/rad], [N m]
 
-Drive = Callable[[float, float, float], float]
-"""Time [s], position and speed -> force."""
+Drive = Callable[[float, float, float], float]  # Time [s], position and speed -> force
 Found = tuple[Diagnosis, Evidence]
 
 

@@ -20,10 +20,8 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 
 Array = NDArray[np.float64]
-ROW, STEPS = 0.02, 20
-"""Time from row to row [s], and steps in it."""
-DELAY, LAG, BAND = 0.038, 0.048, 0.008
-"""What the servo does: [s], [s], [rad]."""
+ROW, STEPS = 0.02, 20  # Time from row to row [s], and steps in it
+DELAY, LAG, BAND = 0.038, 0.048, 0.008  # What the servo does: [s], [s], [rad]
 COUNT = 2.0 * np.pi / 4096.0  # [rad]
 
 

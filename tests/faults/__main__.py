@@ -35,8 +35,7 @@ from tests.faults.soak import soak
 Examination = Callable[[int], float | Release | None]
 """One run of a fault by its number: the time to the action [s], if it can be timed."""
 WIDTH = 56
-SERVOS_OF_BOTH = ("xc330_t288_t", "sts3215")
-"""A servo of each family, the bench's own first."""
+SERVOS_OF_BOTH = ("xc330_t288_t", "sts3215")  # A servo of each family, the bench's own first
 
 
 def main() -> int:

@@ -30,8 +30,7 @@ from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS
 from tests.hardware.deploy.runs import Flight
 
-LENGTH = 20.0
-"""Length of a run [s]."""
+LENGTH = 20.0  # Length of a run [s]
 
 
 @dataclass(frozen=True, kw_only=True)

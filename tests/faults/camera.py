@@ -13,14 +13,10 @@ from tendon_hardware.deployment.ball_watch import BLIND, BallWatch
 from tendon_hardware.load_cells.framing import crc8
 from tendon_newton.data.cards.turning_task import TurningTask
 
-PERIOD = 1.0 / 30.0
-"""Time between frames [s]."""
-DELAY = 0.075
-"""From a frame's exposure to its line [s]."""
-BEGIN = 2.0
-"""When faults begin [s]."""
-LENGTH = 6.0
-"""How long they are looked at [s]."""
+PERIOD = 1.0 / 30.0  # Time between frames [s]
+DELAY = 0.075  # From a frame's exposure to its line [s]
+BEGIN = 2.0  # When faults begin [s]
+LENGTH = 6.0  # How long they are looked at [s]
 
 Told = Callable[[int, float], tuple[int, float, bool] | None]
 """Makes of a frame's number and time [s] what is told of it: number, age [s], and whether its place

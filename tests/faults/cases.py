@@ -20,8 +20,7 @@ from tests.hardware.deploy.policies import policy_of
 from tests.hardware.deploy.runs import Flight, closing
 
 SETTINGS = DeploySettings(duration=6.0)
-ALLOWED = 0.1
-"""From a fault to what is done against it [s]."""
+ALLOWED = 0.1  # From a fault to what is done against it [s]
 NAN = float("nan")
 
 
@@ -58,23 +57,19 @@ class Spoilt:
 class Case:
     """A fault and the rule that must act against it."""
 
-    rule: str
-    """Its name, or nothing where the run must go on as if nothing was."""
-    sooner: str = ""
-    """Another rule that may act before it, in the same way."""
+    rule: str  # Its name, or nothing where the run must go on as if nothing was
+    sooner: str = ""  # Another rule that may act before it, in the same way
     action: str
     fault: Callable[[Bench, StopRequest], None] | None = None
     settings: DeploySettings = SETTINGS
+    # Makes what gives the outputs of a policy that goes bad
     bad: Callable[[], Callable[[], Any]] | None = None
-    """Makes what gives the outputs of a policy that goes bad."""
-    calm: bool = False
-    """Whether it does nothing before."""
-    allowed: float = ALLOWED
-    """From the fault to the end of the action [s]."""
+    calm: bool = False  # Whether it does nothing before
+    allowed: float = ALLOWED  # From the fault to the end of the action [s]
+    # Whether its numbers are of the bench's own servo: another's loop pulls otherwise
     own: bool = False
-    """Whether its numbers are of the bench's own servo: another's loop pulls otherwise."""
+    # Whether the servo can be told to switch its motor off; else its watchdog takes the duty
     reachable: bool = True
-    """Whether the servo can be told to switch its motor off; else its watchdog takes the duty."""
     words: dict[str, Any] = field(default_factory=dict)
 
     def flight(self, after: float) -> Flight:

@@ -16,8 +16,7 @@ from tests.faults import injections as on
 from tests.faults.injections import FULL, LONG, let
 from tests.hardware.deploy.runs import at_instant
 
-BEGIN = 3.0
-"""When faults begin, since the bench was opened [s]: the run has begun by then."""
+BEGIN = 3.0  # When faults begin, since the bench was opened [s]: the run has begun by then
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,10 +24,8 @@ class Collecting:
     """A fault during a recording, and what must come of it."""
 
     fault: Callable[[Bench, StopRequest], None]
-    said: str
-    """What the reason says; nothing where the run must go on."""
-    allowed: float = 0.15
-    """From the fault to a motor that is off [s]."""
+    said: str  # What the reason says; nothing where the run must go on
+    allowed: float = 0.15  # From the fault to a motor that is off [s]
 
     def examine(self, after: float) -> float | None:
         """Record and require what must come of it; return the time to a motor that is off [s]."""

@@ -11,10 +11,8 @@ from tendon_hardware.benches.bench import Bench
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import FaultEvent, Faults
 
-FULL = 2**23 - 1
-"""Greatest counts of the load cell's converter."""
-LONG = 100.0
-"""Longer than any run [s]."""
+FULL = 2**23 - 1  # Greatest counts of the load cell's converter
+LONG = 100.0  # Longer than any run [s]
 
 
 def plant(bench: Bench) -> Any:

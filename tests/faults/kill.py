@@ -28,8 +28,7 @@ from tests.faults.refreshing import before_the_bench
 from tests.hardware.deploy.policies import Proportional, card_of, write_onnx
 from tests.hardware.deploy.runs import calibration_files
 
-START = 90.0
-"""Longest start of a program on a busy machine [s]."""
+START = 90.0  # Longest start of a program on a busy machine [s]
 ATTEMPTS = 3
 """Runs before a busy machine is no excuse: it may stop any of them for 0.2 s, which is a rule."""
 BUSY = (
@@ -42,36 +41,27 @@ BUSY = (
     "must answer that its motor",
 )
 """What a run says that such a machine has ended."""
-ALLOWED = 0.25
-"""From the fault to a motor without force [s]."""
+ALLOWED = 0.25  # From the fault to a motor without force [s]
 FORGOTTEN = 0.6
 """The same where nothing but the firmware of a servo without a watchdog ends its pull [s]."""
-RESTING = 0.05
-"""Time without duty that is no rest of a driver that goes on [s]."""
-STAYS = 2.5
-"""Time after a fault in which a motor must not pull again [s]."""
-PLUGGED_AGAIN = 1.5
-"""Length of an interruption [s]."""
-PULLING = 0.05
-"""Duty from which a motor pulls [1]."""
-UP = b"\x1b[A"
-"""What the arrow key sends that winds in."""
+RESTING = 0.05  # Time without duty that is no rest of a driver that goes on [s]
+STAYS = 2.5  # Time after a fault in which a motor must not pull again [s]
+PLUGGED_AGAIN = 1.5  # Length of an interruption [s]
+PULLING = 0.05  # Duty from which a motor pulls [1]
+UP = b"\x1b[A"  # What the arrow key sends that winds in
 
 
 @dataclass(frozen=True, kw_only=True)
 class Driving:
     """A way to drive a motor."""
 
-    words: tuple[str, ...]
-    """Verb and options besides ports and folder."""
-    by_hand: bool = False
-    """Whether keys must be pressed for the motor to pull."""
-    goes_on: bool = False
-    """Whether it goes on once its adapter is back, and says so."""
+    words: tuple[str, ...]  # Verb and options besides ports and folder
+    by_hand: bool = False  # Whether keys must be pressed for the motor to pull
+    goes_on: bool = False  # Whether it goes on once its adapter is back, and says so
+    # Whether the policy's card names the servo, and an answer is asked for as often as usual
     by_card: bool = False
-    """Whether the policy's card names the servo, and an answer is asked for as often as usual."""
+    # Makes a folder in which it goes on at a port, and returns further words
     begun: Callable[[Path, str], tuple[str, ...]] | None = None
-    """Makes a folder in which it goes on at a port, and returns further words."""
 
 
 WAYS: dict[str, Driving] = {
@@ -102,8 +92,7 @@ class Program:
     policy: Path
     servo: str = "xc330_t288_t"
     further: tuple[str, ...] = ()
-    said: bytes = field(default=b"", init=False)
-    """What it has printed so far."""
+    said: bytes = field(default=b"", init=False)  # What it has printed so far
 
     @property
     def pulling(self) -> float:
@@ -119,7 +108,6 @@ class Program:
         return FAMILIES[SERVOS[self.servo].family]
 
     def __enter__(self) -> Self:
-        """Start it."""
         self.begin = time.monotonic()
         words = [word.format(policy=self.policy) for word in self.way.words]
         if self.way.begun is not None:
@@ -146,7 +134,6 @@ class Program:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End it, if it still runs."""
         self.process.kill()
         self.process.wait()
         self.signal_keeper(signal.SIGCONT)
@@ -209,14 +196,11 @@ class Harm:
     """What happens to a program that pulls."""
 
     act: Callable[[Program], None]
-    allowed: float = ALLOWED
-    """Longest time to a motor without force [s]."""
+    allowed: float = ALLOWED  # Longest time to a motor without force [s]
+    # Whether nothing but the firmware ends it where a servo has no watchdog
     forgotten: bool = False
-    """Whether nothing but the firmware ends it where a servo has no watchdog."""
-    passes: bool = False
-    """Whether it is over before a program that waits for its adapter gives up."""
-    kept: bool = False
-    """Whether it concerns a process that watches over a servo without a watchdog."""
+    passes: bool = False  # Whether it is over before a program that waits for its adapter gives up
+    kept: bool = False  # Whether it concerns a process that watches over a servo without a watchdog
 
     def limit(self, family: ServoFamily) -> float:
         """Return the longest time to a motor without force [s]."""
@@ -262,10 +246,8 @@ HARMS: dict[str, Harm] = {
 class Release:
     """How a motor came to be without force."""
 
-    took: float
-    """Time from the fault to no duty [s]."""
-    held: float
-    """Greatest tension meanwhile [N]."""
+    took: float  # Time from the fault to no duty [s]
+    held: float  # Greatest tension meanwhile [N]
 
 
 def let_go(program: Program, harm: Harm) -> Release:

@@ -43,10 +43,8 @@ from tests.train.actuator.network_files import card_of as network_card
 
 KEY = bytes(range(32))
 CALM = ForceEstimate(network_card("mlp"), lambda window: 0.0)
-STEP = 0.05
-"""Policy step, and with it the greatest age of a goal [s]."""
-LATE = 0.03
-"""What a busy machine may add to an age [s]."""
+STEP = 0.05  # Policy step, and with it the greatest age of a goal [s]
+LATE = 0.03  # What a busy machine may add to an age [s]
 
 
 def key(word: bytes, rule: str, k: int) -> float:

@@ -30,14 +30,10 @@ from tests.hardware.deploy.runs import Flight, closing
 
 Fault = Callable[[Bench, StopRequest], None]
 
-EPISODE = (20.0, 240.0)
-"""Length of a deployment [s]."""
-PAUSE = (1.0, 8.0)
-"""Between two passing faults [s]."""
-SETTLING = 5
-"""Deployments before memory is looked at: caches fill."""
-LEAK_MAX = 20.0
-"""Growth of the memory from then on that is none [MB]: the allocator's own scatter."""
+EPISODE = (20.0, 240.0)  # Length of a deployment [s]
+PAUSE = (1.0, 8.0)  # Between two passing faults [s]
+SETTLING = 5  # Deployments before memory is looked at: caches fill
+LEAK_MAX = 20.0  # Growth of the memory from then on that is none [MB]: the allocator's own scatter
 
 PASSING: dict[str, Fault] = {
     "noise": on.worse(dropped_replies=0.02, corrupted_replies=0.02, line_noise=0.05),

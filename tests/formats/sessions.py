@@ -21,10 +21,8 @@ from tendon_newton.data.formats.topic_mapping import (
 )
 from tendon_newton.data.model_file import load_model
 
-EPOCH = 1_767_225_600_000_000_000
-"""1 January 2026 [ns]."""
-START = 1234.5
-"""Of the bench's clock [s]."""
+EPOCH = 1_767_225_600_000_000_000  # 1 January 2026 [ns]
+START = 1234.5  # Of the bench's clock [s]
 HEALTH = ServoHealth(
     voltage=11.1, temperature=30.0, hardware_error=0, torque_enabled=True, watchdog_tripped=False
 )
@@ -133,10 +131,8 @@ def write_states(path: Path, messages: list[ros.Message], *, topic: str = STATE_
 class ReadingConfig:
     """What every verb that simulates starts from."""
 
-    dataset: tyro.conf.Positional[Path]
-    """Folder of the dataset."""
-    model: Path
-    """Model file."""
+    dataset: tyro.conf.Positional[Path]  # Folder of the dataset
+    model: Path  # Model file
 
 
 def main(config: ReadingConfig) -> None:

@@ -17,10 +17,8 @@ from typing import Any
 
 from tests.fuzz.targets import GROUPS
 
-HANG = 5.0
-"""Longest time of a core that a file may take [s]."""
-MEMORY = 1000.0
-"""Most memory that a file may take beyond the process's start [MB]."""
+HANG = 5.0  # Longest time of a core that a file may take [s]
+MEMORY = 1000.0  # Most memory that a file may take beyond the process's start [MB]
 PATIENCE = 120.0
 """By the clock [s], on a computer that is busy with others; a worker that is silent longer ends."""
 

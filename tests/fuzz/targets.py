@@ -22,8 +22,7 @@ class Target:
     prepare: Callable[[Path], Path]
     change: Change
     read: Callable[[Path], Any]
-    share: float = 1.0
-    """How many of its files are tried, against those of others."""
+    share: float = 1.0  # How many of its files are tried, against those of others
 
 
 def toml_of(table: Any) -> Callable[[bytes, Any], bytes]:

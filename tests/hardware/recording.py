@@ -15,8 +15,7 @@ from tendon_hardware.virtual_bench import FaultEvent, Faults
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.recording import Recording
 
-APPROACH = 4.0
-"""No run of these tests begins later than this after its bench [s]."""
+APPROACH = 4.0  # No run of these tests begins later than this after its bench [s]
 
 
 class Watcher(SilentOperator):

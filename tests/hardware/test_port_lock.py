@@ -13,8 +13,7 @@ from tendon_hardware.errors import PortBusy, PortUnavailable
 from tendon_hardware.serial_ports import PortLock, lock_fault, lock_path
 
 NOBODY = 65534
-PORT = "/dev/ptmx"
-"""A character device that everybody may open; its lock has a name of its own."""
+PORT = "/dev/ptmx"  # A character device that everybody may open; its lock has a name of its own
 
 
 @pytest.fixture

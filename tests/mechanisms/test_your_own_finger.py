@@ -20,8 +20,7 @@ from tests.mechanisms.broken.test_findings import CASES
 
 GUIDE = Path(__file__).resolve().parents[2] / "docs" / "your_own_finger.md"
 BLOCK = re.compile(r"(?:`([\w./]+)`:\n\n)?```(\w+)\n(.*?)```", re.DOTALL)
-PATIENCE = 60.0
-"""A stranger's commands together take less [s] on one busy core; the editing is his."""
+PATIENCE = 60.0  # A stranger's commands together take less [s] on one busy core; the editing is his
 
 
 def blocks() -> Iterator[tuple[str, str, str]]:

@@ -9,8 +9,7 @@ from scipy.interpolate import make_interp_spline
 
 from tendon_newton.data.recording import Array
 
-DEGREE = 5
-"""Of the splines in a smooth piece."""
+DEGREE = 5  # Of the splines in a smooth piece
 DAMPING = 5.0  # N s/m
 MASS = 0.05  # kg
 STIFFNESS = {"spring_weak": 200.0, "spring_strong": 800.0}  # N/m
@@ -21,18 +20,13 @@ class Books:
     """One run of a spring bench, row by row."""
 
     bench: str
-    time: Array
-    """[s], shape (T,)."""
-    slide: Array
-    """[m], shape (T,)."""
+    time: Array  # [s], shape (T,)
+    slide: Array  # [m], shape (T,)
+    # Tension that the load cell reports [N], shape (T,): that just after a row's instant
     force: Array
-    """Tension that the load cell reports [N], shape (T,): that just after a row's instant."""
-    jumps: Array
-    """Rows at which the force may jump, because a command or an answer changes."""
-    speed: Array | None = None
-    """Of the slide [m/s], shape (T,); by default its spline's."""
-    read_before: bool = False
-    """Whether a row's force is that just before its instant."""
+    jumps: Array  # Rows at which the force may jump, because a command or an answer changes
+    speed: Array | None = None  # Of the slide [m/s], shape (T,); by default its spline's
+    read_before: bool = False  # Whether a row's force is that just before its instant
 
     @property
     def stretches(self) -> Sequence[slice]:

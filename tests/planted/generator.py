@@ -39,35 +39,23 @@ from tests.planted.truth import Truth, changes, errors, totals
 class Recipe:
     """Everything that decides a dataset: the same recipe gives the same files."""
 
-    effects: tuple[str, ...] = ()
-    """Names in ``EFFECTS`` or ``OUTSIDE``; none plants nothing."""
+    effects: tuple[str, ...] = ()  # Names in ``EFFECTS`` or ``OUTSIDE``; none plants nothing
     seed: int = 0
-    mix: str = "A"
-    """Benches, a key of ``MIXES``."""
-    duration: tuple[float, float] = DURATION
-    """Shortest and longest recording [s]."""
-    size: float = 1.0
-    """Size of the causes [1]: 1 is well above the noise, a tenth is hard to see."""
-    force_noise: float = FORCE_NOISE
-    """Standard deviation of the load cell's noise [N]."""
-    noise_colour: float = 0.0
-    """Correlation of the load cell's noise between rows [1]."""
-    known_friction: bool = False
-    """Whether plant and model share a viscous and a dry friction."""
-    cell_rate: float | None = None
-    """Readings of the load cell per second [Hz]; None is one per row."""
-    gaps: bool = False
-    """Whether the log loses rows; their commands were given all the same."""
-    imperfection: float = 0.0
-    """Size of unlisted faults of the plant [1]."""
+    mix: str = "A"  # Benches, a key of ``MIXES``
+    duration: tuple[float, float] = DURATION  # Shortest and longest recording [s]
+    size: float = 1.0  # Size of the causes [1]: 1 is well above the noise, a tenth is hard to see
+    force_noise: float = FORCE_NOISE  # Standard deviation of the load cell's noise [N]
+    noise_colour: float = 0.0  # Correlation of the load cell's noise between rows [1]
+    known_friction: bool = False  # Whether plant and model share a viscous and a dry friction
+    cell_rate: float | None = None  # Readings of the load cell per second [Hz]; None is one per row
+    gaps: bool = False  # Whether the log loses rows; their commands were given all the same
+    imperfection: float = 0.0  # Size of unlisted faults of the plant [1]
+    # Share by which masses, lengths and a moment arm may differ from the model's [1]
     off_nominal: float = 0.0
-    """Share by which masses, lengths and a moment arm may differ from the model's [1]."""
+    # Whether the plant's bristles, knees and contacts have its other laws
     second_form: bool = False
-    """Whether the plant's bristles, knees and contacts have its other laws."""
-    without_force: bool = False
-    """Whether the bench has no load cell."""
-    on_joint: bool = False
-    """Whether a slider has an encoder of its own."""
+    without_force: bool = False  # Whether the bench has no load cell
+    on_joint: bool = False  # Whether a slider has an encoder of its own
 
 
 def make_dataset(out: Path, recipe: Recipe) -> Truth:

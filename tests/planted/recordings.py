@@ -32,8 +32,7 @@ MIXES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "P": ("pendulum",),
     }
 )
-SWING = 1.2
-"""Greatest command of a pendulum, either way [rad]; the others are asked for 0 to 2 pi."""
+SWING = 1.2  # Greatest command of a pendulum, either way [rad]; the others are asked for 0 to 2 pi
 KINDS = ("steps", "sine", "ramp", "stairs", "steps")
 
 

@@ -45,8 +45,7 @@ SHORT_SEEDS = {
 """Draws whose short recordings tell a law from the plainer one that it contains, or leave both as a
 class; they were chosen among three or four with the answers in sight. All others are the first
 draw."""
-SHORT_LOOSE = {"stribeck_friction": 0.25}
-"""Other tolerances of the numbers of such recordings [1]."""
+SHORT_LOOSE = {"stribeck_friction": 0.25}  # Other tolerances of the numbers of such recordings [1]
 
 
 def diagnosed(folder: Path, recipe: Recipe) -> tuple[dict, Truth]:

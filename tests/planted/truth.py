@@ -25,20 +25,16 @@ THETA = 20.0  # [1] floors of the angle that count as one of the force: 0.1 N is
 class Truth:
     """What is hidden in a dataset; never part of its folder."""
 
+    # The planted causes, of the catalogue or outside it; none if nothing is hidden
     effects: tuple[str, ...]
-    """The planted causes, of the catalogue or outside it; none if nothing is hidden."""
+    # Parameters of each, as totals where the model already knows part of it
     parameters: Mapping[str, Mapping[str, float]]
-    """Parameters of each, as totals where the model already knows part of it."""
-    strength: float
-    """RMS change of the held-out force, in noise floors [1]."""
-    strength_theta: float
-    """RMS change of the held-out motor angle, in noise floors [1]."""
+    strength: float  # RMS change of the held-out force, in noise floors [1]
+    strength_theta: float  # RMS change of the held-out motor angle, in noise floors [1]
+    # Held-out RMS errors of the starting model: force [N], motor angle [rad]
     nominal: tuple[float, float]
-    """Held-out RMS errors of the starting model: force [N], motor angle [rad]."""
-    true: tuple[float, float]
-    """The same of the plant itself."""
-    bristle: float
-    """Travel over which the plant's friction builds up to 63 % [m]."""
+    true: tuple[float, float]  # The same of the plant itself
+    bristle: float  # Travel over which the plant's friction builds up to 63 % [m]
 
     @property
     def outside(self) -> tuple[str, ...]:

@@ -26,10 +26,8 @@ from tendon_hardware.virtual_bench.emulation.plant import PlantState
 from tendon_hardware.virtual_bench.physics.unit import has_ball, servo_count
 from tendon_newton.errors import InvalidParameter
 
-RETRIES = 2
-"""Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
-PATIENCE = 8
-"""Attempts on a virtual bench in real time, which answers when the scheduler lets it."""
+RETRIES = 2  # Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz
+PATIENCE = 8  # Attempts on a virtual bench in real time, which answers when the scheduler lets it
 
 
 class VirtualControls(Protocol):
@@ -70,15 +68,12 @@ class Bench:
     """A bench whose ports are open."""
 
     address: BenchAddress
-    drives: tuple[BenchDrive, ...]
-    """All servos on the bus, in the order of the asset's tendons."""
+    drives: tuple[BenchDrive, ...]  # All servos on the bus, in the order of the asset's tendons
     clock: Clock
-    camera: Camera | None = None
-    """Sees the ball in a hand; opened by who needs it."""
+    camera: Camera | None = None  # Sees the ball in a hand; opened by who needs it
+    # Controls of a virtual bench: obstacles, faults, masses; None on a real one
     controls: VirtualControls | None = None
-    """Controls of a virtual bench: obstacles, faults, masses; None on a real one."""
-    lockstep: bool = False
-    """Whether time passes only while the bench is waited for."""
+    lockstep: bool = False  # Whether time passes only while the bench is waited for
 
     @property
     def servo(self) -> BusServo:

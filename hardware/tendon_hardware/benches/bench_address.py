@@ -21,47 +21,36 @@ FILTERS = {
 class DriveAddress:
     """Port and ID of one servo of a bench, and the load cell in its tendon."""
 
-    identifier: int
-    """ID on the bus."""
+    identifier: int  # ID on the bus
+    # Serial port of its load cell; a virtual bench brings its own
     load_cell_port: str | None = None
-    """Serial port of its load cell; a virtual bench brings its own."""
-    calibration: Path | None = None
-    """File that turns counts into newtons."""
+    calibration: Path | None = None  # File that turns counts into newtons
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchAddress:
     """Ports, servos and asset of a bench, real or virtual."""
 
-    bench: str
-    """Name under ``assets/``."""
-    port: str
-    """Serial port of the servo, or ``virtual[:BENCH[:SEED[:WEAR]]]``."""
+    bench: str  # Name under ``assets/``
+    port: str  # Serial port of the servo, or ``virtual[:BENCH[:SEED[:WEAR]]]``
+    # Serial port of the load cell; a virtual bench brings its own
     load_cell_port: str | None = None
-    """Serial port of the load cell; a virtual bench brings its own."""
+    # Port on which a camera's program tells where a ball is; a virtual hand brings its own
     camera_port: str | None = None
-    """Port on which a camera's program tells where a ball is; a virtual hand brings its own."""
-    load_cell: str = "hx711_serial"
-    """Kind of the load cell."""
-    calibration: Path | None = None
-    """File that turns counts into newtons."""
-    servo: str = "xc330_t288_t"
-    """Kind of the servo."""
-    identifier: int = 1
-    """ID of the servo on the bus."""
+    load_cell: str = "hx711_serial"  # Kind of the load cell
+    calibration: Path | None = None  # File that turns counts into newtons
+    servo: str = "xc330_t288_t"  # Kind of the servo
+    identifier: int = 1  # ID of the servo on the bus
+    # Further servos of the same kind on the bus, in the order of the asset's tendons
     further: tuple[DriveAddress, ...] = ()
-    """Further servos of the same kind on the bus, in the order of the asset's tendons."""
-    baud: int = 1_000_000
-    """Rate of the bus [1/s]."""
+    baud: int = 1_000_000  # Rate of the bus [1/s]
+    # Times that an instruction to the servo is sent again; 2 in real use, which is one tick
     retries: int | None = None
-    """Times that an instruction to the servo is sent again; 2 in real use, which is one tick."""
+    # Readings per second of a virtual load cell [Hz]: 80, 20 or 10; a real one has its own
     load_cell_rate: int = 20
-    """Readings per second of a virtual load cell [Hz]: 80, 20 or 10; a real one has its own."""
-    lockstep: bool = False
-    """Whether a virtual bench runs as fast as it can instead of in real time."""
+    lockstep: bool = False  # Whether a virtual bench runs as fast as it can instead of in real time
 
     def __post_init__(self) -> None:
-        """Refuse kinds that stand in no table, and a hurry that no real bench has."""
         if self.retries is not None and not 0 <= self.retries <= 100:
             raise InvalidParameter(f"retries must be 0 to 100; they are {self.retries}")
         if not self.virtual and get_close_matches(self.port.split(":")[0], [WORD]):

@@ -16,10 +16,8 @@ from tendon_hardware.virtual_bench import LockstepBench
 
 MASSES = (0.0, 0.2, 0.5, 1.0, 2.0)
 """What is hung, up and down [kg]; the greatest is about what the servo pulls, 21 N."""
-REST = 1.0
-"""Time that a mass hangs before it is measured [s]; at 10 SPS the filter takes 0.4 s."""
-TARE_TIME, MASS_TIME = 5.0, 2.0
-"""Lengths of a measurement without and with a mass [s]."""
+REST = 1.0  # Time that a mass hangs before it is measured [s]; at 10 SPS the filter takes 0.4 s
+TARE_TIME, MASS_TIME = 5.0, 2.0  # Lengths of a measurement without and with a mass [s]
 DATE = "2026-01-01T00:00:00+00:00"
 """When a virtual operator did it: always, so that the same unit has the same calibration."""
 

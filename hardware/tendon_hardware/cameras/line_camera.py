@@ -13,20 +13,16 @@ from tendon_hardware.clock import Clock, MonotonicClock
 from tendon_hardware.load_cells.byte_stream import ByteStream, SerialStream
 from tendon_hardware.load_cells.framing import LineSplitter, crc8
 
-Place = tuple[float, float, float]
-"""Place of the ball's middle, in the axes of the hand's base [m]."""
+Place = tuple[float, float, float]  # Place of the ball's middle, in the axes of the hand's base [m]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Sighting:
     """The ball in one frame."""
 
-    sequence: int
-    """Number of the frame since the camera started; it grows."""
-    exposed: float
-    """Middle of the exposure on the bench's clock [s]."""
-    arrived: float
-    """When this program could know [s], after `exposed`."""
+    sequence: int  # Number of the frame since the camera started; it grows
+    exposed: float  # Middle of the exposure on the bench's clock [s]
+    arrived: float  # When this program could know [s], after `exposed`
     place: Place
 
 
@@ -57,8 +53,7 @@ class Camera(Protocol):
 
 
 LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8}),(-?\d{1,7}),(-?\d{1,7}),(-?\d{1,7})\*([0-9A-Fa-f]{2})")
-BAUD = 115_200
-"""Rate of the port [1/s]; 30 lines of 60 bytes are an eighth of it."""
+BAUD = 115_200  # Rate of the port [1/s]; 30 lines of 60 bytes are an eighth of it
 GAP_MAX = 300
 """Frames that may be missing between two lines [1]: ten seconds of a ball that nobody saw."""
 

@@ -26,21 +26,15 @@ class RunOutcome:
     """File, rows and end of a run."""
 
     path: Path
-    rows: int
-    """Readings of the servo in the file."""
-    missed: int
-    """Ticks whose reading never came."""
-    readings: int
-    """Readings of the load cell in the file."""
-    load_cell_rate: float | None
-    """Measured [Hz]."""
+    rows: int  # Readings of the servo in the file
+    missed: int  # Ticks whose reading never came
+    readings: int  # Readings of the load cell in the file
+    load_cell_rate: float | None  # Measured [Hz]
+    # First and last instant of each gap, since the first row [s]
     gaps: tuple[tuple[float, float], ...]
-    """First and last instant of each gap, since the first row [s]."""
     pacing: PacingReport
-    fault: TendonNewtonError | None
-    """Reason of an end before its time."""
-    interrupted: str | None
-    """Signal that ended it before its time."""
+    fault: TendonNewtonError | None  # Reason of an end before its time
+    interrupted: str | None  # Signal that ended it before its time
 
     @property
     def finished(self) -> bool:

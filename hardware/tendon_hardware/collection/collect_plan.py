@@ -22,8 +22,7 @@ from tendon_newton.data.files.toml_file import read_toml, write_toml
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import InvalidOutput, shown
 
-MODEL_FILE = "model.toml"
-"""Name of the model beside a dataset's recordings."""
+MODEL_FILE = "model.toml"  # Name of the model beside a dataset's recordings
 UNKNOWN = ("torque_constant", "resistance")
 """Numbers that every fit may change: the data sheet's are of another voltage, without a spread."""
 
@@ -62,26 +61,19 @@ def leave_model(folder: Path, model: Model) -> None:
 
 COLLECTION_FILE = "collection.toml"
 """Settings that a folder's recordings share; a plan is taken up again only with the same."""
-SINGLE_RUNS = "single runs"
-"""Title of a folder whose recordings follow no plan."""
-AGAIN = re.compile(r"_again\d+$")
-"""Ending of a recording whose first attempt was interrupted."""
-MISSED_SHARE = 0.02
-"""Missing rows that the operator is told of [1]."""
-RATE_MARGIN = 0.9
-"""A load cell below this share of the rows' rate counts as slower [1]."""
+SINGLE_RUNS = "single runs"  # Title of a folder whose recordings follow no plan
+AGAIN = re.compile(r"_again\d+$")  # Ending of a recording whose first attempt was interrupted
+MISSED_SHARE = 0.02  # Missing rows that the operator is told of [1]
+RATE_MARGIN = 0.9  # A load cell below this share of the rows' rate counts as slower [1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Collection:
     """Recordings of a plan, and how it ended."""
 
-    outcomes: tuple[RunOutcome, ...]
-    """Runs that were recorded now, finished or not, in order."""
-    kept: int
-    """Runs that had been recorded before."""
-    left: int
-    """Runs that are still to be recorded."""
+    outcomes: tuple[RunOutcome, ...]  # Runs that were recorded now, finished or not, in order
+    kept: int  # Runs that had been recorded before
+    left: int  # Runs that are still to be recorded
 
 
 def collect(

@@ -8,35 +8,27 @@ from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_newton.data.cards.policy_observation import SERVO_RATE
 from tendon_newton.errors import InvalidParameter
 
-COMMAND_RATE = 20.0
-"""Commands per second unless given [Hz]: what the bench of the paper used."""
+COMMAND_RATE = 20.0  # Commands per second unless given [Hz]: what the bench of the paper used
 
 
 @dataclass(frozen=True, kw_only=True)
 class CollectSettings:
     """Rates, the position loop, limits, and what is drawn."""
 
-    rate: float = SERVO_RATE
-    """Readings of the servo per second [Hz]."""
+    rate: float = SERVO_RATE  # Readings of the servo per second [Hz]
+    # Commands per second [Hz], of which the rate is a whole multiple
     command_rate: float | None = None
-    """Commands per second [Hz], of which the rate is a whole multiple."""
+    # The position loop; it runs here, as on the paper's bench
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
-    """The position loop; it runs here, as on the paper's bench."""
-    settle: float = 1.5
-    """Rest at the first command before the first row [s]."""
-    watchdog: float = 0.2
-    """Silence on the bus after which the servo stops by itself [s]."""
-    limits: SafetyLimits = field(default_factory=SafetyLimits)
-    """Limits that end a run."""
-    seed: int = 0
-    """Seed of the excitations' draws."""
+    settle: float = 1.5  # Rest at the first command before the first row [s]
+    watchdog: float = 0.2  # Silence on the bus after which the servo stops by itself [s]
+    limits: SafetyLimits = field(default_factory=SafetyLimits)  # Limits that end a run
+    seed: int = 0  # Seed of the excitations' draws
+    # Radius of the bench's spool [m], for the model beside the recordings
     spool_radius: float = 0.0125
-    """Radius of the bench's spool [m], for the model beside the recordings."""
-    notes: str = ""
-    """Words of the operator to keep with the log."""
+    notes: str = ""  # Words of the operator to keep with the log
 
     def __post_init__(self) -> None:
-        """Refuse rates that do not divide."""
         refuse_rates(self.rate, self.commands, "the command rate")
         if not 0.0 <= self.settle <= 60.0:
             raise InvalidParameter(f"the rest must be 0 to 60 s; it is {self.settle:g} s")

@@ -38,21 +38,14 @@ SPLITS = ("train", "test")
 class PlannedRun:
     """Bench, excitation, length and obstacle of a recording to be made."""
 
-    name: str
-    """Name of its file, without ending."""
-    bench: str
-    """Name under ``assets/`` of the bench."""
-    excitation: str
-    """Name of the command's shape."""
-    duration: float
-    """Length [s]."""
-    split: str = "train"
-    """``train`` or ``test``."""
-    obstacle: str = "free"
-    """Obstacle in the bench's way."""
+    name: str  # Name of its file, without ending
+    bench: str  # Name under ``assets/`` of the bench
+    excitation: str  # Name of the command's shape
+    duration: float  # Length [s]
+    split: str = "train"  # ``train`` or ``test``
+    obstacle: str = "free"  # Obstacle in the bench's way
 
     def __post_init__(self) -> None:
-        """Refuse names that stand in no table."""
         if self.excitation != DESIGNED:
             find_excitation(self.excitation)
         if self.bench not in BENCHES:
@@ -81,8 +74,7 @@ class PlannedRun:
 class DesignedRun(PlannedRun):
     """A run whose command is given."""
 
-    angles: tuple[float, ...]
-    """Command at 80 Hz, held until the next and at the end [rad]."""
+    angles: tuple[float, ...]  # Command at 80 Hz, held until the next and at the end [rad]
 
     def command(self, seed: int, rate: float) -> Array:
         """Return the command [rad] at every row, shape (T,); nothing is drawn."""
@@ -96,8 +88,7 @@ class Share:
 
     excitation: str
     count: int
-    duration: float
-    """Length of each run [s]."""
+    duration: float  # Length of each run [s]
     obstacle: str = "free"
     split: str = "train"
 

@@ -25,10 +25,8 @@ from tendon_hardware.safety_rules.tip_watch import TipWatch
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.recording import Array
 
-WORTH_TELLING = 0.5
-"""Gap that the operator is told of [s]."""
-STALE = 0.25
-"""Age of the last reading beyond which a loop on the host must not act on it [s]."""
+WORTH_TELLING = 0.5  # Gap that the operator is told of [s]
+STALE = 0.25  # Age of the last reading beyond which a loop on the host must not act on it [s]
 
 
 class GapWatch:
@@ -90,14 +88,10 @@ class GapWatch:
         )
 
 
-LOOK_PERIOD = 0.5
-"""Time between two looks at voltage, temperature and alerts [s]."""
-RETURN_PERIOD = 0.25
-"""Time between two attempts to reach a servo whose port is gone [s]."""
-FLUSH_PERIOD = 0.5
-"""Time between two writings of a log that no thread writes [s]."""
-APPROACH_SPEED = 3.0
-"""At which the first command is approached [rad/s]."""
+LOOK_PERIOD = 0.5  # Time between two looks at voltage, temperature and alerts [s]
+RETURN_PERIOD = 0.25  # Time between two attempts to reach a servo whose port is gone [s]
+FLUSH_PERIOD = 0.5  # Time between two writings of a log that no thread writes [s]
+APPROACH_SPEED = 3.0  # At which the first command is approached [rad/s]
 
 
 class RunLoop:

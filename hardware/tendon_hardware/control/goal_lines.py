@@ -7,10 +7,8 @@ import sys
 
 from tendon_newton.errors import InvalidGoal, shown
 
-LINE_MAX = 200
-"""Characters of a line with a goal."""
-PIECE = 4096
-"""Bytes taken at a time, so that a flood of lines cannot hold the loop up."""
+LINE_MAX = 200  # Characters of a line with a goal
+PIECE = 4096  # Bytes taken at a time, so that a flood of lines cannot hold the loop up
 
 
 class Goals:

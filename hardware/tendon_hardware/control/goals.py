@@ -15,10 +15,8 @@ from tendon_hardware.control.signed_goals import read_key
 from tendon_newton.data.files.text_file import read_text
 from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
 
-FILE_SIZE_LIMIT = 1_000_000
-"""Bytes of a file of goals."""
-STEP = math.pi / 60.0
-"""Angle by which an arrow key moves the goal [rad]: 3 degrees."""
+FILE_SIZE_LIMIT = 1_000_000  # Bytes of a file of goals
+STEP = math.pi / 60.0  # Angle by which an arrow key moves the goal [rad]: 3 degrees
 STAIR, DWELL = math.pi / 10.0, 1.5
 """Height [rad] and length [s] of the paper's stairs; the last goal of a file is held as long."""
 

@@ -18,12 +18,9 @@ KEYS = {
     b"\x1bOD": "left",
 }
 """Bytes of a terminal for the arrow keys, in either of its modes."""
-STOP_KEYS = {" ": "the space bar", "q": "key q"}
-"""Keys that end a run in an orderly way."""
-KILL_KEYS = {"x": "key x"}
-"""Keys that switch the motor off at once."""
-PIECE = 256
-"""Bytes taken at a time."""
+STOP_KEYS = {" ": "the space bar", "q": "key q"}  # Keys that end a run in an orderly way
+KILL_KEYS = {"x": "key x"}  # Keys that switch the motor off at once
+PIECE = 256  # Bytes taken at a time
 
 
 class Keyboard:
@@ -40,7 +37,6 @@ class Keyboard:
         self._before: list[Any] | None = None
 
     def __enter__(self) -> Self:
-        """Let keys come one by one and unseen."""
         if self._number is None:
             try:
                 self._number = sys.stdin.fileno()
@@ -52,7 +48,6 @@ class Keyboard:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Give the terminal back."""
         if self._before is not None and self._number is not None:
             before, self._before = self._before, None
             try:

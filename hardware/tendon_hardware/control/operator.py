@@ -8,20 +8,13 @@ from typing import Protocol
 class OperatorProgress:
     """State of a run that is going on."""
 
-    name: str
-    """Name of the run."""
-    elapsed: float
-    """Since its first row [s]."""
-    duration: float
-    """Length of the run [s]."""
-    rate: float
-    """Rows per second lately [Hz]."""
-    missed: int
-    """Readings of the servo that never came."""
-    force: float | None
-    """Last tension [N]."""
-    temperature: float | None
-    """Temperature of the motor [degC]."""
+    name: str  # Name of the run
+    elapsed: float  # Since its first row [s]
+    duration: float  # Length of the run [s]
+    rate: float  # Rows per second lately [Hz]
+    missed: int  # Readings of the servo that never came
+    force: float | None  # Last tension [N]
+    temperature: float | None  # Temperature of the motor [degC]
 
     @property
     def text(self) -> str:

@@ -15,23 +15,19 @@ from tendon_newton.data.cards.policy_observation import (
     motor_command,
 )
 
-JOG_SPEED = 0.5
-"""Speed at which a hand at the keys moves the command [rad/s]."""
+JOG_SPEED = 0.5  # Speed at which a hand at the keys moves the command [rad/s]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PilotStep:
     """Action that a pilot wants now, and the sample behind it."""
 
+    # Positions [rad], velocities [rad/s], both last actions [rad], the goal [rad, or rad/s of a
+    # policy that turns] and what is seen of a ball [m], as float32
     sample: tuple[float, ...]
-    """Positions [rad], velocities [rad/s], both last actions [rad], the goal [rad, or rad/s of a
-    policy that turns] and what is seen of a ball [m], as float32."""
-    output: tuple[float, ...]
-    """Output for each servo before any cut [rad], maybe no number."""
-    action: tuple[float, ...]
-    """Outputs within the clip [rad]; zero where the output is no number."""
-    command: tuple[float, ...]
-    """Desired spool angles [rad]."""
+    output: tuple[float, ...]  # Output for each servo before any cut [rad], maybe no number
+    action: tuple[float, ...]  # Outputs within the clip [rad]; zero where the output is no number
+    command: tuple[float, ...]  # Desired spool angles [rad]
 
     @property
     def goal(self) -> float:

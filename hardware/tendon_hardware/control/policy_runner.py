@@ -32,15 +32,12 @@ from tendon_newton.errors import (
 )
 
 Observation = NDArray[np.float32]
-FILE_SIZE_LIMIT = 1 << 26
-"""Bytes; a policy has about 1 << 17."""
+FILE_SIZE_LIMIT = 1 << 26  # Bytes; a policy has about 1 << 17
 EXTERNAL = re.compile(rb"(?:\x0a|\x8a\x80*\x00)(?:\x08|\x88\x80*\x00)location")
 """How an ONNX file says that weights stand in another file: a protobuf entry with this key, its
 numbers in the shortest form or in a longer one."""
-ALLOCATION = "Failed to allocate memory"
-"""Words of onnxruntime where no memory is left."""
-TRIALS = (0.0, 1.0, -1.0, 1.0e3)
-"""Numbers of which observations are made to try a network."""
+ALLOCATION = "Failed to allocate memory"  # Words of onnxruntime where no memory is left
+TRIALS = (0.0, 1.0, -1.0, 1.0e3)  # Numbers of which observations are made to try a network
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +47,8 @@ class Policy:
     path: Path
     sha256: str
     card: PolicyCard
-    engine: str
-    """Engine of the policy: onnxruntime or torch."""
-    run: Callable[[Observation], Any]
-    """Gives the output of an observation of shape (1, N)."""
+    engine: str  # Engine of the policy: onnxruntime or torch
+    run: Callable[[Observation], Any]  # Gives the output of an observation of shape (1, N)
 
     def __call__(self, observation: Observation) -> tuple[float, ...]:
         """Return the action that the policy wants of each servo [rad], before any cut.

@@ -13,10 +13,8 @@ from pathlib import Path
 
 from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
 
-KEY_SIZES = (16, 1024)
-"""Least and greatest bytes of a key."""
-AGE_MAX = 1.0
-"""Difference between the sender's clock and ours beyond which a goal is too old [s]."""
+KEY_SIZES = (16, 1024)  # Least and greatest bytes of a key
+AGE_MAX = 1.0  # Difference between the sender's clock and ours beyond which a goal is too old [s]
 PARTS = 4
 
 

@@ -14,17 +14,13 @@ from tendon_newton.data.cards.turning_task import TurningTask
 
 FIRST_LOOK = 1.0
 """Time in which a camera looks at the ball in its cup before a run [s]: its noise averages out."""
-FRAMES_MIN = 10
-"""Sightings that this takes."""
+FRAMES_MIN = 10  # Sightings that this takes
 BLIND = 0.4
 """Age of a frame beyond which the ball is nowhere to be seen [s]: nine frames at 30 Hz, and 0.1 s
 on the way."""
-AGREEING = 2
-"""Sightings in a row that say the same before the ball counts as lost."""
-OPENING = 2.0
-"""Time that fingers have to open before a virtual ball is put back [s]."""
-SETTLED = 0.5
-"""Time that a ball must lie in its cup before the policy goes on [s]."""
+AGREEING = 2  # Sightings in a row that say the same before the ball counts as lost
+OPENING = 2.0  # Time that fingers have to open before a virtual ball is put back [s]
+SETTLED = 0.5  # Time that a ball must lie in its cup before the policy goes on [s]
 
 
 class BallWatch:

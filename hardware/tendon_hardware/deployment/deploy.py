@@ -35,44 +35,31 @@ from tendon_newton.errors import TendonNewtonError
 class DeployOutcome:
     """Log, rows and end of a deployment."""
 
-    path: Path | None
-    """Log of the run."""
-    rows: int
-    """Readings of the servo."""
-    missed: int
-    """Ticks whose reading never came."""
-    steps: int
-    """Steps of the pilot."""
+    path: Path | None  # Log of the run
+    rows: int  # Readings of the servo
+    missed: int  # Ticks whose reading never came
+    steps: int  # Steps of the pilot
     pacing: PacingReport
-    trips: dict[str, int]
-    """Number of times that each safety rule came into effect."""
-    ended: str
-    """Reason of the end, in words."""
-    fault: TendonNewtonError | None
-    """Reason of an end against the operator's will."""
-    first_command: float | None
-    """Instant of the first command on the bench's clock [s]."""
+    trips: dict[str, int]  # Number of times that each safety rule came into effect
+    ended: str  # Reason of the end, in words
+    fault: TendonNewtonError | None  # Reason of an end against the operator's will
+    first_command: float | None  # Instant of the first command on the bench's clock [s]
+    # The latest trips of safety rules, and when what they ask for had been done [s]
     acted: tuple[tuple[Trip, float], ...]
-    """The latest trips of safety rules, and when what they ask for had been done [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Deployment:
     """Pilot, bench and settings of a deployment."""
 
-    bench: Bench
-    """An open bench."""
+    bench: Bench  # An open bench
     pilot: Pilot
     settings: DeploySettings
     goals: Goals
-    policy: Policy | None = None
-    """Named in the log; a hand at the keys is none."""
-    estimate: ForceEstimate | None = None
-    """Gives the tension where no load cell does."""
-    watch: BallWatch | None = None
-    """Knows of the ball that a policy turns."""
-    state: str = ""
-    """Model file of the bench as it was last diagnosed; empty where nobody knows."""
+    policy: Policy | None = None  # Named in the log; a hand at the keys is none
+    estimate: ForceEstimate | None = None  # Gives the tension where no load cell does
+    watch: BallWatch | None = None  # Knows of the ball that a policy turns
+    state: str = ""  # Model file of the bench as it was last diagnosed; empty where nobody knows
 
     @property
     def estimates(self) -> tuple[ForceEstimate, ...]:

@@ -35,10 +35,8 @@ ball has rate and place of the ball in place of ``alpha``: see `step_fields`.
 """
 TIMING_FIELDS = ("tick", "lateness", "duration", "policy")
 """Numbers of a message on ``/loop/timing``; all but the first [s]."""
-COMMON_FIELDS = ("alpha", "held")
-"""Fields that do not belong to a servo."""
-SERVO_FIELDS = len(STEP_FIELDS) - len(COMMON_FIELDS)
-"""Numbers of a step for each servo."""
+COMMON_FIELDS = ("alpha", "held")  # Fields that do not belong to a servo
+SERVO_FIELDS = len(STEP_FIELDS) - len(COMMON_FIELDS)  # Numbers of a step for each servo
 LEVELS = {"cut": "warn", "hold": "warn", "unwind": "error", "off": "error"}
 
 
@@ -104,18 +102,12 @@ class DeployLog:
 class LoggedStep:
     """Sample, output and command of one policy step of a log."""
 
-    time: float
-    """Stamp [s]."""
-    sample: tuple[float, ...]
-    """What the policy saw: see `PilotStep`."""
-    output: tuple[float, ...]
-    """Output of the policy for each servo [rad]."""
-    action: tuple[float, ...]
-    """Outputs within the clip [rad]."""
-    command: tuple[float, ...]
-    """Desired spool angles that were sent [rad]."""
-    held: bool
-    """Whether the last command stayed instead."""
+    time: float  # Stamp [s]
+    sample: tuple[float, ...]  # What the policy saw: see `PilotStep`
+    output: tuple[float, ...]  # Output of the policy for each servo [rad]
+    action: tuple[float, ...]  # Outputs within the clip [rad]
+    command: tuple[float, ...]  # Desired spool angles that were sent [rad]
+    held: bool  # Whether the last command stayed instead
 
     @property
     def goal(self) -> float:

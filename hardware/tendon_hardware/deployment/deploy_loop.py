@@ -35,18 +35,14 @@ from tendon_hardware.safety_rules.tip_watch import TipWatch
 from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
 
-SHOW_PERIOD = 0.1
-"""Time between two looks of the operator at the figures [s]."""
-TELL_PERIOD = 2.0
-"""Time before the operator is told of the same rule again [s]."""
+SHOW_PERIOD = 0.1  # Time between two looks of the operator at the figures [s]
+TELL_PERIOD = 2.0  # Time before the operator is told of the same rule again [s]
 COMPLETE = "it has its full length"
 BUSY = "loop_overrun"
 """Rule that a computer with other work breaks again and again; the operator is told once."""
 BUSY_HINT = ". A virtual bench waits for this computer with --faster-than-real-time"
-UNWIND_DUTY = -0.15
-"""Duty that lets the tendon out [1]: 1 rad/s at most."""
-UNWIND_MARGIN = 0.05
-"""Distance from home that counts as home [rad]."""
+UNWIND_DUTY = -0.15  # Duty that lets the tendon out [1]: 1 rad/s at most
+UNWIND_MARGIN = 0.05  # Distance from home that counts as home [rad]
 UNWIND_SLOWEST = 0.3
 """Mean speed below which unwinding is given up and the motor switched off [rad/s]."""
 

@@ -11,22 +11,15 @@ from tendon_hardware.control.operator import Operator, OperatorProgress
 class DeployProgress(OperatorProgress):
     """Goal, positions, greatest force and warmth, and timing now."""
 
-    mode: str
-    """``run``, ``hold``, ``unwind`` or ``off``."""
+    mode: str  # ``run``, ``hold``, ``unwind`` or ``off``
+    # Goal angle, or of a jog the spool's [rad]; the rate of a policy that turns [rad/s]
     goal: float
-    """Goal angle, or of a jog the spool's [rad]; the rate of a policy that turns [rad/s]."""
-    turns: bool = False
-    """Whether a ball is turned."""
-    position: tuple[float, ...]
-    """Spool angle of each servo [rad]."""
-    command: tuple[float, ...]
-    """Desired spool angles [rad]."""
-    estimated: bool
-    """Whether the force is a network's estimate."""
-    late: float
-    """99 % of the ticks were less late than this [s]."""
-    skipped: int
-    """Ticks that were skipped."""
+    turns: bool = False  # Whether a ball is turned
+    position: tuple[float, ...]  # Spool angle of each servo [rad]
+    command: tuple[float, ...]  # Desired spool angles [rad]
+    estimated: bool  # Whether the force is a network's estimate
+    late: float  # 99 % of the ticks were less late than this [s]
+    skipped: int  # Ticks that were skipped
 
     @property
     def text(self) -> str:

@@ -16,10 +16,8 @@ from tendon_newton.data.cards.policy_observation import goal_angle
 from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 
-GOAL, TIP = "goal", "tip"
-"""Names of the two lines whose distance is the error of a policy."""
-AXES = ("x", "y", "z")
-"""Names of a ball's coordinates."""
+GOAL, TIP = "goal", "tip"  # Names of the two lines whose distance is the error of a policy
+AXES = ("x", "y", "z")  # Names of a ball's coordinates
 
 
 def panels_of(path: Path) -> tuple[Panel, ...]:

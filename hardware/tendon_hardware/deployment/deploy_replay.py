@@ -10,22 +10,17 @@ from tendon_hardware.deployment.deploy_log import LoggedStep, read_steps
 from tendon_hardware.servos.base import ServoState
 from tendon_newton.errors import InvalidRecording
 
-DIFFERENCE = 1e-5
-"""Greatest difference of outputs that two engines make of the same weights [rad]."""
+DIFFERENCE = 1e-5  # Greatest difference of outputs that two engines make of the same weights [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReplayReport:
     """Comparison of a policy's actions with those in a log."""
 
-    steps: int
-    """Steps that were compared."""
-    difference: float
-    """Greatest difference between two outputs of a servo [rad]."""
-    worst: float
-    """When that was, since the first step [s]."""
-    broken: int
-    """Steps whose last actions in the log are not those that had been applied."""
+    steps: int  # Steps that were compared
+    difference: float  # Greatest difference between two outputs of a servo [rad]
+    worst: float  # When that was, since the first step [s]
+    broken: int  # Steps whose last actions in the log are not those that had been applied
 
     @property
     def same(self) -> bool:

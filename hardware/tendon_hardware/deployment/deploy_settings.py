@@ -13,39 +13,28 @@ from tendon_newton.data.cards.policy_card import FurtherServo, PolicyCard
 from tendon_newton.data.cards.policy_observation import RATE, SERVO_RATE
 from tendon_newton.errors import InvalidParameter
 
-RADIUS_TOLERANCE = 1e-3
-"""Difference of spool radii that is none [1]: 12.5 um of the finger's spool."""
+RADIUS_TOLERANCE = 1e-3  # Difference of spool radii that is none [1]: 12.5 um of the finger's spool
 
 
 @dataclass(frozen=True, kw_only=True)
 class DeploySettings:
     """Rates, the position loop, limits and length."""
 
-    rate: float = SERVO_RATE
-    """Readings of the servo per second [Hz]."""
-    policy_rate: float = RATE
-    """Policy steps and commands per second [Hz]."""
-    spool_radius: float = 0.0125
-    """Spool radius of the bench [m]."""
+    rate: float = SERVO_RATE  # Readings of the servo per second [Hz]
+    policy_rate: float = RATE  # Policy steps and commands per second [Hz]
+    spool_radius: float = 0.0125  # Spool radius of the bench [m]
+    # The position loop, which runs here as on the paper's bench, and its command range
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
-    """The position loop, which runs here as on the paper's bench, and its command range."""
-    further_loops: tuple[HostPositionLoop, ...] = ()
-    """Loops of further servos."""
-    watchdog: float = 0.2
-    """Silence on the bus after which the servo stops by itself [s]."""
-    limits: DeployLimits = field(default_factory=DeployLimits)
-    """Limits that end or cut a run."""
-    duration: float | None = None
-    """Length [s]; none ends with the operator's stop."""
-    dry: bool = False
-    """Whether the motor stays off."""
+    further_loops: tuple[HostPositionLoop, ...] = ()  # Loops of further servos
+    watchdog: float = 0.2  # Silence on the bus after which the servo stops by itself [s]
+    limits: DeployLimits = field(default_factory=DeployLimits)  # Limits that end or cut a run
+    duration: float | None = None  # Length [s]; none ends with the operator's stop
+    dry: bool = False  # Whether the motor stays off
+    # Whether the tendon is let out at the end; if not, the motor is just switched off
     unwind: bool = True
-    """Whether the tendon is let out at the end; if not, the motor is just switched off."""
-    notes: str = ""
-    """Words of the operator to keep with the log."""
+    notes: str = ""  # Words of the operator to keep with the log
 
     def __post_init__(self) -> None:
-        """Refuse rates that do not divide."""
         refuse_rates(self.rate, self.policy_rate, "the policy's")
         if self.duration is not None and not (isfinite(self.duration) and self.duration > 0.0):
             raise InvalidParameter(f"the duration must be above 0 s; it is {self.duration}")

@@ -8,13 +8,10 @@ from math import ceil, floor, isfinite, log10
 import numpy as np
 from numpy.typing import NDArray
 
-WIDTH, HEIGHT = 960, 150
-"""Size of a panel [px]."""
+WIDTH, HEIGHT = 960, 150  # Size of a panel [px]
 LEFT, RIGHT, TOP, GAP = 70, 150, 40, 44
-POINTS_MAX = 1500
-"""Points of a line; beyond the picture's width nobody sees more."""
-BAND_PIECES = 240
-"""Pieces of a band, 4 px each: more would be a slab of zigzags."""
+POINTS_MAX = 1500  # Points of a line; beyond the picture's width nobody sees more
+BAND_PIECES = 240  # Pieces of a band, 4 px each: more would be a slab of zigzags
 COLOURS = ("#1f5fa8", "#c8501e", "#2f8f4e", "#8a4fb0")
 Values = NDArray[np.float64]
 
@@ -24,12 +21,11 @@ class PanelLine:
     """Curve of one quantity over time."""
 
     name: str
-    time: Values
-    """[s]"""
+    time: Values  # [s]
     values: Values
+    # Whether it is drawn as its median, between its least and greatest, piece by piece: for what
+    # scatters from row to row
     band: bool = False
-    """Whether it is drawn as its median, between its least and greatest, piece by piece: for what
-    scatters from row to row."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,8 +12,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.data.turning_figures import MINUTE, TurningFigures, turning_figures
 from tendon_newton.errors import InvalidRecording
 
-POSE = 7
-"""Numbers of a ball's place [m] and quaternion (x, y, z, w), at the front of what is true."""
+POSE = 7  # Numbers of a ball's place [m] and quaternion (x, y, z, w), at the front of what is true
 
 
 def read_truth(path: Path) -> tuple[Array, Array, Array]:

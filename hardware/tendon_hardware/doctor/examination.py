@@ -18,13 +18,10 @@ from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 from tendon_hardware.virtual_bench import lockstep_of
 from tendon_hardware.virtual_bench.process import WORD
 
-TICK = 0.0125
-"""Period of a loop at 80 Hz [s]."""
+TICK = 0.0125  # Period of a loop at 80 Hz [s]
 TICKS = 80
-LATENESS_MAX = 1e-3
-"""Lateness of one tick in a hundred that a recording should not exceed [s]."""
-BUSY = 0.5 * TICK
-"""Lateness at which this computer is too busy for a loop at 80 Hz [s]."""
+LATENESS_MAX = 1e-3  # Lateness of one tick in a hundred that a recording should not exceed [s]
+BUSY = 0.5 * TICK  # Lateness at which this computer is too busy for a loop at 80 Hz [s]
 
 
 def ports_of(

@@ -10,8 +10,7 @@ from tendon_hardware.load_cells.calibrating import reading_rate
 from tendon_hardware.load_cells.clock_fit import READINGS_MIN, fit_clock, runs
 from tendon_hardware.load_cells.load_cell_type import LoadCell, LoadCellReading
 
-LISTEN_TIME = 3.0
-"""Time for which the readings of the cell are collected [s]."""
+LISTEN_TIME = 3.0  # Time for which the readings of the cell are collected [s]
 SLOW_RATE = 40.0
 """Below, the converter's RATE pin is low: it gives 10 or 80 per second, nothing between [1/s]."""
 CLOCK_ERROR_MAX = 200e-6

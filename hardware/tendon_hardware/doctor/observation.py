@@ -11,14 +11,10 @@ Verdict = Literal["good", "note", "fix"]
 class Observation:
     """One thing that was looked at, and what to do about it."""
 
-    subject: str
-    """Checked part of the bench, in a word or two."""
-    verdict: Verdict
-    """Result of the check."""
-    found: str
-    """Evidence, with numbers."""
-    remedy: str = ""
-    """Remedy; empty where all is well."""
+    subject: str  # Checked part of the bench, in a word or two
+    verdict: Verdict  # Result of the check
+    found: str  # Evidence, with numbers
+    remedy: str = ""  # Remedy; empty where all is well
 
 
 def observed(verdict: Verdict, subject: str, found: str, remedy: str = "") -> Observation:

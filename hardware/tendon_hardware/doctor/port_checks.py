@@ -10,15 +10,12 @@ from tendon_hardware.doctor.observation import Observation, observed
 from tendon_hardware.serial_ports import LATENCY_TIMERS, holders, latency_timer, lock_fault
 from tendon_hardware.virtual_bench.process import WORD
 
-LATENCY_MAX = 1
-"""Greatest latency timer that leaves time for a loop at 80 Hz [ms]."""
+LATENCY_MAX = 1  # Greatest latency timer that leaves time for a loop at 80 Hz [ms]
 UDEV_RULE = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVERS=="ftdi_sio", ATTR{latency_timer}="1"'
-LISTED_MAX = 3
-"""Processes that are named."""
+LISTED_MAX = 3  # Processes that are named
 MEMORY_DEVICES = 1
 """Major number in Linux of /dev/null and its like, which half of all programs have open."""
-FTDI = 0x0403
-"""Vendor number of the chip in a U2D2."""
+FTDI = 0x0403  # Vendor number of the chip in a U2D2
 
 
 def found_ports() -> list[tuple[str, int | None, str]]:

@@ -22,12 +22,9 @@ REMEDIES = {
 RATE_MIN = 1_000_000
 """Slowest rate at which a read leaves time for a loop at 80 Hz [1/s]: it takes 0.35 ms on the bus,
 and 6.1 ms at the factory's 57,600."""
-READS = 200
-"""States that are read to time them."""
-FAILURE_MAX = 0.01
-"""Share of instructions that may fail once [1]."""
-WARM = 55.0
-"""Temperature from which a long recording will end early [degC]."""
+READS = 200  # States that are read to time them
+FAILURE_MAX = 0.01  # Share of instructions that may fail once [1]
+WARM = 55.0  # Temperature from which a long recording will end early [degC]
 
 
 def check_servo(

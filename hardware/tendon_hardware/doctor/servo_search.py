@@ -23,12 +23,9 @@ SOUGHT = tuple(
 """Families and rates [1/s] at which servos are looked for, likeliest first."""
 LAST_IDENTIFIER = 252
 """Greatest ID that a servo can have; those above mean something else on the bus."""
-RETRIES = 20
-"""More than a loop can afford: a bad bus is to be described, not given up on."""
-RESTART_PAUSE = 0.5
-"""Time that a restarted servo is left alone [s]; it takes some tenths."""
-SETTING_PAUSE = 0.1
-"""Time in which a servo takes another ID or rate [s]."""
+RETRIES = 20  # More than a loop can afford: a bad bus is to be described, not given up on
+RESTART_PAUSE = 0.5  # Time that a restarted servo is left alone [s]; it takes some tenths
+SETTING_PAUSE = 0.1  # Time in which a servo takes another ID or rate [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +33,8 @@ class FoundServo:
     """Servos that answer on a port."""
 
     family: str
-    rate: int
-    """Rate of the bus [1/s]."""
-    models: dict[int, int]
-    """Model numbers by ID."""
+    rate: int  # Rate of the bus [1/s]
+    models: dict[int, int]  # Model numbers by ID
 
 
 def port_name(port: str | PortHandler) -> str:

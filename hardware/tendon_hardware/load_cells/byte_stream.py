@@ -16,15 +16,13 @@ from tendon_hardware.clock import Clock
 from tendon_hardware.errors import PortUnavailable
 from tendon_hardware.serial_ports import LOST, PortLock, reason
 
-PIECE = 4096
-"""Most bytes taken at once."""
+PIECE = 4096  # Most bytes taken at once
 
 
 class ByteStream(Protocol):
     """Where a load cell's bytes come from; a simulated cell has one without a port."""
 
-    name: str
-    """Name of the source in errors."""
+    name: str  # Name of the source in errors
 
     def open(self) -> None:
         """Begin to receive."""

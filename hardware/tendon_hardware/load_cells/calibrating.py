@@ -14,14 +14,10 @@ from tendon_hardware.load_cells.calibration import MASSES_MIN, CalibrationPoint,
 from tendon_hardware.load_cells.framing import WORD
 from tendon_hardware.load_cells.load_cell_type import LoadCell, LoadCellReading
 
-POLL_PERIOD = 0.02
-"""Pause between looks at the cell [s]."""
-SILENCE_LIMIT = 3.0
-"""Longest wait for a reading [s]; a cell at 10 per second starts within 0.4 s."""
-STEADY_TIME = 1.5
-"""Readings that must agree before a measurement begins [s]."""
-STEADY_LIMIT = 60.0
-"""Longest wait for them [s]; a swinging mass calms down in ten."""
+POLL_PERIOD = 0.02  # Pause between looks at the cell [s]
+SILENCE_LIMIT = 3.0  # Longest wait for a reading [s]; a cell at 10 per second starts within 0.4 s
+STEADY_TIME = 1.5  # Readings that must agree before a measurement begins [s]
+STEADY_LIMIT = 60.0  # Longest wait for them [s]; a swinging mass calms down in ten
 SWING_FACTOR = 5.0
 """Scatter of a mass at rest, at most, as a multiple of the scatter without one [1]."""
 SIGNIFICANCE = 4.0
@@ -115,15 +111,11 @@ TARE_TIME_MIN = 5.0
 class CalibrationPlan:
     """Masses, their order, and the time of each measurement."""
 
-    masses: tuple[float, ...]
-    """Known masses [kg]."""
-    tare_time: float = TARE_TIME_MIN
-    """Length of a measurement without load [s]."""
-    hold_time: float = 3.0
-    """Length of a measurement with a mass [s]."""
+    masses: tuple[float, ...]  # Known masses [kg]
+    tare_time: float = TARE_TIME_MIN  # Length of a measurement without load [s]
+    hold_time: float = 3.0  # Length of a measurement with a mass [s]
 
     def __post_init__(self) -> None:
-        """Refuse a plan that cannot end in a calibration."""
         masses = set(self.masses)
         if not all(isfinite(mass) and mass > 0.0 for mass in masses):
             raise InvalidCalibration(
@@ -156,10 +148,8 @@ class CalibrationPlan:
 class Calibrated:
     """Measurements of a finished plan."""
 
-    points: tuple[CalibrationPoint, ...]
-    """In the order of the plan."""
-    rate: float
-    """Readings per second by the cell's own clock [1/s]."""
+    points: tuple[CalibrationPoint, ...]  # In the order of the plan
+    rate: float  # Readings per second by the cell's own clock [1/s]
 
 
 def run_plan(

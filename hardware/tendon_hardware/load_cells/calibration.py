@@ -29,21 +29,14 @@ Direction = Literal["up", "down"]
 class CalibrationPoint:
     """The cell under one known mass."""
 
-    mass: float
-    """Mass that hangs on the tendon [kg]; 0 is the tare."""
-    direction: Direction
-    """Whether the load was going up or down."""
-    counts: float
-    """Mean of the readings [counts]."""
-    sigma: float
-    """Standard deviation of one reading [counts]."""
-    readings: int
-    """Readings in the mean."""
-    duration: float
-    """Time that they took [s]."""
+    mass: float  # Mass that hangs on the tendon [kg]; 0 is the tare
+    direction: Direction  # Whether the load was going up or down
+    counts: float  # Mean of the readings [counts]
+    sigma: float  # Standard deviation of one reading [counts]
+    readings: int  # Readings in the mean
+    duration: float  # Time that they took [s]
 
     def __post_init__(self) -> None:
-        """Refuse what no cell can have measured."""
         if not (isfinite(self.mass) and self.mass >= 0.0):
             raise InvalidCalibration(f"a mass must be 0 kg or more; it is {self.mass}")
         if not (isfinite(self.counts) and isfinite(self.sigma) and self.readings > 0):
@@ -63,28 +56,17 @@ class CalibrationPoint:
 class LoadCellCalibration:
     """Straight line from counts to newtons, and the measurements behind it."""
 
-    cell: str
-    """Name that the operator gave the cell."""
-    gain: int
-    """Gain of the converter: 128, 64 or 32."""
-    rate: float
-    """Readings per second while it was calibrated [1/s]."""
-    gravity: float
-    """Gravity where it was calibrated [m/s^2]."""
-    date: str
-    """Day and time, ISO 8601 with its zone."""
-    points: tuple[CalibrationPoint, ...]
-    """All measurements, in the order in which they were made."""
-    tare: float
-    """Counts without load."""
-    slope: float
-    """Newtons per count; negative where the cell is wired the other way round."""
-    residual: float
-    """Root mean square of the points about the line [N]."""
-    hysteresis: float
-    """Greatest difference between loading and unloading [N]."""
-    r_squared: float
-    """Share of the points' variance that the line explains [1]."""
+    cell: str  # Name that the operator gave the cell
+    gain: int  # Gain of the converter: 128, 64 or 32
+    rate: float  # Readings per second while it was calibrated [1/s]
+    gravity: float  # Gravity where it was calibrated [m/s^2]
+    date: str  # Day and time, ISO 8601 with its zone
+    points: tuple[CalibrationPoint, ...]  # All measurements, in the order in which they were made
+    tare: float  # Counts without load
+    slope: float  # Newtons per count; negative where the cell is wired the other way round
+    residual: float  # Root mean square of the points about the line [N]
+    hysteresis: float  # Greatest difference between loading and unloading [N]
+    r_squared: float  # Share of the points' variance that the line explains [1]
 
     @property
     def identifier(self) -> str:

@@ -33,19 +33,13 @@ GAINS = (128, 64, 32)
 class CalibrationSession:
     """Cell, masses and file of a calibration."""
 
-    plan: CalibrationPlan
-    """Masses and their order."""
-    out: Path
-    """File to write; while the calibration is not complete its points are beside it."""
-    cell: str = "load_cell"
-    """Name that the operator gave the cell."""
-    gain: int = 128
-    """Gain of the converter."""
-    gravity: float = STANDARD_GRAVITY
-    """Gravity here [m/s^2]."""
+    plan: CalibrationPlan  # Masses and their order
+    out: Path  # File to write; while the calibration is not complete its points are beside it
+    cell: str = "load_cell"  # Name that the operator gave the cell
+    gain: int = 128  # Gain of the converter
+    gravity: float = STANDARD_GRAVITY  # Gravity here [m/s^2]
 
     def __post_init__(self) -> None:
-        """Refuse what would end in a worthless file, or in place of a good one."""
         if self.gain not in GAINS:
             raise InvalidCalibration(f"the gain of an HX711 is 128, 64 or 32; it is {self.gain}")
         if not 9.76 < self.gravity < 9.84:

@@ -24,12 +24,10 @@ from tendon_hardware.load_cells.calibration import LoadCellCalibration
 from tendon_hardware.load_cells.load_cell_type import LoadCellReading
 from tendon_hardware.servos.base import ServoSpec, ServoState
 
-SATURATED_MAX = 2
-"""Saturated readings in a row that may be a spike."""
+SATURATED_MAX = 2  # Saturated readings in a row that may be a spike
 CHANCE = 1e-12
 """Chance of a live cell to be taken for a stuck one, per reading: once in 400 years at 80 Hz."""
-CALM_READINGS = 24
-"""Readings among which the noise is looked for: 0.3 s at 80 Hz."""
+CALM_READINGS = 24  # Readings among which the noise is looked for: 0.3 s at 80 Hz
 CALM_SHARE = 0.5
 """Range of those readings that is too small, in standard deviations of the calibration [1]. That of
 a live cell is 3.9 on average, and this small by chance once in 1e15."""
@@ -39,12 +37,9 @@ PULL, PULL_PER_SPEED = 0.09, 0.02
 """Share of the motor's strength [1], and more of it per speed [s/rad], at which a tendon is pulled
 whatever the gear's friction. On the virtual benches a spool that runs free takes 0.05 at 1.5 rad/s
 and 0.09 at 4 rad/s. A spool that pulls 2.5 N takes 0.09."""
-PULL_TIME = 0.25
-"""Time of the mean of that share [s]: an acceleration takes less."""
-WOUND = 0.25
-"""Angle wound in under such a pull, after which the tension must have changed [rad]."""
-LAG = 6
-"""Readings after that which may still show an older tension: an HX711 settles in four."""
+PULL_TIME = 0.25  # Time of the mean of that share [s]: an acceleration takes less
+WOUND = 0.25  # Angle wound in under such a pull, after which the tension must have changed [rad]
+LAG = 6  # Readings after that which may still show an older tension: an HX711 settles in four
 CHANGE = 0.3
 """Least change of the tension [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
 NEGATIVE = 1.0
@@ -52,24 +47,19 @@ NEGATIVE = 1.0
 WINDOW = 8
 """Readings of which most must be below zero, or jump, before a cell counts as lying [1]: 0.1 s."""
 NEGATIVE_MIN = 6
-JUMP = 1.5
-"""Change between two readings that is a jump if the next one goes back as far [N]."""
-JUMPS_MIN = 5
-"""Fewest such turns in a window; two spikes make three, and a vibration of 20 Hz four."""
+JUMP = 1.5  # Change between two readings that is a jump if the next one goes back as far [N]
+JUMPS_MIN = 5  # Fewest such turns in a window; two spikes make three, and a vibration of 20 Hz four
 FAST = 60.0
 """Readings per second from which the converter's filter takes every such vibration away [Hz]."""
 IDLE, CERTAIN = 0.08, 0.45
 """Share of the motor's strength [1] that may be lost in a gear, and the least part of the rest that
 reaches the tendon [1]. Half an hour of recordings on virtual benches, worn ones among them, kept
 1.4 times this tension."""
-SHIFT = 0.5
-"""Shift of a live cell's zero that is put up with there [N]."""
+SHIFT = 0.5  # Shift of a live cell's zero that is put up with there [N]
 FRESH = 0.05
 """Age beyond which nobody knows what the motor does [s]: its watchdog may have stopped it."""
-ROTOR = 1.5
-"""Inertia that a servo may have, of its data sheet's [1]."""
-STILL = 0.01
-"""Speed below which a spool rests [rad/s]."""
+ROTOR = 1.5  # Inertia that a servo may have, of its data sheet's [1]
+STILL = 0.01  # Speed below which a spool rests [rad/s]
 LET_OUT = 2.0
 """Angle wound in at one tension while another servo lets out, per angle of that [1]: the opening
 tendon of `finger_antagonist` moves half as far as the closing one."""

@@ -16,8 +16,7 @@ Array = NDArray[np.float64]
 SLOPE_LIMIT = 1e-3
 """Greatest credible error of the microcontroller's clock [1]: crystals keep 50 ppm, ceramic
 resonators 5000 ppm at worst but 1000 ppm at room temperature."""
-READINGS_MIN = 10
-"""Fewer readings give no slope."""
+READINGS_MIN = 10  # Fewer readings give no slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,16 +31,11 @@ class ClockFit:
     another chip makes the USB, the delay is the 3 ms that a line takes at 115200 baud.
     """
 
-    device_start_us: int
-    """Device time of the first reading [us]."""
-    host_start: float
-    """Host time of the first reading [s]."""
-    error: float
-    """Relative error of the device's clock against the host's [1]."""
-    delay_median: float
-    """Median of the arrivals' delay behind the line [s]."""
-    delay_max: float
-    """Greatest delay behind the line [s]."""
+    device_start_us: int  # Device time of the first reading [us]
+    host_start: float  # Host time of the first reading [s]
+    error: float  # Relative error of the device's clock against the host's [1]
+    delay_median: float  # Median of the arrivals' delay behind the line [s]
+    delay_max: float  # Greatest delay behind the line [s]
 
     def host_time(self, readings: Sequence[LoadCellReading]) -> Array:
         """Return when readings of this run were made, on the host's clock [s], shape (T,)."""
@@ -129,8 +123,7 @@ def turns_left(a: tuple[float, float], b: tuple[float, float], c: tuple[float, f
 HISTORY = 800
 """Readings that a fit looks back on: 10 s at 80 Hz. A crystal's rate holds much longer, so the line
 is as good as over a whole run, and laying it takes about 2 ms."""
-REFIT_PERIOD = 2.0
-"""Time between two fits on the bench's clock [s]."""
+REFIT_PERIOD = 2.0  # Time between two fits on the bench's clock [s]
 
 
 class ReadingDates:

@@ -9,10 +9,8 @@ import re
 from dataclasses import dataclass
 
 LINE = re.compile(rb"L,(\d{1,10}),(\d{1,10}),(-?\d{1,7})\*([0-9A-Fa-f]{2})")
-LONGEST_LINE = 64
-"""More bytes without an end of line are no line: the longest reading has 36."""
-WORD = 1 << 32
-"""Sequence and time are 32-bit words that wrap."""
+LONGEST_LINE = 64  # More bytes without an end of line are no line: the longest reading has 36
+WORD = 1 << 32  # Sequence and time are 32-bit words that wrap
 POLYNOMIAL = 0x07
 
 
@@ -30,12 +28,9 @@ def crc8(data: bytes) -> int:
 class Frame:
     """Reading of one line that came whole."""
 
-    sequence: int
-    """Number of the conversion, 32 bits."""
-    device_time_us: int
-    """Microcontroller's clock [us], 32 bits."""
-    counts: int
-    """Signed 24-bit value."""
+    sequence: int  # Number of the conversion, 32 bits
+    device_time_us: int  # Microcontroller's clock [us], 32 bits
+    counts: int  # Signed 24-bit value
 
 
 def decode_line(line: bytes) -> Frame | None:

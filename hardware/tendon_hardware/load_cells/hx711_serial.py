@@ -11,8 +11,7 @@ from tendon_hardware.load_cells.byte_stream import ByteStream, SerialStream
 from tendon_hardware.load_cells.framing import WORD, LineSplitter, decode_line
 from tendon_hardware.load_cells.load_cell_type import LoadCellCounters, LoadCellReading
 
-REOPEN_PERIOD = 0.5
-"""Pause between attempts to open a lost port [s]."""
+REOPEN_PERIOD = 0.5  # Pause between attempts to open a lost port [s]
 CLOCK_TOLERANCE = 1.0
 """How far the two clocks' advance between readings may differ [s]; transport takes far less."""
 

@@ -11,14 +11,12 @@ SATURATED_COUNTS = (0x7FFFFF, -0x800000)
 class LoadCellReading:
     """One conversion, as it came; forces are made of it later, with a calibration."""
 
-    sequence: int
-    """Number of the reading since the microcontroller started."""
+    sequence: int  # Number of the reading since the microcontroller started
+    # Microcontroller's clock at the conversion [us], 32 bits that wrap every 71.6 minutes
     device_time_us: int
-    """Microcontroller's clock at the conversion [us], 32 bits that wrap every 71.6 minutes."""
+    # Arrival on the bench's clock [s]: late by the transport, so not the time of the reading
     host_time: float
-    """Arrival on the bench's clock [s]: late by the transport, so not the time of the reading."""
-    counts: int
-    """Signed 24-bit value."""
+    counts: int  # Signed 24-bit value
 
     @property
     def saturated(self) -> bool:
@@ -30,29 +28,21 @@ class LoadCellReading:
 class LoadCellCounters:
     """Counts of the readings of a load cell and of lost ones; they only grow."""
 
-    lines: int = 0
-    """Readings that were accepted."""
-    rejected: int = 0
-    """Lines that were no whole reading."""
-    gaps: int = 0
-    """Places where the sequence jumps."""
-    lost: int = 0
-    """Readings that are missing there."""
-    restarts: int = 0
-    """Times that the microcontroller started anew."""
-    reconnects: int = 0
-    """Times that the port was opened again."""
+    lines: int = 0  # Readings that were accepted
+    rejected: int = 0  # Lines that were no whole reading
+    gaps: int = 0  # Places where the sequence jumps
+    lost: int = 0  # Readings that are missing there
+    restarts: int = 0  # Times that the microcontroller started anew
+    reconnects: int = 0  # Times that the port was opened again
+    # Arrival of the last reading on the bench's clock [s]; the opening before the first
     silent_since: float | None = None
-    """Arrival of the last reading on the bench's clock [s]; the opening before the first."""
 
 
 class LoadCell(Protocol):
     """A load cell that runs by itself and is emptied now and then."""
 
-    name: str
-    """Key in the table of load cells."""
-    counters: LoadCellCounters
-    """Counts of readings and of lost ones."""
+    name: str  # Key in the table of load cells
+    counters: LoadCellCounters  # Counts of readings and of lost ones
 
     def open(self) -> None:
         """Start to listen.

@@ -7,8 +7,7 @@ of the Humble release, which a file needs so that others can read it without the
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-Message = dict[str, Any]
-"""A message as the encoder takes it; it never leaves the writing of a log."""
+Message = dict[str, Any]  # A message as the encoder takes it; it never leaves the writing of a log
 
 RULE = "=" * 80
 TIME = f"{RULE}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"

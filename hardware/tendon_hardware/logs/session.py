@@ -14,41 +14,29 @@ from tendon_newton.data.files.origin import git_commit
 class Session:
     """All that decides a recording beside its signals; written at its front and at its end."""
 
-    bench: str
-    """Name under ``assets/`` of the bench."""
-    port: str
-    """Port and adapter of the servo."""
-    run: str
-    """Name of the planned run."""
+    bench: str  # Name under ``assets/`` of the bench
+    port: str  # Port and adapter of the servo
+    run: str  # Name of the planned run
     excitation: str
-    duration: float
-    """[s]"""
+    duration: float  # [s]
     split: str
     obstacle: str
-    seed: int
-    """Seed of the excitation's draws."""
-    rate: float
-    """Readings of the servo per second [Hz]."""
-    command_rate: float
-    """Commands per second [Hz]."""
+    seed: int  # Seed of the excitation's draws
+    rate: float  # Readings of the servo per second [Hz]
+    command_rate: float  # Commands per second [Hz]
+    # Gain [1/rad], limit and offset of the duty [1] of the loop on the host
     host_loop: Mapping[str, Any]
-    """Gain [1/rad], limit and offset of the duty [1] of the loop on the host."""
-    servo: ServoSettings
-    """Settings that the servo read back."""
+    servo: ServoSettings  # Settings that the servo read back
+    # Identifier of the load cell's calibration; without one there are raw counts only
     calibration: str | None
-    """Identifier of the load cell's calibration; without one there are raw counts only."""
-    load_cell: str | None
-    """Kind of the load cell."""
-    load_cell_rate: float | None
-    """Readings per second [Hz], measured at the start."""
+    load_cell: str | None  # Kind of the load cell
+    load_cell_rate: float | None  # Readings per second [Hz], measured at the start
+    # What was done to a reading before it came: it shows later than the force
     load_cell_filter: str | None
-    """What was done to a reading before it came: it shows later than the force."""
-    simulated: bool
-    """Whether a virtual bench stood in for the real one."""
-    notes: str = ""
-    """Words of the operator to keep with the log."""
+    simulated: bool  # Whether a virtual bench stood in for the real one
+    notes: str = ""  # Words of the operator to keep with the log
+    # Where the position loop ran: on the host; older files may say ``position``, in the servo
     mode: str = "pwm"
-    """Where the position loop ran: on the host; older files may say ``position``, in the servo."""
 
     def text(self) -> dict[str, str]:
         """Return keys and values as a metadata record holds them, with the software's facts."""

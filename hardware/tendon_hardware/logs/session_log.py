@@ -31,8 +31,7 @@ from tendon_newton.data.formats.topic_mapping import (
 WRITE_PERIOD = 0.02
 """Time between two writings [s]. Encoding holds the interpreter, 20 us a message. Ten at a time
 make the loop late by 0.2 ms at most, and ten times as many would by 2 ms."""
-SYNC_PERIOD = 0.4
-"""Time between two waits for the disk [s]; what a power cut loses besides."""
+SYNC_PERIOD = 0.4  # Time between two waits for the disk [s]; what a power cut loses besides
 
 
 class BackgroundLog:
@@ -109,10 +108,8 @@ class BackgroundLog:
 class TimeBase:
     """Conversion of the bench's clock into the stamps of a file."""
 
-    start: float
-    """Instant on the bench's clock that has the stamp ``epoch`` [s]."""
-    epoch: int
-    """Nanoseconds since 1970; of a simulated clock, since its start."""
+    start: float  # Instant on the bench's clock that has the stamp ``epoch`` [s]
+    epoch: int  # Nanoseconds since 1970; of a simulated clock, since its start
 
     def stamp(self, instant: float) -> int:
         """Return the stamp [ns] of an instant [s]."""

@@ -17,19 +17,17 @@ class SafetyLimits:
     These limits guard the mechanism and the load cell; the servo guards itself by its own limits.
     """
 
+    # Greatest tension [N]: the servo gives 21 N, and a cell for 5 kg takes 49 N
     force: float = 30.0
-    """Greatest tension [N]: the servo gives 21 N, and a cell for 5 kg takes 49 N."""
+    # Greatest temperature of the motor [degC]; it shuts itself down at 70
     temperature: float = 65.0
-    """Greatest temperature of the motor [degC]; it shuts itself down at 70."""
+    # Spool angles that it may have [rad]: the command range and some overshoot
     position: tuple[float, float] = (-0.5, 2.0 * pi + 0.5)
-    """Spool angles that it may have [rad]: the command range and some overshoot."""
+    # Longest time without a reading of the servo [s], its adapter unplugged or not
     silence: float = 10.0
-    """Longest time without a reading of the servo [s], its adapter unplugged or not."""
-    blindness: float = 3.0
-    """Longest time without a reading of a load cell that is there [s]."""
+    blindness: float = 3.0  # Longest time without a reading of a load cell that is there [s]
 
     def __post_init__(self) -> None:
-        """Refuse limits that limit nothing."""
         low, high = self.position
         if not (isfinite(low) and isfinite(high) and low < high):
             raise InvalidParameter(f"the position window must be low, high; it is {low}, {high}")

@@ -10,8 +10,7 @@ from tendon_newton.errors import InvalidParameter
 CURRENT_SHARE = 0.65
 """Supply current that is allowed, of the current at standstill and full duty [1]: with the default
 loop nothing but a stuck gear at 80 % of duty takes as much."""
-SKIP_WINDOW = 8
-"""Ticks among which skipped ones are counted."""
+SKIP_WINDOW = 8  # Ticks among which skipped ones are counted
 OUTPUT_SHARE = 10.0
 """Outputs of a policy that are believed, in its clips [1]; PPO's mean may well leave the clip."""
 
@@ -20,27 +19,22 @@ OUTPUT_SHARE = 10.0
 class DeployLimits:
     """Limits of a policy and its bench; each is a row of the table of rules."""
 
+    # Force, temperature and window, the same as while data is collected
     bench: SafetyLimits = field(default_factory=SafetyLimits)
-    """Force, temperature and window, the same as while data is collected."""
-    voltage: tuple[float, float] = (6.5, 12.6)
-    """Supply voltages at which the servo works [V]."""
-    current: float = 0.52
-    """Greatest supply current [A]."""
+    voltage: tuple[float, float] = (6.5, 12.6)  # Supply voltages at which the servo works [V]
+    current: float = 0.52  # Greatest supply current [A]
+    # Time without a reading of the servo after which it counts as lost [s]: its own watchdog
     silence: float = 0.2
-    """Time without a reading of the servo after which it counts as lost [s]: its own watchdog."""
+    # Greatest age of a position that a policy may act upon [s]: four ticks at 80 Hz
     stale_state: float = 0.05
-    """Greatest age of a position that a policy may act upon [s]: four ticks at 80 Hz."""
+    # Greatest age of a tension [s]: between five and six readings at 80 Hz
     stale_force: float = 0.07
-    """Greatest age of a tension [s]: between five and six readings at 80 Hz."""
-    skipped_ticks: int = 3
-    """Ticks that may be skipped among eight in a row: a policy step is four."""
-    output: float = 20.0
-    """Greatest output of a policy [rad]."""
+    skipped_ticks: int = 3  # Ticks that may be skipped among eight in a row: a policy step is four
+    output: float = 20.0  # Greatest output of a policy [rad]
+    # Greatest change of the command [rad/s]: four radians in a policy step
     command_rate: float = 80.0
-    """Greatest change of the command [rad/s]: four radians in a policy step."""
 
     def __post_init__(self) -> None:
-        """Refuse limits that limit nothing."""
         low, high = self.voltage
         if not (isfinite(low) and isfinite(high) and 0.0 <= low < high):
             raise InvalidParameter(f"the voltages must be low, high; they are {low}, {high} V")

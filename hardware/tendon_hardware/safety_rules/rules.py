@@ -34,40 +34,24 @@ Bounds = Callable[[DeployLimits], tuple[float, float]]
 class Glance:
     """What is known in one tick; ``None`` where nothing is."""
 
-    now: float
-    """Instant on the bench's clock [s]."""
-    position: float | None = None
-    """Spool angle [rad]."""
-    silence: float = 0.0
-    """Time since the servo's last reading [s]."""
-    force: float | None = None
-    """Tension, measured or estimated [N]."""
-    blindness: float | None = None
-    """Time since the load cell's last reading [s]."""
-    doubt: str | None = None
-    """Reason not to believe the load cell."""
-    current: float | None = None
-    """Supply current [A]."""
-    voltage: float | None = None
-    """Supply voltage [V]."""
-    temperature: float | None = None
-    """Temperature of the motor [degC]."""
+    now: float  # Instant on the bench's clock [s]
+    position: float | None = None  # Spool angle [rad]
+    silence: float = 0.0  # Time since the servo's last reading [s]
+    force: float | None = None  # Tension, measured or estimated [N]
+    blindness: float | None = None  # Time since the load cell's last reading [s]
+    doubt: str | None = None  # Reason not to believe the load cell
+    current: float | None = None  # Supply current [A]
+    voltage: float | None = None  # Supply voltage [V]
+    temperature: float | None = None  # Temperature of the motor [degC]
+    # Reason why the servo does not drive: an alert, a restart, its watchdog
     stopped: str | None = None
-    """Reason why the servo does not drive: an alert, a restart, its watchdog."""
-    skipped: int = 0
-    """Ticks lately skipped because this computer was busy."""
-    output: float | None = None
-    """Action of the policy [rad], maybe no number."""
-    jump: float = 0.0
-    """Speed at which the command would change [rad/s]."""
-    stop: str | None = None
-    """Source of a request for an orderly end."""
-    kill: str | None = None
-    """Source of a request to switch the motor off at once."""
-    failure: str | None = None
-    """Reason why the log cannot be written."""
-    broken: str | None = None
-    """Reason why the policy cannot decide."""
+    skipped: int = 0  # Ticks lately skipped because this computer was busy
+    output: float | None = None  # Action of the policy [rad], maybe no number
+    jump: float = 0.0  # Speed at which the command would change [rad/s]
+    stop: str | None = None  # Source of a request for an orderly end
+    kill: str | None = None  # Source of a request to switch the motor off at once
+    failure: str | None = None  # Reason why the log cannot be written
+    broken: str | None = None  # Reason why the policy cannot decide
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -75,19 +59,15 @@ class SafetyRule:
     """Condition, patience, action and reason: a row of the table."""
 
     name: str
+    # What is looked at; ``None`` where it is not known, and then not judged
     value: Callable[[Glance], float | None]
-    """What is looked at; ``None`` where it is not known, and then not judged."""
-    bounds: Bounds
-    """Least and greatest value that is safe."""
+    bounds: Bounds  # Least and greatest value that is safe
+    # Least and greatest value that there can be; ``None`` where nothing tells it
     reach: Callable[[SensorReach], tuple[float, float] | None]
-    """Least and greatest value that there can be; ``None`` where nothing tells it."""
     action: Action
-    reason: str
-    """Said and logged; ``value``, ``low``, ``high`` and ``glance`` are filled in."""
-    delay: float = 0.0
-    """Time for which a limit must be passed before the rule acts [s]."""
-    patience: float = UNLIMITED
-    """Time that a hold may last before the tendon is unwound [s]."""
+    reason: str  # Said and logged; ``value``, ``low``, ``high`` and ``glance`` are filled in
+    delay: float = 0.0  # Time for which a limit must be passed before the rule acts [s]
+    patience: float = UNLIMITED  # Time that a hold may last before the tendon is unwound [s]
 
 
 def lasting(_: SensorReach) -> tuple[float, float]:

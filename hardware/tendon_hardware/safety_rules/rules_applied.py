@@ -24,15 +24,12 @@ class Trip:
     """A rule that has come into effect."""
 
     rule: SafetyRule
+    # Action that follows: the rule's own, or ``unwind`` where a hold has lasted too long
     action: Action
-    """Action that follows: the rule's own, or ``unwind`` where a hold has lasted too long."""
-    since: float
-    """When the limit was first seen passed [s]."""
-    instant: float
-    """When it was acted upon [s]."""
+    since: float  # When the limit was first seen passed [s]
+    instant: float  # When it was acted upon [s]
     reason: str
-    servo: int = 0
-    """Place of the servo that it is about."""
+    servo: int = 0  # Place of the servo that it is about
 
 
 class SafetyGuard:

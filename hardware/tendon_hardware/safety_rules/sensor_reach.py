@@ -7,25 +7,21 @@ from tendon_hardware.benches.bench import BenchDrive
 from tendon_hardware.load_cells.load_cell_type import SATURATED_COUNTS
 from tendon_hardware.safety_rules.force_estimate import ForceEstimate
 
-Range = tuple[float, float]
-"""Least and greatest value."""
+Range = tuple[float, float]  # Least and greatest value
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SensorReach:
     """Ranges of what one servo and the load cell in its tendon can say."""
 
-    position: Range
-    """Angles of the spool that its register can hold [rad]."""
-    voltage: Range
-    """Voltages of the supply that its register can hold [V]."""
-    current: Range
-    """Supply current [A]: a motor takes no more than at standstill."""
+    position: Range  # Angles of the spool that its register can hold [rad]
+    voltage: Range  # Voltages of the supply that its register can hold [V]
+    current: Range  # Supply current [A]: a motor takes no more than at standstill
+    # Temperature of the motor [degC]: beyond it the servo has switched itself off
     temperature: Range
-    """Temperature of the motor [degC]: beyond it the servo has switched itself off."""
+    # Tension [N]: up to where the load cell saturates, or the estimate is cut; none where
+    # nothing tells it
     force: Range | None
-    """Tension [N]: up to where the load cell saturates, or the estimate is cut; none where
-    nothing tells it."""
 
 
 def reach_of(drive: BenchDrive, estimate: ForceEstimate | None = None) -> SensorReach:

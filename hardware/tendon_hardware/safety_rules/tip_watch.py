@@ -3,8 +3,7 @@
 from tendon_hardware.benches.bench import Bench
 from tendon_hardware.logs.session_log import SessionLog
 
-PERIOD = 0.05
-"""Time between two looks on a bench in real time [s], where asking takes long."""
+PERIOD = 0.05  # Time between two looks on a bench in real time [s], where asking takes long
 
 
 class TipWatch:

@@ -10,14 +10,11 @@ from tendon_hardware.servos.serial_bus.keeper import Keeper
 from tendon_hardware.servos.serial_bus.packets import SILENT, SUCCESS, Answer, Packets, Register
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 
-STATUS_LENGTH = 11
-"""Bytes of an answer without data, at most."""
+STATUS_LENGTH = 11  # Bytes of an answer without data, at most
 SPARE = 64
 """Choices of the bytes that are asked for; the table goes on after all that is read, to 227."""
-LATE_TIME = 0.5
-"""Time after which an answer will not come any more [s]."""
-UNASKED_MAX = 5
-"""Answers that nobody asked for, less exchanges without one, that may be noise."""
+LATE_TIME = 0.5  # Time after which an answer will not come any more [s]
+UNASKED_MAX = 5  # Answers that nobody asked for, less exchanges without one, that may be noise
 BROKEN = "; broken answers come of noise on the line, or of two servos with one ID"
 REFUSALS = {
     1: "could not process the instruction",

@@ -41,12 +41,10 @@ from tendon_hardware.servos.setting_up import (
 from tendon_hardware.servos.spool_angle import SpoolAngle
 from tendon_newton.errors import InvalidParameter
 
-POLL_PERIOD = 0.05
-"""Pause between attempts while something comes back [s]."""
+POLL_PERIOD = 0.05  # Pause between attempts while something comes back [s]
 REST_SHARE = 0.4
 """Time without a rest, of that after which a pull is forgotten [1]: four commands at 20 Hz."""
-REST = 0.003
-"""Length of a rest [s]: three periods of the firmware."""
+REST = 0.003  # Length of a rest [s]: three periods of the firmware
 
 
 class BusServo:

@@ -8,53 +8,39 @@ from tendon_hardware.servos.base import OverloadProtection, ServoSettings, Servo
 from tendon_hardware.servos.serial_bus.packets import Packets, Register
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 
-WATCHDOG_PERIOD = 0.02
-"""Unit of a bus watchdog [s]."""
-WATCHDOG_TRIPPED = -1
-"""Content of its register once it has stopped the servo."""
+WATCHDOG_PERIOD = 0.02  # Unit of a bus watchdog [s]
+WATCHDOG_TRIPPED = -1  # Content of its register once it has stopped the servo
 
 
-Targets = tuple[tuple[Register, int], ...]
-"""Registers with the counts that they must have."""
+Targets = tuple[tuple[Register, int], ...]  # Registers with the counts that they must have
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ControlTable:
     """Registers that every family has, each in its own place."""
 
-    model: Register
-    """What the servo is."""
-    identifier: Register
-    """ID on the bus."""
-    baud_rate: Register
-    """Rate of the bus, as a code."""
-    answers: Register
-    """Which instructions are answered."""
-    answers_all: int
-    """Content of it at which every instruction is answered."""
-    torque: Register
-    """Whether the motor is driven."""
-    goal_duty: Register
-    """Duty that the motor is asked for."""
+    model: Register  # What the servo is
+    identifier: Register  # ID on the bus
+    baud_rate: Register  # Rate of the bus, as a code
+    answers: Register  # Which instructions are answered
+    answers_all: int  # Content of it at which every instruction is answered
+    torque: Register  # Whether the motor is driven
+    goal_duty: Register  # Duty that the motor is asked for
     position: Register
     velocity: Register
     current: Register
     voltage: Register
     temperature: Register
-    alerts: Register
-    """What has happened to the servo, bit by bit."""
+    alerts: Register  # What has happened to the servo, bit by bit
+    # RAM that decides nothing in our mode: a servo that has restarted has forgotten it
     mark: Register
-    """RAM that decides nothing in our mode: a servo that has restarted has forgotten it."""
-    marked: int
-    """Content of it that no restart leaves."""
+    marked: int  # Content of it that no restart leaves
+    # Silence after which the servo stops by itself [20 ms]; None where it never does
     watchdog: Register | None
-    """Silence after which the servo stops by itself [20 ms]; None where it never does."""
+    # 0 lets changes of the EEPROM outlast the power; None where they always do
     lock: Register | None
-    """0 lets changes of the EEPROM outlast the power; None where they always do."""
-    counts_turns: bool
-    """Whether the position goes on over a turn; else it begins anew."""
-    end: int
-    """First address behind the table."""
+    counts_turns: bool  # Whether the position goes on over a turn; else it begins anew
+    end: int  # First address behind the table
 
     @property
     def state(self) -> tuple[Register, Register, Register]:
@@ -88,19 +74,16 @@ class ServoFamily:
 
     packets: Callable[[PortHandler], Packets]
     table: ControlTable
-    rates: Mapping[int, int]
-    """Rate of the bus [1/s] -> code in its register, likeliest first."""
-    rates_sought: tuple[int, ...]
-    """Rates at which servos are looked for, likeliest first [1/s]."""
+    rates: Mapping[int, int]  # Rate of the bus [1/s] -> code in its register, likeliest first
+    rates_sought: tuple[int, ...]  # Rates at which servos are looked for, likeliest first [1/s]
+    # Registers that must be set before the motor runs, for a greatest duty [1]
     targets: Callable[[ServoSpec, float], Targets]
-    """Registers that must be set before the motor runs, for a greatest duty [1]."""
+    # Reads back all that decides a step response
     read_settings: Callable[[Reader, ServoSpec, str | None], ServoSettings]
-    """Reads back all that decides a step response."""
+    # Counts of the data sheet's speed unit in a count of this servo's own [1]
     velocity_scale: Callable[[Reader], float]
-    """Counts of the data sheet's speed unit in a count of this servo's own [1]."""
+    # Packet that switches the motor of an ID off; None where the servo has a watchdog
     motor_off: Callable[[int], bytes] | None
-    """Packet that switches the motor of an ID off; None where the servo has a watchdog."""
+    # How a motor lets go that is given a duty and no rest from it; None where a watchdog does
     forgets: OverloadProtection | None
-    """How a motor lets go that is given a duty and no rest from it; None where a watchdog does."""
-    remedy: str
-    """What ends an alert once its cause is gone."""
+    remedy: str  # What ends an alert once its cause is gone

@@ -21,20 +21,16 @@ class HostPositionLoop:
     :math:`u_0` keeps the tendon taut.
     """
 
-    gain: float = 0.10
-    """Duty per angle, k [1/rad]."""
-    duty_limit: float = 0.90
-    """Greatest duty of the feedback [1]."""
-    offset: float = 0.02
-    """Duty that is always added [1]."""
+    gain: float = 0.10  # Duty per angle, k [1/rad]
+    duty_limit: float = 0.90  # Greatest duty of the feedback [1]
+    offset: float = 0.02  # Duty that is always added [1]
+    # Where commands lie and the spool may turn [rad]; outside, no duty drives it further out
     position_range: tuple[float, float] = (0.0, 2.0 * pi)
-    """Where commands lie and the spool may turn [rad]; outside, no duty drives it further out."""
+    # Least command of a spool that is wound in, and the angle beyond which it is [rad]; None where
+    # the range's own end counts everywhere
     pay_out: tuple[float, float] | None = None
-    """Least command of a spool that is wound in, and the angle beyond which it is [rad]; None where
-    the range's own end counts everywhere."""
 
     def __post_init__(self) -> None:
-        """Refuse numbers that would drive the motor anywhere."""
         if not self.gain > 0.0 or not isfinite(self.gain):
             raise InvalidParameter(f"gain must be above 0 1/rad; it is {self.gain}")
         if not 0.0 < self.duty_limit <= 1.0 or not abs(self.offset) < self.duty_limit:

@@ -17,18 +17,13 @@ from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.family import WATCHDOG_PERIOD, Targets
 from tendon_hardware.servos.serial_bus.packets import Register
 
-GREETINGS = 3
-"""Pings before another model is believed."""
-LATE_ANSWER = 0.05
-"""Wait for an answer that nobody asked for [s]."""
+GREETINGS = 3  # Pings before another model is believed
+LATE_ANSWER = 0.05  # Wait for an answer that nobody asked for [s]
 SECOND_ANSWER = 0.005
 """Wait for the answer of another servo to the same ping [s]; an adapter adds 1 ms."""
-RESTART_TIME = 2.0
-"""Longest restart of a servo [s]; it takes some tenths."""
-POLL_PERIOD = 0.05
-"""Pause between pings while it restarts [s]."""
-TORQUE_OFF_ATTEMPTS = 5
-"""Rounds of writing and reading back, each with the retries of the bus."""
+RESTART_TIME = 2.0  # Longest restart of a servo [s]; it takes some tenths
+POLL_PERIOD = 0.05  # Pause between pings while it restarts [s]
+TORQUE_OFF_ATTEMPTS = 5  # Rounds of writing and reading back, each with the retries of the bus
 
 
 def greet(bus: Bus, spec: ServoSpec, clock: Clock) -> None:

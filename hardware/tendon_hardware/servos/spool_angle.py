@@ -2,8 +2,7 @@
 
 from tendon_hardware.servos.base import ServoSpec
 
-WIND_MAX = 1.0
-"""Greatest angle by which a spool turns on while its motor is off [rad]."""
+WIND_MAX = 1.0  # Greatest angle by which a spool turns on while its motor is off [rad]
 
 
 class SpoolAngle:

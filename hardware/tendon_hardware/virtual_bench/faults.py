@@ -24,29 +24,23 @@ EVENTS = (
 )
 """A load cell may send nothing, always the same, one wrong reading, or noise about what it felt
 last."""
-COUNTS = (-(2**23), 2**23 - 1)
-"""Ends of a converter's range [counts]."""
+COUNTS = (-(2**23), 2**23 - 1)  # Ends of a converter's range [counts]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FaultEvent:
     """Planned fault of a virtual bench."""
 
-    name: str
-    """Kind of the fault, one of ``EVENTS``."""
-    start: float = 0.0
-    """When, on the bench's clock [s]; at once when that has passed."""
-    duration: float = 1.0
-    """Length of a fault that lasts [s]."""
-    voltage: float = 5.0
-    """To what the supply falls [V]; below 4.5 V the servo restarts."""
-    alert: str = "overload"
-    """Which hardware error an alert latches."""
+    name: str  # Kind of the fault, one of ``EVENTS``
+    start: float = 0.0  # When, on the bench's clock [s]; at once when that has passed
+    duration: float = 1.0  # Length of a fault that lasts [s]
+    voltage: float = 5.0  # To what the supply falls [V]; below 4.5 V the servo restarts
+    alert: str = "overload"  # Which hardware error an alert latches
+    # Place of the servo whose alert, restart or load cell it is; the rest strikes all
     servo: int = 0
-    """Place of the servo whose alert, restart or load cell it is; the rest strikes all."""
+    # Reading of a stuck cell or a spike [counts]. Unless given, a stuck cell repeats its last one,
+    # and a spike reads 1.5 million too much, some 35 N.
     counts: int | None = None
-    """Reading of a stuck cell or a spike [counts]. Unless given, a stuck cell repeats its last one,
-    and a spike reads 1.5 million too much, some 35 N."""
 
     def __post_init__(self) -> None:
         if self.name not in EVENTS:
@@ -68,20 +62,13 @@ class FaultEvent:
 class Faults:
     """Chances of the faults [1], and the planned ones."""
 
-    dropped_replies: float = 0.0
-    """Answers of the servo that never come."""
-    corrupted_replies: float = 0.0
-    """Answers with one bit flipped."""
-    line_noise: float = 0.0
-    """Answers with a few random bytes before them."""
-    garbled_lines: float = 0.0
-    """Lines of the load cell with one byte changed."""
-    lost_lines: float = 0.0
-    """Lines of the load cell that never come."""
-    extra_latency: float = 0.0
-    """Added to each answer [s]."""
-    doubled_replies: float = 0.0
-    """Answers that come twice, as from two servos with one ID."""
+    dropped_replies: float = 0.0  # Answers of the servo that never come
+    corrupted_replies: float = 0.0  # Answers with one bit flipped
+    line_noise: float = 0.0  # Answers with a few random bytes before them
+    garbled_lines: float = 0.0  # Lines of the load cell with one byte changed
+    lost_lines: float = 0.0  # Lines of the load cell that never come
+    extra_latency: float = 0.0  # Added to each answer [s]
+    doubled_replies: float = 0.0  # Answers that come twice, as from two servos with one ID
     events: tuple[FaultEvent, ...] = ()
 
     def __post_init__(self) -> None:

@@ -42,8 +42,7 @@ class LockstepServoPort:
     reply is awaited.
     """
 
-    LATENCY_TIMER = 1.0
-    """Latency that the SDK counts twice into its wait for a reply [ms]."""
+    LATENCY_TIMER = 1.0  # Latency that the SDK counts twice into its wait for a reply [ms]
 
     def __init__(self, bench: VirtualBench, clock: LockstepClock) -> None:
         self._bench = bench

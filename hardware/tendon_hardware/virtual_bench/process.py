@@ -23,11 +23,9 @@ from tendon_hardware.virtual_bench.physics.wear import NEW, WEARS, worn
 from tendon_hardware.virtual_bench.server import CAMERA, CONTROL, SERVO, load_cell_name
 from tendon_newton.errors import TendonNewtonError, listed, unknown_name
 
-WORD = "virtual"
-"""First part of the word that names a virtual bench in place of a port."""
+WORD = "virtual"  # First part of the word that names a virtual bench in place of a port
 DEFAULT_BENCH = "finger"
-STOP_TIME = 5.0
-"""Time that a bench may take to end [s]."""
+STOP_TIME = 5.0  # Time that a bench may take to end [s]
 
 
 class InvalidVirtualBench(TendonNewtonError):

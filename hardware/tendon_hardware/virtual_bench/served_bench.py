@@ -17,12 +17,9 @@ from tendon_hardware.virtual_bench.physics.wear import NEW, worn
 
 USB_LATENCY = 0.5e-3
 """From the servo's last bit to the host's first byte [s]: an FTDI whose latency timer is 1 ms."""
-CELL_LATENCY = 1.2e-3
-"""From the end of a conversion to the host [s]: line time at 115200 and USB."""
-CELL_JITTER = 0.6e-3
-"""Mean of what USB adds to that [s]."""
-BROWNOUT = 4.5
-"""Supply below which the servo's processor restarts [V]; assumed."""
+CELL_LATENCY = 1.2e-3  # From the end of a conversion to the host [s]: line time at 115200 and USB
+CELL_JITTER = 0.6e-3  # Mean of what USB adds to that [s]
+BROWNOUT = 4.5  # Supply below which the servo's processor restarts [V]; assumed
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

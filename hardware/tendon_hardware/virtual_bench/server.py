@@ -114,10 +114,8 @@ class PtyPort:
 
 SERVO, LOAD_CELL, CAMERA, CONTROL = "servo", "load_cell", "camera", "control"
 """Names of the files in the process's folder; further load cells are numbered."""
-KEEP_UP = 4e-3
-"""Longest time that the plant falls behind the clock [s]."""
-PRIORITY = 1
-"""Priority among processes in real time, where the system grants it: 4 % of a core."""
+KEEP_UP = 4e-3  # Longest time that the plant falls behind the clock [s]
+PRIORITY = 1  # Priority among processes in real time, where the system grants it: 4 % of a core
 LONGEST_LAG = 1.0
 """Behind by more, the process was suspended: the bench's clock stops for as long [s]."""
 

@@ -10,10 +10,8 @@ from tendon_newton.data.files.values import is_table
 from tendon_newton.errors import TendonNewtonError, shown
 
 Card = TypeVar("Card")
-Promise = tuple[str, Any, bool, str]
-"""A name, what came, whether it holds, and what is promised."""
-REASON_LENGTH = 200
-"""Most that is repeated of what Python says of a value [characters]."""
+Promise = tuple[str, Any, bool, str]  # A name, what came, whether it holds, and what is promised
+REASON_LENGTH = 200  # Most that is repeated of what Python says of a value [characters]
 
 
 def read_card_json(

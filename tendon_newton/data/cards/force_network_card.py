@@ -17,8 +17,7 @@ from tendon_newton.errors import InvalidNetworkFile
 
 SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
-UNITS = ("rad", "rad", "rad/s", "N")
-"""Units of the inputs, then of the output."""
+UNITS = ("rad", "rad", "rad/s", "N")  # Units of the inputs, then of the output
 KIND = re.compile(r"[a-z][a-z0-9_]{0,31}")
 """A name. The table of force networks says which kinds there are; a program that only runs an ONNX
 file need not know them."""
@@ -31,13 +30,10 @@ HOLD_LIMIT = 1000.0
 class HoldLaw:
     """How a network's force answers to the shaft until the network is asked again."""
 
-    stiffness: float = 0.0
-    """By how much it falls as the shaft turns [N/rad]."""
-    damping: float = 0.0
-    """By how much it falls as the shaft turns faster [N s/rad]."""
+    stiffness: float = 0.0  # By how much it falls as the shaft turns [N/rad]
+    damping: float = 0.0  # By how much it falls as the shaft turns faster [N s/rad]
 
     def __post_init__(self) -> None:
-        """Refuse a servo that pushes on."""
         for name in ("stiffness", "damping"):
             value = getattr(self, name)
             if not 0.0 <= value <= HOLD_LIMIT:
@@ -46,87 +42,64 @@ class HoldLaw:
                 )
 
 
-PLAIN_HOLD = HoldLaw()
-"""The paper's: the force stays as it is."""
+PLAIN_HOLD = HoldLaw()  # The paper's: the force stays as it is
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingRecording:
     """One recording that a network was trained on or chosen by."""
 
-    file: str
-    """Name inside its dataset."""
-    sha256: str
-    """SHA-256 of the file's bytes, or for a folder of its files' names and bytes."""
+    file: str  # Name inside its dataset
+    sha256: str  # SHA-256 of the file's bytes, or for a folder of its files' names and bytes
+    # Whether its windows were fitted, or only told when to stop; both are train recordings
     split: Literal["train", "validation"]
-    """Whether its windows were fitted, or only told when to stop; both are train recordings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
     """How a network came about."""
 
-    recordings: tuple[TrainingRecording, ...]
-    """Recordings that it has seen."""
-    split: str
-    """How held-out data was held out, in words."""
-    seed: int
-    """Seed of the starting weights and the order of the windows."""
-    git_commit: str | None
-    """Commit of the program, where it ran from a clone."""
-    version: str
-    """Version of the program."""
+    recordings: tuple[TrainingRecording, ...]  # Recordings that it has seen
+    split: str  # How held-out data was held out, in words
+    seed: int  # Seed of the starting weights and the order of the windows
+    git_commit: str | None  # Commit of the program, where it ran from a clone
+    version: str  # Version of the program
 
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOut:
     """Errors on recordings that the network has never seen."""
 
-    force_rmse: float
-    """Pooled over all rows [N]."""
-    noise_floor: float | None
-    """Estimated standard deviation of the load cell's noise [N]."""
-    rows: int
-    """Rows that were predicted."""
-    recordings: tuple[str, ...]
-    """Names inside the dataset."""
+    force_rmse: float  # Pooled over all rows [N]
+    noise_floor: float | None  # Estimated standard deviation of the load cell's noise [N]
+    rows: int  # Rows that were predicted
+    recordings: tuple[str, ...]  # Names inside the dataset
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceNetworkCard:
     """What a program must know to use a force network, checked when built."""
 
-    kind: str
-    """Family of the network."""
-    network_set: str
-    """Set that its sizes come from."""
-    parameter_count: int
-    """Trained numbers."""
-    window: int
-    """Samples in a window, oldest first."""
-    rate: float
-    """Samples per second [Hz]."""
+    kind: str  # Family of the network
+    network_set: str  # Set that its sizes come from
+    parameter_count: int  # Trained numbers
+    window: int  # Samples in a window, oldest first
+    rate: float  # Samples per second [Hz]
+    # Tension that the servo can produce [N]; a user of the network clips to 0 ... limit.
     force_limit: float
-    """Tension that the servo can produce [N]; a user of the network clips to 0 ... limit."""
-    streaming: bool
-    """Whether it was trained to run on one sample at a time with its state kept."""
+    streaming: bool  # Whether it was trained to run on one sample at a time with its state kept
+    # Smallest and largest value of each input in training, in its unit
     bounds: Mapping[str, tuple[float, float]]
-    """Smallest and largest value of each input in training, in its unit."""
     training: Training
-    held_out: HeldOut | None = None
-    """Absent where the dataset has no test recordings."""
+    held_out: HeldOut | None = None  # Absent where the dataset has no test recordings
+    # What it was trained for: forces along measured motion, or the loop of a simulation
     purpose: Literal["prediction", "simulation"] = "prediction"
-    """What it was trained for: forces along measured motion, or the loop of a simulation."""
-    hold: HoldLaw = PLAIN_HOLD
-    """What a simulation makes of its force between two queries."""
-    inputs: tuple[str, ...] = INPUTS
-    """Columns of a sample."""
-    units: tuple[str, ...] = UNITS
-    """Units of the inputs, then of the output."""
+    hold: HoldLaw = PLAIN_HOLD  # What a simulation makes of its force between two queries
+    inputs: tuple[str, ...] = INPUTS  # Columns of a sample
+    units: tuple[str, ...] = UNITS  # Units of the inputs, then of the output
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
-        """Refuse a card that this version cannot honour."""
         promises = (
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
             ("kind", self.kind, bool(KIND.fullmatch(str(self.kind))), "a name in small letters"),

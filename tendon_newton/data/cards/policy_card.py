@@ -27,10 +27,8 @@ from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.errors import InvalidPolicyFile
 
 SCHEMA = 1
-CARD_NAME = "card.json"
-"""Name among the extra files of a TorchScript file."""
-CARD_KEY = "card"
-"""Key in the metadata of an ONNX file."""
+CARD_NAME = "card.json"  # Name among the extra files of a TorchScript file
+CARD_KEY = "card"  # Key in the metadata of an ONNX file
 ACTION_UNIT, ACTION_MEANING = "rad", "motor position offset"
 NORMALISATIONS = ("in_network", "none")
 RATE_TOLERANCE = 1e-9
@@ -51,20 +49,15 @@ def nothing() -> Mapping[str, Any]:
 class PolicyTraining:
     """Seed, program, samples and force model of a policy's training."""
 
-    seed: int
-    """Seed of the starting weights and of every draw."""
-    git_commit: str | None
-    """Commit of the program, where it ran from a clone."""
-    version: str
-    """Version of the program."""
-    samples: int = 0
-    """Policy steps that it has learnt from."""
-    force: str = ""
-    """Force model of the simulation, in words or as a file's name."""
+    seed: int  # Seed of the starting weights and of every draw
+    git_commit: str | None  # Commit of the program, where it ran from a clone
+    version: str  # Version of the program
+    samples: int = 0  # Policy steps that it has learnt from
+    force: str = ""  # Force model of the simulation, in words or as a file's name
+    # Name -> least and greatest factor (or value) that a world could have
     randomisation: Mapping[str, tuple[float, float]] = field(default_factory=nothing)
-    """Name -> least and greatest factor (or value) that a world could have."""
+    # Name -> SHA-256 of each further file that the training read
     files: Mapping[str, str] = field(default_factory=nothing)
-    """Name -> SHA-256 of each further file that the training read."""
 
     @property
     def finger(self) -> str | None:
@@ -73,7 +66,6 @@ class PolicyTraining:
         return next((path.stem for path in drawn), None)
 
     def __post_init__(self) -> None:
-        """Protect the tables."""
         for name in ("randomisation", "files"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
@@ -82,16 +74,11 @@ class PolicyTraining:
 class FurtherServo:
     """A servo of a policy beyond its first, on the next tendon of the asset."""
 
-    command_range: tuple[float, float]
-    """Least and greatest desired motor angle [rad]."""
-    spool_radius: float
-    """Spool radius of the bench of the training [m]."""
-    servo: str
-    """Name in the table of servos."""
-    force_limit: float
-    """Tension that it can produce in training [N]."""
-    pay_out: tuple[float, float] | None = None
-    """Pay-out rule of this servo [rad], where it has one."""
+    command_range: tuple[float, float]  # Least and greatest desired motor angle [rad]
+    spool_radius: float  # Spool radius of the bench of the training [m]
+    servo: str  # Name in the table of servos
+    force_limit: float  # Tension that it can produce in training [N]
+    pay_out: tuple[float, float] | None = None  # Pay-out rule of this servo [rad], where it has one
 
     @property
     def turning_range(self) -> tuple[float, float]:
@@ -107,44 +94,35 @@ class PolicyCard:
     of the others stand in `further_servos`.
     """
 
-    command_range: tuple[float, float]
-    """Least and greatest desired motor angle [rad]."""
-    spool_radius: float
-    """Spool radius of the bench of the training [m]."""
-    servo: str
-    """Name in the table of servos."""
-    force_limit: float
-    """Tension that the servo can produce in training [N]."""
-    action_clip: float
-    """Greatest action either way [rad]."""
+    command_range: tuple[float, float]  # Least and greatest desired motor angle [rad]
+    spool_radius: float  # Spool radius of the bench of the training [m]
+    servo: str  # Name in the table of servos
+    force_limit: float  # Tension that the servo can produce in training [N]
+    action_clip: float  # Greatest action either way [rad]
     training: PolicyTraining
+    # Least command of a motor at home, and the angle beyond which it is not at home [rad]; where
+    # there is none the whole command range counts everywhere. `motor_command` is its definition.
     pay_out: tuple[float, float] | None = None
-    """Least command of a motor at home, and the angle beyond which it is not at home [rad]; where
-    there is none the whole command range counts everywhere. `motor_command` is its definition."""
+    # SHA-256 of the ``model.toml`` that it was trained on; absent for a model without a file
     model: str | None = None
-    """SHA-256 of the ``model.toml`` that it was trained on; absent for a model without a file."""
+    # Goals that it has met in training: angles [rad], or rates [rad/s] of a policy that turns
     goal_range: tuple[float, float] = (0.0, pi / 2.0)
-    """Goals that it has met in training: angles [rad], or rates [rad/s] of a policy that turns."""
-    rate: float = RATE
-    """Policy steps per second [Hz]."""
+    rate: float = RATE  # Policy steps per second [Hz]
+    # Readings of the servo per second [Hz], a whole multiple of the rate
     servo_rate: float = SERVO_RATE
-    """Readings of the servo per second [Hz], a whole multiple of the rate."""
-    history: int = HISTORY
-    """Samples in an observation, oldest first."""
+    history: int = HISTORY  # Samples in an observation, oldest first
+    # Where inputs are normalised; either way the file takes them in SI units
     normalisation: Literal["in_network", "none"] = "in_network"
-    """Where inputs are normalised; either way the file takes them in SI units."""
-    observation: tuple[tuple[str, str], ...] = SAMPLE
-    """Name and unit of each number of a sample."""
+    observation: tuple[tuple[str, str], ...] = SAMPLE  # Name and unit of each number of a sample
     action_unit: str = ACTION_UNIT
     action_meaning: str = ACTION_MEANING
+    # The servos beyond the first, in the order of the asset's tendons
     further_servos: tuple[FurtherServo, ...] = ()
-    """The servos beyond the first, in the order of the asset's tendons."""
+    # Task of a policy that turns a ball; where there is none the tip goes to a goal
     turning: TurningTask | None = None
-    """Task of a policy that turns a ball; where there is none the tip goes to a goal."""
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
-        """Refuse a card that this version cannot honour."""
         ratio = self.servo_rate / self.rate if self.rate > 0.0 else 0.0
         sample = sample_of(self.servo_count, self.task)
         promises = (

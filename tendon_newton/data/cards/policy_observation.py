@@ -47,15 +47,11 @@ GOALS: dict[Task, tuple[tuple[str, str], ...]] = {
     "turn": (("rate", "rad/s"), ("ball_x", "m"), ("ball_y", "m"), ("ball_z", "m")),
 }
 """Name and unit of what a sample holds behind the servos' numbers: a goal, then what is seen."""
-HISTORY = 30
-"""Samples in an observation, as the paper has them."""
-RATE = 20.0
-"""Policy steps per second [Hz]."""
-SERVO_RATE = 80.0
-"""Readings of the servo per second [Hz]."""
+HISTORY = 30  # Samples in an observation, as the paper has them
+RATE = 20.0  # Policy steps per second [Hz]
+SERVO_RATE = 80.0  # Readings of the servo per second [Hz]
 
-Values = TypeVar("Values", bound=Any)
-"""NumPy arrays and torch tensors alike."""
+Values = TypeVar("Values", bound=Any)  # NumPy arrays and torch tensors alike
 
 
 def sample_of(servos: int, task: Task = "tip") -> tuple[tuple[str, str], ...]:

@@ -7,23 +7,20 @@ from typing import Any, TypeVar
 from tendon_newton.data.cards.card_json import Promise
 from tendon_newton.data.files.checked_table import CheckedTable
 
-LONGEST_DROP = 1.0
-"""Farthest distance that a card may call a drop [m]."""
+LONGEST_DROP = 1.0  # Farthest distance that a card may call a drop [m]
 
-Values = TypeVar("Values", bound=Any)
-"""NumPy arrays and torch tensors alike."""
+Values = TypeVar("Values", bound=Any)  # NumPy arrays and torch tensors alike
 
 
 @dataclass(frozen=True, kw_only=True)
 class TurningTask:
     """Ball, axis and drop of a policy that turns a ball."""
 
-    asset: str
-    """Hand with its ball: an asset's name."""
+    asset: str  # Hand with its ball: an asset's name
+    # Axis of the commanded rate in the base frame [1], of length 1
     axis: tuple[float, float, float]
-    """Axis of the commanded rate in the base frame [1], of length 1."""
+    # Distance of the ball's middle from where it starts beyond which it is dropped [m]
     drop_distance: float
-    """Distance of the ball's middle from where it starts beyond which it is dropped [m]."""
 
     @property
     def promises(self) -> tuple[Promise, ...]:

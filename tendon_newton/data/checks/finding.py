@@ -12,26 +12,20 @@ Severity = Literal["note", "caution", "defect"]
 class Finding:
     """One thing about the data that a reader of results must know."""
 
-    recording: str
-    """File name, or ``all``."""
-    channel: str
-    """Column that is concerned."""
-    evidence: str
-    """Evidence, with numbers."""
-    consequence: str
-    """Consequence for the use of the data."""
+    recording: str  # File name, or ``all``
+    channel: str  # Column that is concerned
+    evidence: str  # Evidence, with numbers
+    consequence: str  # Consequence for the use of the data
+    # ``defect``: wrong as it stands; ``caution``: misleads a fit; ``note``: good to know
     severity: Severity
-    """``defect``: wrong as it stands; ``caution``: misleads a fit; ``note``: good to know."""
 
 
 @dataclass(frozen=True)
 class Examined:
     """Column of a recording that is looked at."""
 
-    recording: str
-    """File name, or ``all``."""
-    channel: str
-    """Column."""
+    recording: str  # File name, or ``all``
+    channel: str  # Column
 
     def defect(self, evidence: str, consequence: str) -> Finding:
         """Return what is wrong as it stands."""

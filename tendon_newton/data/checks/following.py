@@ -30,28 +30,20 @@ ROUNDS = 12
 class FollowedMotion:
     """One uninterrupted stretch of a joint."""
 
-    time: Array
-    """[s], strictly increasing, shape (T,)."""
-    command: Array
-    """[rad], held until the next row, shape (T,)."""
-    position: Array
-    """[rad], shape (T,)."""
+    time: Array  # [s], strictly increasing, shape (T,)
+    command: Array  # [rad], held until the next row, shape (T,)
+    position: Array  # [rad], shape (T,)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Following:
     """How a joint follows."""
 
-    delay: float
-    """[s]"""
-    lag: float
-    """Time constant [s]."""
-    play: float
-    """Width [rad]."""
-    residual: float
-    """What the four numbers leave, RMS [rad]."""
-    motion: float
-    """Standard deviation of the positions [rad]."""
+    delay: float  # [s]
+    lag: float  # Time constant [s]
+    play: float  # Width [rad]
+    residual: float  # What the four numbers leave, RMS [rad]
+    motion: float  # Standard deviation of the positions [rad]
 
 
 def follow(motions: Sequence[FollowedMotion]) -> Following:

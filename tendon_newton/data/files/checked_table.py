@@ -28,7 +28,6 @@ class CheckedTable:
         self._fault = fault
 
     def __contains__(self, key: str) -> bool:
-        """Tell whether a key is there."""
         return key in self.values
 
     def number(self, key: str) -> float:

@@ -5,10 +5,8 @@ from pathlib import Path
 
 from tendon_newton.errors import TendonNewtonError, shown
 
-NAME_LIMIT = 200
-"""Longest name [bytes]; file systems take 255, and endings and numbers are added."""
-PATH_LIMIT = 1000
-"""Longest path of a recording [characters]; no file system of today takes 4096."""
+NAME_LIMIT = 200  # Longest name [bytes]; file systems take 255, and endings and numbers are added
+PATH_LIMIT = 1000  # Longest path of a recording [characters]; no file system of today takes 4096
 
 
 def check_name(name: str, what: str, fault: type[TendonNewtonError]) -> None:

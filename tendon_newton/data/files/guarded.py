@@ -20,14 +20,12 @@ from typing import Any
 
 from tendon_newton.errors import TendonNewtonError
 
-MEMORY = 1 << 30
-"""Bytes that the work may allocate beyond the modules that it needs."""
+MEMORY = 1 << 30  # Bytes that the work may allocate beyond the modules that it needs
 SECONDS = 3
 """Time of a core that the work may take [s]; a model that we use loads in a tenth of one."""
 PATIENCE = 60.0
 """Time by the clock that the child may take in all [s], on a computer that is busy with others."""
-LENGTH = 300
-"""Most that is repeated of what a library says [characters]."""
+LENGTH = 300  # Most that is repeated of what a library says [characters]
 START = f"import sys; sys.path[:] = {{path!r}}; from {__name__} import serve; serve()"
 
 

@@ -8,8 +8,7 @@ from tendon_newton.data.files.text_file import read_text, write_text
 from tendon_newton.data.files.values import is_table
 from tendon_newton.errors import TendonNewtonError, shown
 
-SIZE_LIMIT = 64_000_000
-"""Bytes of a JSON file that we read."""
+SIZE_LIMIT = 64_000_000  # Bytes of a JSON file that we read
 
 
 def read_json(

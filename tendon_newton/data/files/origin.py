@@ -5,8 +5,7 @@ import hashlib
 import subprocess
 from pathlib import Path
 
-CLONE = Path(__file__).resolve().parents[3]
-"""Root of the clone, where the program runs from one."""
+CLONE = Path(__file__).resolve().parents[3]  # Root of the clone, where the program runs from one
 
 
 def content_hash(content: bytes) -> str:

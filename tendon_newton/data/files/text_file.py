@@ -16,10 +16,8 @@ from tendon_newton.errors import InvalidOutput, TendonNewtonError
 SIZE_LIMIT = 4_000_000
 """Bytes of a settings file that we read. The largest of ours, a dataset of thousands of recordings,
 has a tenth of them; parsing more would look like a hang."""
-LOG_SIZE_LIMIT = 1 << 28
-"""Bytes of a log of rows that we read: seven hours of ten columns at 80 Hz."""
-BLOCK = 1 << 20
-"""Bytes that are looked at together."""
+LOG_SIZE_LIMIT = 1 << 28  # Bytes of a log of rows that we read: seven hours of ten columns at 80 Hz
+BLOCK = 1 << 20  # Bytes that are looked at together
 LINE_LIMIT = 1 << 19
 """Bytes of a line of a log: thousands of columns. Parsing takes ten times as much for each cell."""
 HOME: ContextVar[str | None] = ContextVar("HOME", default=None)

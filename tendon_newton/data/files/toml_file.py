@@ -15,8 +15,7 @@ KEY_PARTS = 32
 """Most parts of a dotted key, as in ``a.b.c``. The parser takes time with their square."""
 KEY = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_.-]){KEY}(?:[ \t]*+\.[ \t]*+{KEY}){{{KEY_PARTS},}}+")
-MESSAGE_LENGTH = 300
-"""Longest message of the parser that is repeated in full [characters]."""
+MESSAGE_LENGTH = 300  # Longest message of the parser that is repeated in full [characters]
 
 
 def read_toml(

@@ -7,8 +7,7 @@ import zlib
 
 from tendon_newton.errors import TendonNewtonError
 
-START = b"PK"
-"""First bytes of the file."""
+START = b"PK"  # First bytes of the file
 TEXT_LIMIT = 1 << 20
 """Bytes of a text beside the program; a card with a thousand recordings has a tenth of it."""
 PACKING = 10

@@ -21,16 +21,12 @@ KNOWN_COLUMNS = ("t", *COLUMNS, "joint_angle", "joint_load")
 INDEX = "0|[1-9][0-9]{0,2}"
 """How the number of a tendon is written; no servo bus carries a thousand."""
 KNOWN = re.compile(rf"({'|'.join(KNOWN_COLUMNS)})(_({INDEX}))?")
-BLOCK_CELLS = 1 << 16
-"""Cells that are text at the same time."""
-CELL_LIMIT = 1 << 25
-"""Cells of a file, each a float64."""
+BLOCK_CELLS = 1 << 16  # Cells that are text at the same time
+CELL_LIMIT = 1 << 25  # Cells of a file, each a float64
 WORD_LIMIT = 1000
 """Longest cell of an unknown column [characters]: all rows are padded to the longest."""
-WORD_BYTES = 1 << 28
-"""Memory of all columns of words [bytes]."""
-WORD_OVERHEAD = 64
-"""Bytes of a word in memory beside its characters."""
+WORD_BYTES = 1 << 28  # Memory of all columns of words [bytes]
+WORD_OVERHEAD = 64  # Bytes of a word in memory beside its characters
 
 Rows = list[list[str]]
 Columns = dict[str, NDArray[Any]]

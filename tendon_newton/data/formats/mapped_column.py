@@ -64,20 +64,17 @@ UNITS: dict[str, dict[str, float]] = {
 SIZE_KEYS = ("unit", "scale", "sign", "offset")
 COLUMN_KEYS = ("column", *SIZE_KEYS, "derive")
 TOPIC_KEYS = ("topic", "field", "joints", *SIZE_KEYS, "derive")
-DERIVED = "theta"
-"""What a speed may be derived from where none was logged."""
+DERIVED = "theta"  # What a speed may be derived from where none was logged
 
 
 @dataclass(frozen=True, kw_only=True)
 class MappedColumn:
     """Source of one column, and its conversion to ours."""
 
+    # Foreign column, or a path such as ``state.position[2]``; None for a derived speed
     source: str | None
-    """Foreign column, or a path such as ``state.position[2]``; None for a derived speed."""
-    scale: float = 1.0
-    """Our unit per theirs, with the sign."""
-    offset: float = 0.0
-    """Our value where theirs is zero."""
+    scale: float = 1.0  # Our unit per theirs, with the sign
+    offset: float = 0.0  # Our value where theirs is zero
 
 
 def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | TopicSource:

@@ -25,8 +25,7 @@ PACKING = 25
 """Most that compression may have saved [1]; logs of servos are packed to a fifth or a tenth."""
 UNPACKED_AT_LEAST = 1 << 23
 """Bytes that any file may unpack to: a small one may hold little else than repetitions."""
-CHUNK_LIMIT = 1 << 26
-"""Bytes of one group; writers make them of 4 KB to 4 MB."""
+CHUNK_LIMIT = 1 << 26  # Bytes of one group; writers make them of 4 KB to 4 MB
 
 
 class TooLarge(Exception):
@@ -143,12 +142,10 @@ def require_topics(
 class Damage:
     """Part of a file that could not be read."""
 
-    broken_off: str = ""
-    """Reason of an end of reading before the file's own end."""
-    chunks: int = 0
-    """Groups of messages that were damaged."""
+    broken_off: str = ""  # Reason of an end of reading before the file's own end
+    chunks: int = 0  # Groups of messages that were damaged
+    # Messages by topic that could not be decoded
     undecoded: Counter[str] = field(default_factory=Counter[str])
-    """Messages by topic that could not be decoded."""
 
 
 class McapReading:

@@ -14,22 +14,19 @@ from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording
 
 Nanoseconds = NDArray[np.int64]
-TIME_LIMIT = 1 << 62
-"""Nanoseconds, 146 years, since the epoch of any clock."""
-TimedMessage = tuple[str, int, Any]
-"""(topic, time of recording [ns], decoded message)."""
+TIME_LIMIT = 1 << 62  # Nanoseconds, 146 years, since the epoch of any clock
+TimedMessage = tuple[str, int, Any]  # (topic, time of recording [ns], decoded message)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stream:
     """One column of a recording at the times of its own messages."""
 
+    # Instants [ns] since the recording clock's epoch, never decreasing, shape (N,)
     time: Nanoseconds
-    """Instants [ns] since the recording clock's epoch, never decreasing, shape (N,)."""
-    values: Array
-    """Values in SI units, one column per tendon, shape (N, D)."""
+    values: Array  # Values in SI units, one column per tendon, shape (N, D)
+    # Names of the joints, where the messages give them; frames of sensors otherwise
     names: tuple[str, ...] = ()
-    """Names of the joints, where the messages give them; frames of sensors otherwise."""
 
 
 def read_streams(

@@ -25,8 +25,7 @@ from tendon_newton.errors import InvalidRecording
 SILENCE = 3.0
 """Periods without a reading after which a sensor counts as silent [1]: one or two lost lines are
 bridged by a straight line, a pause is not."""
-TIP_BRIDGE = 0.25
-"""Longest time without a tip that is drawn as a straight line [s]."""
+TIP_BRIDGE = 0.25  # Longest time without a tip that is drawn as a straight line [s]
 
 log = logging.getLogger(__name__)
 

@@ -18,8 +18,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency
 
 METADATA_FILE = "metadata.yaml"
-UNPACKED = 8
-"""Memory that a bag may take, in its own sizes, beyond what any work may [1]."""
+UNPACKED = 8  # Memory that a bag may take, in its own sizes, beyond what any work may [1]
 BYTES_PER_SECOND = 250_000
 """Bytes that are surely read in a second of a core; ten times as many are usual."""
 

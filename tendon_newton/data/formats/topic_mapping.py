@@ -18,8 +18,7 @@ DIAGNOSTICS_TOPIC = "/servo/diagnostics"
 TIP_TOPIC = "/tip"
 BALL_TOPIC = "/ball"
 TRUTH_TOPIC = "/bench/truth"
-SESSION_RECORD = "session"
-"""Name of the metadata record that says how a recording was made."""
+SESSION_RECORD = "session"  # Name of the metadata record that says how a recording was made
 
 COLUMNS = (
     "theta_d",
@@ -61,19 +60,15 @@ def field_steps(path: str) -> tuple[str | int, ...]:
 class TopicSource:
     """Source of one column: a field of the messages on a topic."""
 
-    topic: str
-    """Name of the topic."""
+    topic: str  # Name of the topic
+    # Path into the message: ``position``, ``wrench.force.x``, ``data[1]``, ``values[voltage]``
     field: str
-    """Path into the message: ``position``, ``wrench.force.x``, ``data[1]``, ``values[voltage]``."""
+    # Entries to take by name, one per tendon, of messages that name their joints; all if empty
     joints: tuple[str, ...] = ()
-    """Entries to take by name, one per tendon, of messages that name their joints; all if empty."""
-    scale: float = 1.0
-    """SI value per unit of the field."""
-    offset: float = 0.0
-    """SI value where the field, scaled, is zero."""
+    scale: float = 1.0  # SI value per unit of the field
+    offset: float = 0.0  # SI value where the field, scaled, is zero
 
     def __post_init__(self) -> None:
-        """Refuse a path that cannot be followed and numbers that are none."""
         field_steps(self.field)
         if not (isfinite(self.scale) and self.scale != 0.0 and isfinite(self.offset)):
             raise InvalidMapping(
@@ -86,19 +81,14 @@ class TopicSource:
 class TopicMapping:
     """Sources of the columns of a recording."""
 
-    sources: Mapping[str, TopicSource]
-    """Column -> source; a column without one is absent."""
-    optional: frozenset[str] = frozenset()
-    """Columns whose topic may be missing from a file."""
-    differentiate: bool = False
-    """Whether theta_dot is the central difference of theta."""
+    sources: Mapping[str, TopicSource]  # Column -> source; a column without one is absent
+    optional: frozenset[str] = frozenset()  # Columns whose topic may be missing from a file
+    differentiate: bool = False  # Whether theta_dot is the central difference of theta
+    # ``header``: times are the messages' own stamps; ``log``: when they were recorded
     clock: str = "header"
-    """``header``: times are the messages' own stamps; ``log``: when they were recorded."""
-    path: Path | None = field(default=None)
-    """File that it was read from, for messages."""
+    path: Path | None = field(default=None)  # File that it was read from, for messages
 
     def __post_init__(self) -> None:
-        """Check the promises, then make the table read-only."""
         where = f"{self.path}: " if self.path else ""
         for column in self.sources:
             if column not in COLUMNS:

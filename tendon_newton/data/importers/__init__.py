@@ -8,5 +8,4 @@ from tendon_newton.data.importers.lerobot import read_lerobot
 
 IMPORTERS: dict[str, Callable[[Path], Imported]] = {"lerobot": read_lerobot}
 """Readers by format; those of single data sets stand in `tendon_lab.foreign_logs`."""
-MAPPED = "mapped"
-"""The format of logs that a mapping file describes."""
+MAPPED = "mapped"  # The format of logs that a mapping file describes

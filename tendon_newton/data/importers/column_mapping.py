@@ -35,16 +35,14 @@ FILE_KEYS = ("bench", "files", *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS, "logs"
 class StatedNumbers:
     """Numbers of the logs whose names match a pattern."""
 
-    pattern: str
-    """Pattern of the logs' names, as in a shell: ``kp100_*``."""
+    pattern: str  # Pattern of the logs' names, as in a shell: ``kp100_*``
+    # State from which a simulation starts; None leaves it
     start: Literal["equilibrium", "first_row"] | None = None
-    """State from which a simulation starts; None leaves it."""
-    bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
-    """Numbers of the bench."""
+    bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)  # Numbers of the bench
+    # Numbers of the actuator, in its own units
     actuator_overrides: Mapping[str, float] = field(default_factory=no_overrides)
-    """Numbers of the actuator, in its own units."""
+    # Rate of the load cell [Hz], where it is slower than the rows
     load_cell_rate: float | None = None
-    """Rate of the load cell [Hz], where it is slower than the rows."""
 
     def with_(self, other: "StatedNumbers") -> "StatedNumbers":
         """Return these numbers where the other has none of its own."""
@@ -65,24 +63,19 @@ class ColumnMapping:
 
     path: Path
     bench: str
-    files: str
-    """Pattern of the logs' names inside their folder."""
-    rows: str | None
-    """Key of the rows in a JSON file; None where the file is the rows."""
-    rate: float | None
-    """Rows per second [Hz] where no column holds the time."""
+    files: str  # Pattern of the logs' names inside their folder
+    rows: str | None  # Key of the rows in a JSON file; None where the file is the rows
+    rate: float | None  # Rows per second [Hz] where no column holds the time
+    # Rows per second [Hz] that are made of more; None where the rows are taken as they are
     resample: float | None
-    """Rows per second [Hz] that are made of more; None where the rows are taken as they are."""
-    dialect: CsvDialect
-    """Form of a CSV file, as far as stated."""
-    columns: Mapping[str, MappedColumn]
-    """Column of ours -> theirs; empty where topics are mapped."""
+    dialect: CsvDialect  # Form of a CSV file, as far as stated
+    columns: Mapping[str, MappedColumn]  # Column of ours -> theirs; empty where topics are mapped
+    # Column of ours -> topic and field of a ROS 2 recording; None where columns are mapped
     topics: TopicMapping | None
-    """Column of ours -> topic and field of a ROS 2 recording; None where columns are mapped."""
+    # Numbers stated of all logs, then of those that a pattern names; later ones win
     stated: tuple[StatedNumbers, ...]
-    """Numbers stated of all logs, then of those that a pattern names; later ones win."""
+    # The model to start from, as in a model file; empty for the nominal one
     model: Mapping[str, Any]
-    """The model to start from, as in a model file; empty for the nominal one."""
 
     def stated_of(self, name: str) -> StatedNumbers:
         """Return all that is stated of a log of some name."""

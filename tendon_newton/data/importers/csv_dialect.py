@@ -11,8 +11,7 @@ from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, open_text
 from tendon_newton.errors import InvalidRecording
 
 DELIMITERS = (",", ";", "\t", "|")
-LOOKED_AT = 100
-"""Rows from which the decimal mark is guessed."""
+LOOKED_AT = 100  # Rows from which the decimal mark is guessed
 COMMA = re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE)
 POINT = re.compile(r"\s*[+-]?\d*\.\d+(e[+-]?\d+)?\s*", re.IGNORECASE)
 PROMISE = "a log is a CSV file with a header line"
@@ -22,14 +21,10 @@ PROMISE = "a log is a CSV file with a header line"
 class CsvDialect:
     """How cells are separated and decimals written."""
 
-    delimiter: str | None = None
-    """None where it is to be guessed."""
-    decimal: str | None = None
-    """``.`` or ``,``; None where it is to be guessed."""
-    comment: str | None = None
-    """What lines begin with that hold no row; None where there are none."""
-    header: tuple[str, ...] = ()
-    """Names of the columns where no line has them."""
+    delimiter: str | None = None  # None where it is to be guessed
+    decimal: str | None = None  # ``.`` or ``,``; None where it is to be guessed
+    comment: str | None = None  # What lines begin with that hold no row; None where there are none
+    header: tuple[str, ...] = ()  # Names of the columns where no line has them
 
     def rows(self, lines: Iterable[str]) -> Iterable[str]:
         """Return the lines without comments, a header first."""

@@ -15,19 +15,14 @@ from tendon_newton.errors import InvalidRecording
 class ImportedLog:
     """One recording with the circumstances that its source states."""
 
-    recording: Recording
-    """The data in the names and units of our files."""
+    recording: Recording  # The data in the names and units of our files
+    # Circumstances by which a split can select it (``kp``, ``trajectory``)
     conditions: Mapping[str, float | str]
-    """Circumstances by which a split can select it (``kp``, ``trajectory``)."""
-    source: Path
-    """The file it came from."""
-    sha256: str
-    """Digest of that file."""
-    open_start: bool = False
-    """Whether nothing says from which state a simulation of it starts."""
+    source: Path  # The file it came from
+    sha256: str  # Digest of that file
+    open_start: bool = False  # Whether nothing says from which state a simulation of it starts
 
     def __post_init__(self) -> None:
-        """Refuse a name that cannot be a file's."""
         check_name(self.recording.name, f"{self.source}: a recording's name", InvalidRecording)
 
 
@@ -35,18 +30,16 @@ class ImportedLog:
 class Imported:
     """Everything that one folder of foreign logs gave."""
 
-    logs: tuple[ImportedLog, ...]
-    """One per file, in the order of their names."""
+    logs: tuple[ImportedLog, ...]  # One per file, in the order of their names
+    # Makes the model to start from, with its unknown numbers listed in ``fit``, out of the logs
+    # that may be fitted
     start_model: Callable[[Sequence[ImportedLog]], Model]
-    """Makes the model to start from, with its unknown numbers listed in ``fit``, out of the logs
-    that may be fitted."""
-    limits: Mapping[str, float]
-    """Known limits by column [column's unit]."""
+    limits: Mapping[str, float]  # Known limits by column [column's unit]
+    # What only the importer could see, because it knows the source's registers
     findings: tuple[Finding, ...]
-    """What only the importer could see, because it knows the source's registers."""
 
+    # Condition whose values become a dataset each; None where all logs belong into one
     split_by: str | None = None
-    """Condition whose values become a dataset each; None where all logs belong into one."""
 
     @property
     def model(self) -> Model:
@@ -74,10 +67,8 @@ class Imported:
 class ImportedModel:
     """What a foreign parameter file became."""
 
-    model: Model
-    """To start from; nothing of it is left to be fitted."""
-    left_out: tuple[str, ...]
-    """What the file says and no effect of ours does, in words."""
+    model: Model  # To start from; nothing of it is left to be fitted
+    left_out: tuple[str, ...]  # What the file says and no effect of ours does, in words
 
     @property
     def text(self) -> str:

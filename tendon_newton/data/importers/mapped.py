@@ -18,10 +18,8 @@ from tendon_newton.data.model_file import Model, NamedValues, read_actuator, rea
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, shown
 
-NOMINAL_GAIN = 4.2
-"""Force of the paper's servo per angle [N/rad], where a mapping states no model."""
-SAME_RADIUS = 1e-3
-"""Share by which two files may round a radius [1]."""
+NOMINAL_GAIN = 4.2  # Force of the paper's servo per angle [N/rad], where a mapping states no model
+SAME_RADIUS = 1e-3  # Share by which two files may round a radius [1]
 ROS_SUFFIXES = (".mcap", ".db3")
 """Files of ROS 2 recordings; a folder with ``metadata.yaml`` is one as well."""
 

@@ -24,15 +24,12 @@ from tendon_newton.errors import InvalidRecording, listed, shown
 
 STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 """One step of a path into a row: a key, or the place in a list."""
-LINES = (".jsonl", ".ndjson")
-"""Suffixes of files with one JSON object per line."""
-JSON_SIZE_LIMIT = 1 << 25
-"""Bytes of a JSON log, whose rows take twenty times as much in memory."""
+LINES = (".jsonl", ".ndjson")  # Suffixes of files with one JSON object per line
+JSON_SIZE_LIMIT = 1 << 25  # Bytes of a JSON log, whose rows take twenty times as much in memory
 Row = Mapping[str, Any]
 
 
-REACH = 3.0
-"""Widths of a Gaussian beyond which its weights are none [1]."""
+REACH = 3.0  # Widths of a Gaussian beyond which its weights are none [1]
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Cells that say that there is no number."""
 

@@ -13,14 +13,10 @@ Conditions = Mapping[str, tuple[str, ...]]
 class Split:
     """Logs by what they may be used for."""
 
-    train: tuple[ImportedLog, ...]
-    """Logs that a fit may see."""
-    test: tuple[ImportedLog, ...]
-    """Logs that are never fitted."""
-    left_out: tuple[ImportedLog, ...]
-    """Logs that no condition selected."""
-    chosen: bool = False
-    """Whether the test log was chosen here, since nobody named one."""
+    train: tuple[ImportedLog, ...]  # Logs that a fit may see
+    test: tuple[ImportedLog, ...]  # Logs that are never fitted
+    left_out: tuple[ImportedLog, ...]  # Logs that no condition selected
+    chosen: bool = False  # Whether the test log was chosen here, since nobody named one
 
 
 def split_logs(logs: Sequence[ImportedLog], test: Conditions, train: Conditions) -> Split:

@@ -21,10 +21,8 @@ REPORT_NAME = "import.json"
 class ImportReport:
     """Written logs and findings, for a reader and for ``import.json``."""
 
-    split: Split
-    """Logs of the train and of the test recordings."""
-    findings: tuple[Finding, ...]
-    """Everything found in the logs that were written."""
+    split: Split  # Logs of the train and of the test recordings
+    findings: tuple[Finding, ...]  # Everything found in the logs that were written
 
     @property
     def split_lines(self) -> list[str]:

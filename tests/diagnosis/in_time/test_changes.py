@@ -23,12 +23,10 @@ from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model, stairs
 
-ENCODER, CELL = 1.5e-3, 0.02
-"""Noise of encoder [rad] and load cell [N]."""
+ENCODER, CELL = 1.5e-3, 0.02  # Noise of encoder [rad] and load cell [N]
 WALKING = ("coulomb_friction", "tendon_slack", "gain_error")
 """What may have moved in these tests: the whole catalogue takes a minute to compile."""
-FIRST = ideal_model(coulomb_friction={"force": 0.6})
-"""The bench on the first day."""
+FIRST = ideal_model(coulomb_friction={"force": 0.6})  # The bench on the first day
 SLACK = {"length": 0.002}
 
 

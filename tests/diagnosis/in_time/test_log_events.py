@@ -16,10 +16,8 @@ from tests.diagnosis.in_time.test_changes import FIRST, log_of
 from tests.effect_bench import RADIUS
 from tests.physics.runs import ideal_model
 
-AT = 6.5
-"""Of the event [s]; in `log_of` the command has moved at 6 s."""
-STEP = 0.08
-"""Of the path [rad]."""
+AT = 6.5  # Of the event [s]; in `log_of` the command has moved at 6 s
+STEP = 0.08  # Of the path [rad]
 LOOSE = ideal_model(coulomb_friction={"force": 0.6}, tendon_slack={"length": STEP * RADIUS})
 """The bench with a string that is longer by it."""
 

@@ -48,18 +48,12 @@ class View:
     """What a browser made of one page at one width."""
 
     page: str
-    width: int
-    """Room that it had [px]."""
-    needed: int
-    """Width that it took [px]; more than it had makes a reader scroll sideways."""
-    height: int
-    """[px]"""
-    letter: float
-    """Smallest letters in its drawings [px]."""
-    drawings: list[float]
-    """Width of each drawing [px]."""
-    loaded: list[str]
-    """Addresses of everything that it loaded besides itself."""
+    width: int  # Room that it had [px]
+    needed: int  # Width that it took [px]; more than it had makes a reader scroll sideways
+    height: int  # [px]
+    letter: float  # Smallest letters in its drawings [px]
+    drawings: list[float]  # Width of each drawing [px]
+    loaded: list[str]  # Addresses of everything that it loaded besides itself
 
 
 def find_browser() -> str | None:

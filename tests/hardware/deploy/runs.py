@@ -115,34 +115,27 @@ class Flight:
     path: Path | None = None
     bench: str = "finger"
     policy: Policy = field(default_factory=lambda: policy_of(closing))
-    pilot: Pilot | None = None
-    """Flies in the policy's place."""
+    pilot: Pilot | None = None  # Flies in the policy's place
     goals: Goals = field(default_factory=lambda: FixedGoal(1.0, (0.0, 1.57)))
     settings: DeploySettings = field(default_factory=lambda: DeploySettings(duration=2.0))
     load_cell_rate: int = 80
     servo: str = "xc330_t288_t"
     lockstep: bool = True
     load_cell: bool = True
-    after: float = 0.5
-    """When the fault happens, since the bench was opened [s]."""
-    fault: Callable[[Bench, StopRequest], None] | None = None
-    """What happens."""
+    after: float = 0.5  # When the fault happens, since the bench was opened [s]
+    fault: Callable[[Bench, StopRequest], None] | None = None  # What happens
+    # Whether it happens to the program, in a step of its pilot, and not to the bench
     in_step: bool = False
-    """Whether it happens to the program, in a step of its pilot, and not to the bench."""
-    often: bool = False
-    """Whether it is let happen in every step from then on."""
+    often: bool = False  # Whether it is let happen in every step from then on
     estimate: ForceEstimate | None = None
     keyboard: Keyboard = field(default_factory=lambda: Keyboard(-1))
     operator: Watching = field(default_factory=Watching)
     acted: list[tuple[Trip, float]] = field(default_factory=list)
-    begun: float | None = None
-    """When the fault began [s]."""
+    begun: float | None = None  # When the fault began [s]
+    # Whether any servo drove its motor when the deployment had returned
     torque_after: bool | None = None
-    """Whether any servo drove its motor when the deployment had returned."""
-    duty_after: float = 0.0
-    """Greatest duty of any motor once its watchdog has had its time [1]."""
-    angle_after: float = 0.0
-    """True angle of the spool then [rad]."""
+    duty_after: float = 0.0  # Greatest duty of any motor once its watchdog has had its time [1]
+    angle_after: float = 0.0  # True angle of the spool then [rad]
 
     def fly(self) -> DeployOutcome:
         """Deploy."""

@@ -25,10 +25,8 @@ from tests.fuzz.mutations import flip
 from tests.hardware.deploy.policies import card_of
 from tests.hardware.deploy.runs import Flight
 
-QUICK = 30.0
-"""Longest answer by the clock [s], on a busy machine; alone it takes 1 to 5 s."""
-MEMORY = 300 << 20
-"""Most that a refusal may take in the parent [bytes]."""
+QUICK = 30.0  # Longest answer by the clock [s], on a busy machine; alone it takes 1 to 5 s
+MEMORY = 300 << 20  # Most that a refusal may take in the parent [bytes]
 
 
 def model_of(path: Path, nodes: list, weights: dict[str, np.ndarray]) -> Path:

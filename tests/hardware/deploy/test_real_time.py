@@ -85,8 +85,7 @@ def test_a_terminated_program_lets_the_tendon_out(tmp_path: Path) -> None:
     assert (out / "policy_0.mcap").exists()
 
 
-MEMORY_MAX = 150.0
-"""Resident memory of a deployment [MB]; a Pi with 2 GB has other things to do."""
+MEMORY_MAX = 150.0  # Resident memory of a deployment [MB]; a Pi with 2 GB has other things to do
 
 
 @pytest.mark.parametrize(

@@ -21,8 +21,7 @@ from tendon_newton.errors import InvalidParameter
 from tests.faults.cases import ALLOWED, CASES, SETTINGS, moments
 from tests.hardware.deploy.runs import Flight, Watching
 
-ELSEWHERE = {"kill", "log"}
-"""Rules that have tests of their own below."""
+ELSEWHERE = {"kill", "log"}  # Rules that have tests of their own below
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(20, marks=pytest.mark.slow)])

@@ -27,8 +27,7 @@ from tendon_newton.data.formats.topic_mapping import BALL_TOPIC
 from tests.hardware.deploy.policies import FINGERS, TASK, turning_card, write_gait
 from tests.hardware.deploy.runs import Watching, at_instant, calibration_files
 
-LIMIT = 21.0
-"""The most that a servo can pull, as the card says [N]."""
+LIMIT = 21.0  # The most that a servo can pull, as the card says [N]
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,7 @@ from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 
-TICK = 0.0125
-"""Period of a loop at 80 Hz [s]."""
+TICK = 0.0125  # Period of a loop at 80 Hz [s]
 LOOP = HostPositionLoop(gain=6.0, offset=0.0)
 """Stiff enough to hold a spring to some hundredths of a radian."""
 

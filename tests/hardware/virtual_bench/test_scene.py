@@ -21,8 +21,7 @@ from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
 
-LEVEL = (0.0,) * 4
-"""Stiffness of strings [N/m], which a scene does not ask for."""
+LEVEL = (0.0,) * 4  # Stiffness of strings [N/m], which a scene does not ask for
 
 
 def pulled(scene: Scene, pulls: tuple[float, ...], seconds: float) -> None:

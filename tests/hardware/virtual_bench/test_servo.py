@@ -244,8 +244,7 @@ def test_another_speed_is_noise(link) -> None:
     assert link.ping()[1] == SUCCESS
 
 
-BATTERED = Link()
-"""Kept over all examples, so that one finds what an earlier one has left behind."""
+BATTERED = Link()  # Kept over all examples, so that one finds what an earlier one has left behind
 
 
 @settings(max_examples=150)

@@ -12,8 +12,7 @@ from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.usd.stage_file import open_stage
 from tests.mechanisms.broken.flat_assets import flat_text
 
-LIMIT = 10.0
-"""Time of a core in which an answer must come [s]."""
+LIMIT = 10.0  # Time of a core in which an answer must come [s]
 HEAD = '#usda 1.0\n(\n    defaultPrim = "finger"\n    upAxis = "Z"\n    metersPerUnit = 1\n)\n'
 BASE = 'def Xform "base"'
 

@@ -10,8 +10,7 @@ from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.mechanisms.broken.flat_assets import write_changed
 
-LIMIT = 10.0
-"""A check takes less of a core [s], whatever the asset holds."""
+LIMIT = 10.0  # A check takes less of a core [s], whatever the asset holds
 PIP = "/finger/joints/pip"
 DIP = "/finger/joints/dip"
 MIDDLE = "/finger/middle_phalanx"

@@ -33,8 +33,7 @@ RATE = 200.0  # Hz
 STEP = 5.0e-4  # s
 WORLDS = 2
 BODY, FLOOR, WALL = range(3)
-SINK = MASS * GRAVITY / STIFFNESS
-"""How deep what moves sinks into what bears it at one point [m]."""
+SINK = MASS * GRAVITY / STIFFNESS  # How deep what moves sinks into what bears it at one point [m]
 
 
 def marble(*, friction: float = FRICTION) -> Sphere:

@@ -43,8 +43,7 @@ from tests.physics.runs import RADIUS as SPOOL
 STEP = 2.5e-4  # s
 STIFF = 2.0e4  # N/m
 HOLD = 2.0  # rad, short of the end stops
-HELD = 58
-"""A row in which both are at rest."""
+HELD = 58  # A row in which both are at rest
 
 
 def closing_pair(bench: str, obstacle: Obstacle) -> tuple[Mechanism, Trajectory, Trajectory]:

@@ -125,10 +125,8 @@ def test_a_normal_is_the_slope_of_the_depth(rng: np.random.Generator) -> None:
         assert (before - after) / 1e-7 == pytest.approx(1.0, abs=1e-4)
 
 
-REACH = 0.0075
-"""Distance at which two phalanges touch [m]."""
-LENGTH = 0.025
-"""Length of their axes [m]."""
+REACH = 0.0075  # Distance at which two phalanges touch [m]
+LENGTH = 0.025  # Length of their axes [m]
 
 
 @device_template

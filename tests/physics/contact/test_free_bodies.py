@@ -40,8 +40,7 @@ from tests.physics.contact.bodies import (
 )
 from tests.physics.runs import ideal_model, run_of, simulate
 
-AT_REST = -0.1 + RADIUS - SINK
-"""Height of a ball that rests on the floor [m]."""
+AT_REST = -0.1 + RADIUS - SINK  # Height of a ball that rests on the floor [m]
 
 
 def test_what_nothing_touches_falls_and_turns_freely() -> None:

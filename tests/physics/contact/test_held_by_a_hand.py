@@ -22,10 +22,8 @@ RADIUS = 0.02  # m
 WORLDS = 3
 BALL, PALM, FLOOR = range(3)
 FINGERS = 4
-FACE = -0.008
-"""Where the palm's face is along the fingers [m]."""
-TIPPED = 0.25
-"""By how much the palm's face leans over what is below the fingers [rad]."""
+FACE = -0.008  # Where the palm's face is along the fingers [m]
+TIPPED = 0.25  # By how much the palm's face leans over what is below the fingers [rad]
 
 
 @cache

@@ -30,10 +30,8 @@ RATE = 400.0  # Hz
 STEP = 1.25e-4  # s
 PRESSED = (2.0, 1.2)  # rad, commands with which the first finger closes on the second
 OPEN = (0.3, 0.5)  # rad, with which they are apart
-LEFT_DISTAL, RIGHT_MIDDLE = 1, 2
-"""Capsules that meet then; the first is the second obstacle."""
-NEAR = (0.25, 0.65, 0.34, 0.55)
-"""Joint positions just before they touch [rad]."""
+LEFT_DISTAL, RIGHT_MIDDLE = 1, 2  # Capsules that meet then; the first is the second obstacle
+NEAR = (0.25, 0.65, 0.34, 0.55)  # Joint positions just before they touch [rad]
 SWINGS = ((6.0, 0.0, 0.0, 0.0), (4.0, 0.0, 4.0, 0.0), (3.0, 3.0, 3.0, 0.0))
 """Joint rates that bring them together from there [rad/s]."""
 

@@ -20,16 +20,12 @@ DRAWS = 150
 class Grasp:
     """Fingers that press a body, as masses, springs and dampers along one line."""
 
-    tip: Array
-    """Masses of the fingers at their tips [kg], shape (N,)."""
+    tip: Array  # Masses of the fingers at their tips [kg], shape (N,)
+    # How hard they press [N], shape (N,): a contact's damper is that times `DISSIPATION`
     force: Array
-    """How hard they press [N], shape (N,): a contact's damper is that times `DISSIPATION`."""
-    drive: Array
-    """Stiffness of what holds each finger [N/m], shape (N,)."""
-    body: float
-    """Mass of what they hold [kg]."""
-    floor: float
-    """Stiffness of what the body lies on [N/m]."""
+    drive: Array  # Stiffness of what holds each finger [N/m], shape (N,)
+    body: float  # Mass of what they hold [kg]
+    floor: float  # Stiffness of what the body lies on [N/m]
 
 
 def random_grasp(body: float, rng: np.random.Generator) -> Grasp:

@@ -28,12 +28,9 @@ from tests.physics.runs import RADIUS, ROWS, run_of, stairs
 
 STEP = 5.0e-4  # s
 RUN_ROWS = int(1.5 * ROWS) + 1
-NUDGE = 1.0e-6
-"""Relative step of a difference: float64 leaves 1e-8 of the result."""
-DELAYED_ROW = 97
-"""The row whose command reaches the network in the query at row 100, 31 ms later."""
-INSIGNIFICANT = 1.0e-6
-"""Share of the largest gradient below which a difference is rounding."""
+NUDGE = 1.0e-6  # Relative step of a difference: float64 leaves 1e-8 of the result
+DELAYED_ROW = 97  # The row whose command reaches the network in the query at row 100, 31 ms later
+INSIGNIFICANT = 1.0e-6  # Share of the largest gradient below which a difference is rounding
 
 
 @pytest.fixture(scope="module")

@@ -23,8 +23,7 @@ WINDOW = 30
 RATE = 20.0  # Hz
 LIMIT = 21.0  # N
 GAIN = 4.2  # N/rad
-HOLD = HoldLaw(stiffness=6.0, damping=10.0)
-"""How a servo like the paper's answers to its shaft."""
+HOLD = HoldLaw(stiffness=6.0, damping=10.0)  # How a servo like the paper's answers to its shaft
 EFFECTS = {
     "command_delay": {"delay": 0.031},
     "gain_error": {"scale": 1.1},

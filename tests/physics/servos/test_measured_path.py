@@ -30,8 +30,7 @@ TRIANGLE = 3.0 * np.abs(np.linspace(-1.0, 1.0, 401))  # [rad]: out, then in
 TRAVEL = 1.0e-3  # [rad]
 
 
-Numbers = dict[str, dict[str, float]]
-"""Effect -> parameter -> value."""
+Numbers = dict[str, dict[str, float]]  # Effect -> parameter -> value
 
 
 def model_of(effects: Numbers, fit: tuple[str, ...] = (), twist: float = 0.0) -> Model:

@@ -32,20 +32,13 @@ Each = tuple[float, ...]
 class Finger:
     """Numbers of one finger with J joints and S strings; arrays have shape (J,)."""
 
-    mass: Array
-    """[kg]; centres of mass lie at half length."""
-    length: Array
-    """[m]"""
-    inertia: Array
-    """About the centres of mass [kg m^2]."""
-    spring: Array
-    """[N m/rad]"""
-    damping: Array
-    """[N m s/rad]"""
-    range: Array
-    """[rad] from 0."""
-    stop_damping: Array
-    """[N m s/rad]"""
+    mass: Array  # [kg]; centres of mass lie at half length
+    length: Array  # [m]
+    inertia: Array  # About the centres of mass [kg m^2]
+    spring: Array  # [N m/rad]
+    damping: Array  # [N m s/rad]
+    range: Array  # [rad] from 0
+    stop_damping: Array  # [N m s/rad]
     strings: Strings
 
     @property
@@ -59,25 +52,17 @@ class Faults:
     """What is wrong, a number for each servo or finger; a lone number is that of all."""
 
     gain: Each = (1.0,)
-    delay: Each = (0.0,)
-    """[s]"""
-    coulomb: Each = (0.0,)
-    """[N]"""
-    viscous: Each = (0.0,)
-    """[N s/rad] at the spool."""
-    slack: Each = (0.0,)
-    """[m]"""
-    lag: Each = (0.0,)
-    """Time constant of the motor's force [s]."""
+    delay: Each = (0.0,)  # [s]
+    coulomb: Each = (0.0,)  # [N]
+    viscous: Each = (0.0,)  # [N s/rad] at the spool
+    slack: Each = (0.0,)  # [m]
+    lag: Each = (0.0,)  # Time constant of the motor's force [s]
     cell_gain: Each = (1.0,)
-    cell_bias: Each = (0.0,)
-    """[N]"""
-    stiffness: Each = (1.0,)
-    """Of a finger's joints [1]."""
-    damping: Each = (1.0,)
-    """Of a finger's joints [1]."""
+    cell_bias: Each = (0.0,)  # [N]
+    stiffness: Each = (1.0,)  # Of a finger's joints [1]
+    damping: Each = (1.0,)  # Of a finger's joints [1]
+    # Dry friction of a finger's joints as a share of their springs' torque at full range [1]
     rubbing: Each = (0.0,)
-    """Dry friction of a finger's joints as a share of their springs' torque at full range [1]."""
 
     def of(self, finger: int, strings: int) -> "Faults":
         """Return those of one finger with some strings."""
@@ -92,8 +77,7 @@ class Faults:
 class Run:
     """One recording to make."""
 
-    command: Array
-    """Of every servo, each held for a row [rad], shape (T, D)."""
+    command: Array  # Of every servo, each held for a row [rad], shape (T, D)
     faults: Faults = field(default_factory=Faults)
 
 
@@ -101,12 +85,9 @@ class Run:
 class Motion:
     """What happened at the rows, before any noise."""
 
-    angle: Array
-    """Of the spools [rad], shape (T, D)."""
-    force: Array
-    """What the load cells say [N], shape (T, D)."""
-    joints: Array
-    """[rad], shape (T, J) finger by finger."""
+    angle: Array  # Of the spools [rad], shape (T, D)
+    force: Array  # What the load cells say [N], shape (T, D)
+    joints: Array  # [rad], shape (T, J) finger by finger
 
 
 class Batch:

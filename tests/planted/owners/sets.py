@@ -25,12 +25,10 @@ SILENT = "nothing"
 class Fault:
     """How large one kind of fault may be."""
 
-    field: str
-    """Of `Faults`."""
-    parameter: str
-    """Of the effect that it is."""
+    field: str  # Of `Faults`
+    parameter: str  # Of the effect that it is
+    # Ranges from one of which it is drawn [the effect's unit]
     sizes: tuple[tuple[float, float], ...]
-    """Ranges from one of which it is drawn [the effect's unit]."""
 
 
 OF_SERVO: Mapping[str, Fault] = MappingProxyType(
@@ -57,8 +55,7 @@ OF_MECHANISM: Mapping[str, Fault] = MappingProxyType(
     }
 )
 FAULTS = MappingProxyType({**OF_SERVO, **OF_MECHANISM})
-ANY = -1
-"""An owner that is drawn."""
+ANY = -1  # An owner that is drawn
 Kind = tuple[str, int | None]
 """A fault and its owner; None for all servos, the whole mechanism, or nobody."""
 
@@ -67,14 +64,11 @@ Kind = tuple[str, int | None]
 class Bench:
     """A bench of several servos, and what may be wrong with it."""
 
-    name: str
-    """Its asset."""
-    finger: Finger
-    """What each of its fingers is like."""
+    name: str  # Its asset
+    finger: Finger  # What each of its fingers is like
+    # Least and greatest command of each servo [rad], shape (D, 2)
     levels: tuple[tuple[float, float], ...]
-    """Least and greatest command of each servo [rad], shape (D, 2)."""
-    kinds: tuple[Kind, ...]
-    """Every kind of set, each as often as it shall come."""
+    kinds: tuple[Kind, ...]  # Every kind of set, each as often as it shall come
 
     @property
     def servos(self) -> int:
@@ -92,13 +86,10 @@ class Recipe:
     """Everything that decides a dataset."""
 
     bench: Bench
-    fault: str
-    """Name in `FAULTS`, or `SILENT`."""
-    servo: int | None
-    """Its owner; None for all servos, the mechanism, or nobody."""
+    fault: str  # Name in `FAULTS`, or `SILENT`
+    servo: int | None  # Its owner; None for all servos, the mechanism, or nobody
     seed: int
-    duration: float = 4.0
-    """Length of each recording [s]."""
+    duration: float = 4.0  # Length of each recording [s]
 
     @property
     def cause(self) -> str | None:
@@ -111,8 +102,7 @@ class Truth:
     """What was planted."""
 
     recipe: Recipe
-    value: float | None
-    """Of the fault's number [the effect's unit]."""
+    value: float | None  # Of the fault's number [the effect's unit]
 
 
 def recipes(bench: Bench, cases: int, seed: int, faults: Sequence[str] = ()) -> list[Recipe]:

@@ -14,14 +14,10 @@ Place = tuple[float, float]
 class Crossing:
     """A string's way past one joint, seen from its axis while the finger is straight [m]."""
 
-    before: Place
-    """The guide ahead of the joint."""
-    behind: Place
-    """The guide beyond it, which turns with it."""
-    pulley: Place = (0.0, 0.0)
-    """Centre of what the string may lie on, which does not turn."""
-    radius: float = 0.0
-    """Its radius to the middle of the string; 0 is none."""
+    before: Place  # The guide ahead of the joint
+    behind: Place  # The guide beyond it, which turns with it
+    pulley: Place = (0.0, 0.0)  # Centre of what the string may lie on, which does not turn
+    radius: float = 0.0  # Its radius to the middle of the string; 0 is none
 
 
 def crossing(way: Crossing, turn: Array) -> Array:

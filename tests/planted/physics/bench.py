@@ -21,22 +21,15 @@ class Bench:
     """Numbers of one bench; pairs are [PIP, DIP], the others use the first of each pair."""
 
     kind: Literal["finger", "slider", "pendulum"]
-    mass: Pair
-    """Masses [kg]."""
+    mass: Pair  # Masses [kg]
+    # Lengths of the phalanges [m], centre of mass at half length; pendulum: of the arm
     length: Pair = (0.0, 0.0)
-    """Lengths of the phalanges [m], centre of mass at half length; pendulum: of the arm."""
-    stiffness: Pair
-    """Return springs [N m/rad], slider [N/m]; at rest where the coordinate is 0."""
-    damping: Pair
-    """Joint damping [N m s/rad], slider [N s/m]."""
-    upper: Pair
-    """Upper end of the range [rad], slider [m]; the lower end is 0."""
-    stop_stiffness: Pair
-    """End stops [N m/rad], slider [N/m]."""
-    stop_damping: Pair
-    """End stops [N m s/rad], slider [N s/m]."""
-    moment_arm: Pair
-    """Tendon excursion per coordinate [m], slider and pendulum [1]."""
+    stiffness: Pair  # Return springs [N m/rad], slider [N/m]; at rest where the coordinate is 0
+    damping: Pair  # Joint damping [N m s/rad], slider [N s/m]
+    upper: Pair  # Upper end of the range [rad], slider [m]; the lower end is 0
+    stop_stiffness: Pair  # End stops [N m/rad], slider [N/m]
+    stop_damping: Pair  # End stops [N m s/rad], slider [N s/m]
+    moment_arm: Pair  # Tendon excursion per coordinate [m], slider and pendulum [1]
 
     @property
     def direct(self) -> bool:

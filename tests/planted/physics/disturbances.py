@@ -18,28 +18,23 @@ SWAY_PERIOD = (4.0, 7.0)  # [s] of a friction that comes and goes
 class Knock:
     """A hand that pushes along the tendon's path: half a sine of force."""
 
-    start: float
-    """[s]."""
-    width: float
-    """[s]."""
-    peak: float
-    """[N], positive closes."""
+    start: float  # [s]
+    width: float  # [s]
+    peak: float  # [N], positive closes
 
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbances:
     """What happens to one recording; the defaults are nothing."""
 
-    knocks: tuple[Knock, ...] = ()
-    """Hands in the way, one after the other."""
+    knocks: tuple[Knock, ...] = ()  # Hands in the way, one after the other
+    # Gain at each row against its mean [1], straight lines between rows, shape (T,)
     gain: Array | None = None
-    """Gain at each row against its mean [1], straight lines between rows, shape (T,)."""
+    # Further dry friction at each row [N], straight lines between rows, shape (T,)
     friction: Array | None = None
-    """Further dry friction at each row [N], straight lines between rows, shape (T,)."""
-    lateness: Array | None = None
-    """Further age of each row's command [s], shape (T,)."""
+    lateness: Array | None = None  # Further age of each row's command [s], shape (T,)
+    # Row whose angle and speed the log repeats at each row, shape (T,)
     logged: NDArray[np.intp] | None = None
-    """Row whose angle and speed the log repeats at each row, shape (T,)."""
 
 
 def draw_disturbances(rng: np.random.Generator, causes: Causes, time: Array) -> Disturbances:

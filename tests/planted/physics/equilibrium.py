@@ -33,12 +33,9 @@ def weight_torque(bench: Bench, causes: Causes, q: Array) -> Array:
 class Drive:
     """What pulls a bench at rest."""
 
-    command: float
-    """[rad]."""
-    gain: float = 1.0
-    """Against its mean [1]."""
-    servo: DcServo | None = None
-    """None is the ideal source."""
+    command: float  # [rad]
+    gain: float = 1.0  # Against its mean [1]
+    servo: DcServo | None = None  # None is the ideal source
 
 
 def tendon_force(bench: Bench, causes: Causes, drive: Drive, q: Array) -> float:

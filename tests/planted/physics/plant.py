@@ -39,12 +39,10 @@ class Run(Disturbances):
 
     bench: Bench
     causes: Causes
+    # Row instants of the log [s], from 0; really whole multiples of the step, shape (T,)
     time: Array
-    """Row instants of the log [s], from 0; really whole multiples of the step, shape (T,)."""
-    command: Array
-    """Commanded motor angle [rad], each held until the next row, shape (T,)."""
-    servo: DcServo | None = None
-    """What pulls; None is the ideal source, a force without inertia."""
+    command: Array  # Commanded motor angle [rad], each held until the next row, shape (T,)
+    servo: DcServo | None = None  # What pulls; None is the ideal source, a force without inertia
 
     @property
     def true_time(self) -> Array:
@@ -56,18 +54,13 @@ class Run(Disturbances):
 class Motion:
     """What happened at the rows, before any noise."""
 
-    angle: Array
-    """Motor angle as the servo sees it [rad], or as the log repeats it, shape (T,)."""
-    speed: Array
-    """[rad/s], shape (T,)."""
+    angle: Array  # Motor angle as the servo sees it [rad], or as the log repeats it, shape (T,)
+    speed: Array  # [rad/s], shape (T,)
+    # Tension at the load cell just after the row's command took effect [N], shape (T,)
     force: Array
-    """Tension at the load cell just after the row's command took effect [N], shape (T,)."""
-    cell: Array
-    """What the load cell says at each row: late, lagging, scaled, shifted, drifting [N]."""
-    coordinates: Array
-    """Joint angles [rad], slider [m] and 0, shape (T, 2)."""
-    tip: Array | None
-    """Fingertip x and z [m], shape (T, 2); None on a slider."""
+    cell: Array  # What the load cell says at each row: late, lagging, scaled, shifted, drifting [N]
+    coordinates: Array  # Joint angles [rad], slider [m] and 0, shape (T, 2)
+    tip: Array | None  # Fingertip x and z [m], shape (T, 2); None on a slider
 
 
 def simulate(runs: Sequence[Run], *, step: float = STEP) -> tuple[Motion, ...]:

@@ -20,14 +20,12 @@ TIP_NOISE = 0.2e-3  # [m] standard deviation of each coordinate
 class Sensors:
     """How good the sensors are."""
 
-    force_noise: float = FORCE_NOISE
-    """Standard deviation of the load cell's noise [N]."""
-    noise_colour: float = 0.0
-    """Correlation of the load cell's noise from one row to the next [1]."""
+    force_noise: float = FORCE_NOISE  # Standard deviation of the load cell's noise [N]
+    noise_colour: float = 0.0  # Correlation of the load cell's noise from one row to the next [1]
+    # Readings of the load cell per second [Hz], filled in linearly; None is one per row
     cell_rate: float | None = None
-    """Readings of the load cell per second [Hz], filled in linearly; None is one per row."""
+    # Whether a slider has an encoder of its own, of 1 um; its zero is where it was switched on
     on_joint: bool = False
-    """Whether a slider has an encoder of its own, of 1 um; its zero is where it was switched on."""
 
 
 def coloured_noise(rng: np.random.Generator, rows: int, colour: float) -> Array:

@@ -11,18 +11,12 @@ from tests.planted.physics.bench import FORCE_LIMIT
 class DcServo:
     """Numbers of the servo, all seen from the output shaft."""
 
-    duty_per_rad: float
-    """Duty cycle per position error [1/rad]."""
-    greatest_duty: float = 1.0
-    """[1]."""
-    supply: float
-    """[V]."""
-    torque_constant: float
-    """[N m/A], and the same number in V s/rad."""
-    resistance: float
-    """Of the winding [ohm]."""
-    inertia: float
-    """Of rotor and gear [kg m^2]."""
+    duty_per_rad: float  # Duty cycle per position error [1/rad]
+    greatest_duty: float = 1.0  # [1]
+    supply: float  # [V]
+    torque_constant: float  # [N m/A], and the same number in V s/rad
+    resistance: float  # Of the winding [ohm]
+    inertia: float  # Of rotor and gear [kg m^2]
 
     @property
     def torque_per_volt(self) -> float:

@@ -9,8 +9,7 @@ from tests.planted.physics.commands import ROW_RATE
 from tests.planted.physics.plant import STEP
 from tests.planted.sets.planted import Draw, Planted, either, scale, single
 
-PLANT_STEPS = round(1.0 / (ROW_RATE * STEP))
-"""Steps of the plant in a row."""
+PLANT_STEPS = round(1.0 / (ROW_RATE * STEP))  # Steps of the plant in a row
 
 
 def position_offset(rng: np.random.Generator, size: float) -> Planted:

@@ -34,12 +34,10 @@ from tests.diagnosis.in_time.test_changes_report import SLACK, STRETCHY, day
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model, stairs
 
-ENCODER, CELL = 1.5e-3, 0.02
-"""Noise of encoder [rad] and load cell [N]."""
+ENCODER, CELL = 1.5e-3, 0.02  # Noise of encoder [rad] and load cell [N]
 FEW = ("coulomb_friction", "tendon_slack", "gain_error")
 """Suspects of these tests: all twelve take half a minute to compile."""
-FITTED = ideal_model(coulomb_friction={"force": 0.6})
-"""The model of the bench when it was new."""
+FITTED = ideal_model(coulomb_friction={"force": 0.6})  # The model of the bench when it was new
 
 
 def log_of(model: Model, seed: int) -> Recording:

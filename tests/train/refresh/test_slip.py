@@ -55,8 +55,7 @@ def test_rows_below_the_open_finger_do_not_count() -> None:
     assert best_offset(SlipComparison(offset=offset, angle=measured, error=error), 0.2) == 2
 
 
-RADIUS = 0.0125
-"""Of the spool [m]."""
+RADIUS = 0.0125  # Of the spool [m]
 SERVO_RATE = 80.0  # Hz
 
 

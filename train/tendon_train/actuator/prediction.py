@@ -28,12 +28,9 @@ class ForcePrediction:
 
     recording: Recording
     tendon: int
-    rows: Indices
-    """Rows that were predicted, shape (N,)."""
-    measured: Array
-    """Tension at these rows [N]."""
-    predicted: Array
-    """Force of the model [N]."""
+    rows: Indices  # Rows that were predicted, shape (N,)
+    measured: Array  # Tension at these rows [N]
+    predicted: Array  # Force of the model [N]
 
     @property
     def time(self) -> Array:

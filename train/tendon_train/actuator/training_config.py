@@ -57,7 +57,6 @@ class TrainingConfig:
     """Threads of torch on the CPU."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be trained."""
         for name in ("window", "epochs", "patience", "windows_per_epoch", "batch", "threads"):
             if getattr(self, name) < 1:
                 raise InvalidParameter(f"{name} must be 1 or more; it is {getattr(self, name)}")

@@ -26,11 +26,10 @@ wear; the reported errors use the simulator's own."""
 class Wear:
     """What use does to a bench, as an effect whose first number it changes."""
 
+    # Least value that use leads to [the number's unit]; None where it only makes larger what the
+    # model has
     low: float | None = None
-    """Least value that use leads to [the number's unit]; None where it only makes larger what the
-    model has."""
-    high: float = inf
-    """Greatest value that counts as wear."""
+    high: float = inf  # Greatest value that counts as wear
 
 
 SUSPECTS: dict[str, Wear] = {

@@ -16,10 +16,8 @@ class Tuned:
     """A model whose numbers were fitted."""
 
     model: Model
-    before: float
-    """Score with the numbers that it had [nat per row]: the less, the likelier."""
-    after: float
-    """Score with those that were found."""
+    before: float  # Score with the numbers that it had [nat per row]: the less, the likelier
+    after: float  # Score with those that were found
 
 
 def tune(recordings: Sequence[Recording], model: Model) -> Tuned:

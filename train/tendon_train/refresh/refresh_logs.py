@@ -11,19 +11,14 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.cutting import beginning, hold_out, rows_of
 
-HELD_OUT = 1.0 / 3.0
-"""Share of each log that only tells how good the corrected model is [1]."""
-BEGINNING = 2.0
-"""Length of what is left out [s]."""
+HELD_OUT = 1.0 / 3.0  # Share of each log that only tells how good the corrected model is [1]
+BEGINNING = 2.0  # Length of what is left out [s]
 LOOSE = 0.2
 """Motor angle up to which the tendon may hang loose [rad]: the open finger hangs by its weight, and
 a homed tendon is not quite taut."""
-REST = 0.02
-"""Way of the motor that counts as rest [rad]: 13 counts of its encoder."""
-SETTLING = 1.0
-"""Rest that stays in a log [s]: what friction holds shows there."""
-LEAST_PART = 1.0
-"""Length without which what lies between two loose rows is left out as well [s]."""
+REST = 0.02  # Way of the motor that counts as rest [rad]: 13 counts of its encoder
+SETTLING = 1.0  # Rest that stays in a log [s]: what friction holds shows there
+LEAST_PART = 1.0  # Length without which what lies between two loose rows is left out as well [s]
 
 
 def read_logs(

@@ -78,27 +78,23 @@ class FoundWear:
     """A cause that a diagnosis names."""
 
     name: str
-    words: str
-    """Reason for the wear, in words."""
-    numbers: tuple[str, ...]
-    """Parameters of the wear with their intervals, in words."""
-    rivals: tuple[str, ...]
-    """Causes that the logs cannot tell from this one."""
+    words: str  # Reason for the wear, in words
+    numbers: tuple[str, ...]  # Parameters of the wear with their intervals, in words
+    rivals: tuple[str, ...]  # Causes that the logs cannot tell from this one
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drift:
     """Change of a bench that its logs show."""
 
+    # ``no_drift``; ``worn``, with a name; or ``changed``, by nothing that stands in the list
     verdict: str
-    """``no_drift``; ``worn``, with a name; or ``changed``, by nothing that stands in the list."""
     causes: tuple[FoundWear, ...]
-    theta_rmse: float
-    """Error of the old model on the held-out part of the logs [rad]."""
+    theta_rmse: float  # Error of the old model on the held-out part of the logs [rad]
+    # Error of the corrected model on the held-out part of the logs [rad]
     corrected_theta_rmse: float
-    """Error of the corrected model on the held-out part of the logs [rad]."""
+    # Error of the old model on the held-out part of earlier logs [rad]; None without any
     reference_theta_rmse: float | None
-    """Error of the old model on the held-out part of earlier logs [rad]; None without any."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,8 +103,7 @@ class TipFigure:
 
     policy: str
     where: str
-    rmse: float
-    """Distance between tip and goal point, RMS [m]."""
+    rmse: float  # Distance between tip and goal point, RMS [m]
 
 
 def judge_drift(

@@ -22,8 +22,7 @@ class EarlierTraining:
     """Checkpoint and settings behind a policy."""
 
     config: PolicyTrainingConfig
-    checkpoint: Path
-    """Last checkpoint of the training."""
+    checkpoint: Path  # Last checkpoint of the training
 
 
 def find_training(policy: Path) -> EarlierTraining:

@@ -21,25 +21,19 @@ GRIDS = ((0.9, 0.05), (0.06, 0.005))
 """Half width and step of the offsets that are tried about the best one so far [rad]."""
 UNIT = 0.01
 """Error of the motor's angle that counts as one [rad]: the size that it has on a new bench."""
-MARGIN = 0.05
-"""Angle above that of the open finger from which on a tendon counts as taut [rad]."""
-OPEN = 0.02
-"""Share of the simulated angles that lie below that of the open finger [1]."""
+MARGIN = 0.05  # Angle above that of the open finger from which on a tendon counts as taut [rad]
+OPEN = 0.02  # Share of the simulated angles that lie below that of the open finger [1]
 ROUNDS = 20
-LEAST_SHARE = 0.1
-"""Share of rows that must be left to say anything [1]."""
+LEAST_SHARE = 0.1  # Share of rows that must be left to say anything [1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlipComparison:
     """Logs and what a model with each of N offsets makes of them."""
 
-    offset: Array
-    """Tried offsets [rad], shape (N,)."""
-    angle: Array
-    """Measured motor angles [rad], shape (T,)."""
-    error: Array
-    """Measured minus simulated angles [rad], shape (N, T)."""
+    offset: Array  # Tried offsets [rad], shape (N,)
+    angle: Array  # Measured motor angles [rad], shape (T,)
+    error: Array  # Measured minus simulated angles [rad], shape (N, T)
 
     @property
     def open_angle(self) -> Array:
@@ -51,10 +45,9 @@ class SlipComparison:
 class Slip:
     """Angle by which a spool has slipped."""
 
-    offset: float
-    """Offset of the encoder's zero against the mechanism's [rad]."""
+    offset: float  # Offset of the encoder's zero against the mechanism's [rad]
+    # What the encoder says of the open finger [rad]; below it the tendon hangs loose
     open_angle: float
-    """What the encoder says of the open finger [rad]; below it the tendon hangs loose."""
 
 
 def with_slip(
@@ -142,34 +135,26 @@ def without(model: Model, name: str) -> Model:
     return replace(model, effects=tuple(e for e in model.effects if e.name != name))
 
 
-WINDOW = 0.14
-"""Length over which angles become rates and accelerations [s]."""
+WINDOW = 0.14  # Length over which angles become rates and accelerations [s]
 LEAST_RATE = 0.2
 """Rate from which on the gear certainly turns [rad/s]: at rest, its friction holds any pull."""
-LEAST_ROWS = 200
-"""Turning rows without which logs say nothing."""
+LEAST_ROWS = 200  # Turning rows without which logs say nothing
 FIRST_KNOT, KNOT = 0.1, 0.15
 """Angle of the first knot of the pull [rad], below which no tendon pulls, and between knots."""
-RIDGE = 1.0e-3
-"""Squared weight that keeps the pull's bends small [1]."""
-MATCH_ROUNDS = 15
-"""Fits in turn with the weights of their rows."""
-TRIED = np.arange(-180, 181) * 5.0e-3
-"""Slips that are tried [rad]."""
+RIDGE = 1.0e-3  # Squared weight that keeps the pull's bends small [1]
+MATCH_ROUNDS = 15  # Fits in turn with the weights of their rows
+TRIED = np.arange(-180, 181) * 5.0e-3  # Slips that are tried [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceTurning:
     """Rows in which the spool turns."""
 
+    # What the host asks for beyond the motor's angle [rad], shape (T,): the duty, scaled
     lead: Array
-    """What the host asks for beyond the motor's angle [rad], shape (T,): the duty, scaled."""
-    angle: Array
-    """Angle of the motor [rad], shape (T,)."""
-    rate: Array
-    """Speed of the motor [rad/s], shape (T,)."""
-    acceleration: Array
-    """Acceleration of the motor [rad/s^2], shape (T,)."""
+    angle: Array  # Angle of the motor [rad], shape (T,)
+    rate: Array  # Speed of the motor [rad/s], shape (T,)
+    acceleration: Array  # Acceleration of the motor [rad/s^2], shape (T,)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,12 +165,9 @@ class PullCurve:
     friction lets through, differ by direction.
     """
 
-    knots: Array
-    """Angles at which the pull's slope may change [rad]."""
-    weights: Array
-    """Factors of `terms`."""
-    scale: float
-    """Usual error of the lead [rad]."""
+    knots: Array  # Angles at which the pull's slope may change [rad]
+    weights: Array  # Factors of `terms`
+    scale: float  # Usual error of the lead [rad]
 
 
 def slip_since(earlier: Sequence[Recording], later: Sequence[Recording]) -> float | None:

@@ -15,8 +15,7 @@ from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
-TAUT = 0.3
-"""Tension from which a row counts [N]: some times what a load cell of 5 kg drifts by."""
+TAUT = 0.3  # Tension from which a row counts [N]: some times what a load cell of 5 kg drifts by
 PIECE = 5.0
 """Length of the pieces that a recording is cut into [s]: creep of the joints and wander of the cell
 are forgotten within them."""
@@ -28,13 +27,11 @@ PROBE = (0.3, 0.4)
 class TautRows:
     """Rows of a piece of a recording in which the tendon pulls."""
 
-    force: Array
-    """At the load cell [N], shape (N,)."""
+    force: Array  # At the load cell [N], shape (N,)
+    # What the spool has wound in beyond what the finger has taken, r theta - l [m], (N,)
     surplus: Array
-    """What the spool has wound in beyond what the finger has taken, r theta - l [m], (N,)."""
 
     def __post_init__(self) -> None:
-        """Refuse what does not belong together."""
         if self.force.shape != self.surplus.shape:
             raise InvalidDataset(
                 f"force and surplus are of the same rows; they have {self.force.size} and "

@@ -27,12 +27,9 @@ from tendon_train.tendon.taut_rows import TautRows, name_finger, pieces_of
 EFFECT_NUMBERS = (("tendon_compliance", "stiffness"), ("tendon_slack", "length"))
 """Effects that say k and s in a model."""
 UNITS = ("N/m", "m")
-STIFFEST = 1.0e6
-"""Where stretch is no longer told from none [N/m]: 0.02 mm at the servo's 21 N."""
-DRAWS = 400
-"""Draws of the bootstrap, each of pieces of recordings."""
-ROUNDS = 30
-"""Rounds of reweighting; the numbers stand still after five."""
+STIFFEST = 1.0e6  # Where stretch is no longer told from none [N/m]: 0.02 mm at the servo's 21 N
+DRAWS = 400  # Draws of the bootstrap, each of pieces of recordings
+ROUNDS = 30  # Rounds of reweighting; the numbers stand still after five
 TAIL = 3.0
 """Errors beyond this many typical ones count little [1]: rows of a fast motion, in which the
 reading of a slow load cell is late."""
@@ -53,22 +50,17 @@ class TendonFit:
     """Give and slack between a spool and a finger, with errors."""
 
     bench: str
-    stiffness: Interval
-    """k [N/m]"""
-    slack: Interval
-    """s [m]"""
-    rows: int
-    """With a taut tendon, that were fitted."""
+    stiffness: Interval  # k [N/m]
+    slack: Interval  # s [m]
+    rows: int  # With a taut tendon, that were fitted
+    # What the given model's tendon leaves of `r theta - l` on train recordings, RMS [m]
     unseen_before: float
-    """What the given model's tendon leaves of `r theta - l` on train recordings, RMS [m]."""
+    # What is left there, each part of the recordings under the numbers of all others, RMS [m]
     unseen_after: float
-    """What is left there, each part of the recordings under the numbers of all others, RMS [m]."""
-    held_out: bool
-    """Whether the errors below are of test recordings, and not of the fitted ones."""
+    held_out: bool  # Whether the errors below are of test recordings, and not of the fitted ones
+    # What the given model's tendon leaves of `r theta - l`, RMS [m]; only reported
     error_before: float
-    """What the given model's tendon leaves of `r theta - l`, RMS [m]; only reported."""
-    error_after: float
-    """What is left with the numbers found, RMS [m]; only reported."""
+    error_after: float  # What is left with the numbers found, RMS [m]; only reported
 
     @property
     def helps(self) -> bool:

@@ -47,8 +47,7 @@ PRESENT_POSITION = Register(name="Present Position", address=132, size=4, signed
 PRESENT_VOLTAGE = Register(name="Present Input Voltage", address=144, size=2)
 PRESENT_TEMPERATURE = Register(name="Present Temperature", address=146, size=1)  # 1 degC
 
-RETURN_DELAY_UNIT = 2e-6
-"""Unit of the return delay [s]."""
+RETURN_DELAY_UNIT = 2e-6  # Unit of the return delay [s]
 
 PWM_MODE = 16
 

@@ -16,12 +16,10 @@ from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 HEADER = b"\xff\xff"
 PING, READ, WRITE = 1, 2, 3
 BROADCAST = 0xFE
-SHORTEST, LONGEST = 2, 250
-"""Lengths that a frame can state: what follows it, with the sum."""
+SHORTEST, LONGEST = 2, 250  # Lengths that a frame can state: what follows it, with the sum
 FIND_TIME = 800.0
 """Time in which every servo has answered a ping for all [ms]: each waits for those before it."""
-FIND_ATTEMPTS = 20
-"""Reads of a model, as many as the doctor affords: a busy computer answers late."""
+FIND_ATTEMPTS = 20  # Reads of a model, as many as the doctor affords: a busy computer answers late
 
 
 def checksum(body: bytes) -> int:

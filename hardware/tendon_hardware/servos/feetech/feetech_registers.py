@@ -51,12 +51,9 @@ STATUS = Register(name="Status", address=65, size=1)
 PRESENT_CURRENT = Register(name="Present Current", address=69, size=2, sign_bit=15)
 MAXIMUM_VELOCITY = Register(name="Maximum Velocity Limit", address=84, size=1)
 
-RETURN_DELAY_UNIT = 2e-6
-"""Unit of the return delay [s]."""
-PROTECTION_TIME_UNIT = 0.01
-"""Unit of the time of an overload [s]."""
-MAXIMUM_VELOCITY_UNIT = 50
-"""Unit of the greatest speed [counts/s]."""
+RETURN_DELAY_UNIT = 2e-6  # Unit of the return delay [s]
+PROTECTION_TIME_UNIT = 0.01  # Unit of the time of an overload [s]
+MAXIMUM_VELOCITY_UNIT = 50  # Unit of the greatest speed [counts/s]
 FINE_SPEED = 4
 """Bit of Phase (18) with which a count of speed is one count of position a second; else 50."""
 PWM_MODE = 2
@@ -89,8 +86,7 @@ COARSE = 50.0
 """Counts of position a second in a count of speed, where Phase (18) does not ask for one [1]."""
 
 
-UNLOADING_ALL = 0x2C
-"""Heat, too much current and overload end the pull, as at the factory."""
+UNLOADING_ALL = 0x2C  # Heat, too much current and overload end the pull, as at the factory
 FORGETS = OverloadProtection(duty=0.02, protective_duty=0.0, time=0.5)
 """A motor that has been given more than this share of its duty for so long without a rest is given
 none, by its own firmware. An STS3215 pulls 5 N at this share at most, an STS3250 8 N. The driver's

@@ -11,12 +11,10 @@ from pathlib import Path
 from tendon_hardware.errors import HardwareFault
 from tendon_hardware.servos.serial_bus import keeper_process
 
-START_TIME = 10.0
-"""Longest start of the process [s]; it takes some hundredths."""
+START_TIME = 10.0  # Longest start of the process [s]; it takes some hundredths
 ANSWER_TIME = 1.0
 """Longest wait for its answer [s]: one that was stopped, or gets no time, watches over nothing."""
-END_TIME = 0.5
-"""Longest wait for its end [s]."""
+END_TIME = 0.5  # Longest wait for its end [s]
 
 
 class Keeper:

@@ -13,20 +13,13 @@ import termios
 import time
 import tty
 
-RELEASE = b"q"
-"""Word of a program that has switched the motor off itself."""
-ANSWER = b"."
-"""Answer to all that a program says."""
-PAUSE = 0.01
-"""Wait for the servo's answer, and between two attempts [s]: a servo answers in less."""
-DEAF_TIME = 10.0
-"""Time after which a servo on an open port answers no more [s]: it has no supply."""
-LONGEST = 600.0
-"""Time after which a port that is gone does not come back [s]."""
-NAME_SIZE = 20
-"""Bytes of a lock for the name of a process; the first are the program's."""
-TRIPPED = 3
-"""Exit code of a keeper that had to act."""
+RELEASE = b"q"  # Word of a program that has switched the motor off itself
+ANSWER = b"."  # Answer to all that a program says
+PAUSE = 0.01  # Wait for the servo's answer, and between two attempts [s]: a servo answers in less
+DEAF_TIME = 10.0  # Time after which a servo on an open port answers no more [s]: it has no supply
+LONGEST = 600.0  # Time after which a port that is gone does not come back [s]
+NAME_SIZE = 20  # Bytes of a lock for the name of a process; the first are the program's
+TRIPPED = 3  # Exit code of a keeper that had to act
 
 
 def watch(patience: float) -> bool:

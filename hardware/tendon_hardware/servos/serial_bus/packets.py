@@ -8,16 +8,12 @@ from typing import Protocol
 class Register:
     """One number in a servo's control table."""
 
-    name: str
-    """Name in the manual."""
-    address: int
-    """Address of the first byte."""
-    size: int
-    """Bytes, least significant first."""
-    signed: bool = False
-    """Two's complement."""
+    name: str  # Name in the manual
+    address: int  # Address of the first byte
+    size: int  # Bytes, least significant first
+    signed: bool = False  # Two's complement
+    # Bit that makes the number below it negative; None where there is none
     sign_bit: int | None = None
-    """Bit that makes the number below it negative; None where there is none."""
 
     def decode(self, data: bytes) -> int:
         """Read the counts from this register's bytes."""
@@ -35,10 +31,8 @@ class Register:
 
 
 SUCCESS = 0
-SILENT = -3001
-"""Nothing came; the number is that of dynamixel_sdk."""
-BROKEN = -3002
-"""Bytes came that are no whole answer."""
+SILENT = -3001  # Nothing came; the number is that of dynamixel_sdk
+BROKEN = -3002  # Bytes came that are no whole answer
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -47,10 +41,8 @@ class Answer:
 
     identifier: int
     data: bytes
-    alert: bool
-    """The servo reports that something has happened to it."""
-    refusal: int = 0
-    """Why the instruction was not carried out; 0 where it was."""
+    alert: bool  # The servo reports that something has happened to it
+    refusal: int = 0  # Why the instruction was not carried out; 0 where it was
 
 
 class Packets(Protocol):

@@ -16,8 +16,7 @@ from typing import Any, Protocol, cast
 from tendon_hardware.errors import PortLost, PortUnavailable
 from tendon_hardware.serial_ports import LOST, PortLock, reason
 
-LATENCY = 1
-"""Latency timer that the SDK is told [ms]; the adapter's must be set to it as well."""
+LATENCY = 1  # Latency timer that the SDK is told [ms]; the adapter's must be set to it as well
 
 
 class PortHandler(Protocol):

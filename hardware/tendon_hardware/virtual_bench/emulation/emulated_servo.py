@@ -6,17 +6,15 @@ from typing import Any, ClassVar
 from tendon_hardware.virtual_bench.physics.constants import ServoConstants
 from tendon_hardware.virtual_bench.physics.motor import Motor
 
-REBOOT_TIME = 0.25
-"""Silence after a reboot [s]; assumed."""
+REBOOT_TIME = 0.25  # Silence after a reboot [s]; assumed
 
 
 class EmulatedServo:
     """A servo's side of the bus."""
 
-    BAUD_RATES: ClassVar[tuple[int, ...]]
-    """Baud rates by the value of their register [bit/s]."""
+    BAUD_RATES: ClassVar[tuple[int, ...]]  # Baud rates by the value of their register [bit/s]
+    # Address of the register of the ID; the baud rate and the return delay stand behind it
     IDENTIFIER: ClassVar[int]
-    """Address of the register of the ID; the baud rate and the return delay stand behind it."""
 
     def __init__(
         self,

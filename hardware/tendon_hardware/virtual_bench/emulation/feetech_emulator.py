@@ -52,8 +52,7 @@ class FeetechParser(FrameParser):
         return None
 
 
-CURRENT_UNIT = 6.5e-3
-"""One step of the current [A]."""
+CURRENT_UNIT = 6.5e-3  # One step of the current [A]
 COUNTS_PER_RADIAN = TURN / (2.0 * pi)
 
 

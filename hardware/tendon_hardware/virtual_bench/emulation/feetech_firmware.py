@@ -14,13 +14,10 @@ from tendon_hardware.virtual_bench.physics.encoder import Encoder
 from tendon_hardware.virtual_bench.physics.motor import Motor
 
 TURN = 4096
-FULL = 1000
-"""Register value of full duty."""
+FULL = 1000  # Register value of full duty
 POSITION_MODE, PWM_MODE = 0, 2
-GAIN = 1.0 / 4000.0
-"""Duty of a count of error at a gain of 1 [1]."""
-ACCELERATION_UNIT = 100.0
-"""Unit of the acceleration [counts/s^2]."""
+GAIN = 1.0 / 4000.0  # Duty of a count of error at a gain of 1 [1]
+ACCELERATION_UNIT = 100.0  # Unit of the acceleration [counts/s^2]
 
 
 class FeetechFirmware:

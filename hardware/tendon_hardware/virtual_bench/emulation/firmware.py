@@ -20,10 +20,8 @@ from tendon_hardware.virtual_bench.memory.registers import (
 from tendon_hardware.virtual_bench.physics.encoder import COUNTS_PER_RADIAN, Encoder
 from tendon_hardware.virtual_bench.physics.motor import Motor
 
-TICK = 1e-3
-"""Period of the firmware's loop [s]."""
-INPUT_VOLTAGE, OVERHEATING, OVERLOAD = 0x01, 0x04, 0x20
-"""Hardware errors that it raises by itself."""
+TICK = 1e-3  # Period of the firmware's loop [s]
+INPUT_VOLTAGE, OVERHEATING, OVERLOAD = 0x01, 0x04, 0x20  # Hardware errors that it raises by itself
 
 OVERLOAD_DUTY = 0.97  # assumed: the motor stands while nearly all of the voltage is on it
 OVERLOAD_SPEED = 0.05  # [rad/s]

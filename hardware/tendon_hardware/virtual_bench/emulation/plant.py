@@ -96,40 +96,27 @@ class DriveLine:
         )
 
 
-PROTECTION_TICKS = 10
-"""Ticks between two looks at voltage and warmth."""
-REST_TICKS = 1500
-"""Ticks in which the mechanism comes to rest before time starts."""
+PROTECTION_TICKS = 10  # Ticks between two looks at voltage and warmth
+REST_TICKS = 1500  # Ticks in which the mechanism comes to rest before time starts
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PlantState:
     """The true state at an instant, which no sensor reads so well; the first of several servos."""
 
-    time: float
-    """[s] since the plant started."""
-    angle: float
-    """Angle of the spool from where the tendon was homed [rad]."""
-    rate: float
-    """[rad/s]"""
-    tension: float
-    """At the load cell [N]."""
-    excursion: float
-    """Line that the mechanism has given [m]."""
-    current: float
-    """At the power input [A]."""
-    voltage: float
-    """At the servo [V]."""
-    temperature: float
-    """[degC]"""
-    duty: float
-    """[1]"""
-    tip: tuple[float, float] | None
-    """x and z of the fingertip [m]; ``None`` where there is none."""
-    joints: tuple[float, ...] = ()
-    """Joint angles of a hand, finger by finger [rad]."""
+    time: float  # [s] since the plant started
+    angle: float  # Angle of the spool from where the tendon was homed [rad]
+    rate: float  # [rad/s]
+    tension: float  # At the load cell [N]
+    excursion: float  # Line that the mechanism has given [m]
+    current: float  # At the power input [A]
+    voltage: float  # At the servo [V]
+    temperature: float  # [degC]
+    duty: float  # [1]
+    tip: tuple[float, float] | None  # x and z of the fingertip [m]; ``None`` where there is none
+    joints: tuple[float, ...] = ()  # Joint angles of a hand, finger by finger [rad]
+    # Place [m] and quaternion (x, y, z, w) of the ball in a hand, where there is one
     ball: Pose | None = None
-    """Place [m] and quaternion (x, y, z, w) of the ball in a hand, where there is one."""
 
 
 class Plant:

@@ -11,17 +11,13 @@ FIRST_RAM_ADDRESS = 64
 TABLE_SIZE = 228
 INDIRECT_ADDRESSES = range(168, 208, 2)
 INDIRECT_DATA = range(208, 228)
-PWM_FULL = 885
-"""Register value of full duty; one step is 0.113 %."""
+PWM_FULL = 885  # Register value of full duty; one step is 0.113 %
 COUNTS_PER_TURN = 4096
 VELOCITY_UNIT = 0.0239691227
 """One step of a velocity register [rad/s]: 0.229 revolutions per minute."""
-CURRENT_UNIT = 1e-3
-"""One step of a current register [A]."""
-VOLTAGE_UNIT = 0.1
-"""One step of a voltage register [V]."""
-MULTI_TURN_LIMIT = 1_048_575
-"""Largest goal of the extended position mode [counts]."""
+CURRENT_UNIT = 1e-3  # One step of a current register [A]
+VOLTAGE_UNIT = 0.1  # One step of a voltage register [V]
+MULTI_TURN_LIMIT = 1_048_575  # Largest goal of the extended position mode [counts]
 GOALS = frozenset(range(at.GOAL_PWM, at.REALTIME_TICK))
 """Registers that a tripped bus watchdog locks."""
 
@@ -50,20 +46,16 @@ class ServoModel:
 
     name: str
     number: int
-    voltage_limits: tuple[int, int]
-    """Highest and lowest input voltage at the factory [0.1 V]."""
+    voltage_limits: tuple[int, int]  # Highest and lowest input voltage at the factory [0.1 V]
     voltage_range: tuple[int, int]
     current_limit: int
     velocity_limit: int
     pwm_slope: int
-    pwm_slope_unit: float
-    """One step of the slope of the output voltage [V/s]."""
+    pwm_slope_unit: float  # One step of the slope of the output voltage [V/s]
     shutdown: int
-    velocity_gains: tuple[int, int]
-    """I and P at the factory."""
+    velocity_gains: tuple[int, int]  # I and P at the factory
     position_gain: int
-    alert_bits: None = None
-    """Bits of alerts are those of a fault event's own table."""
+    alert_bits: None = None  # Bits of alerts are those of a fault event's own table
 
 
 XC330_T288_T = ServoModel(

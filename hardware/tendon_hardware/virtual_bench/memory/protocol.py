@@ -66,15 +66,13 @@ class Instruction:
     identifier: int
     code: int
     parameters: bytes
-    intact: bool
-    """Whether its CRC fits."""
+    intact: bool  # Whether its CRC fits
 
 
 class FrameParser:
     """Cuts a byte stream into instructions, skipping noise between them."""
 
-    ANSWER: int | None = STATUS
-    """Code of another servo's answer, which is no instruction."""
+    ANSWER: int | None = STATUS  # Code of another servo's answer, which is no instruction
 
     def __init__(self) -> None:
         self._bytes = bytearray()

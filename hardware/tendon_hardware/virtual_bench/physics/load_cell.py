@@ -14,8 +14,7 @@ RATES = (80, 20, 10)
 conversions at 80, made by the microcontroller."""
 BANNER = b"\x00\xf8boot\r\n# tendon load cell, HX711 gain 128\n"
 GRAVITY = 9.80665  # [m/s^2] of the masses that an operator hangs on the hook
-SPIKE = 1_500_000
-"""Error of a reading that is a spike [counts]: 35 N."""
+SPIKE = 1_500_000  # Error of a reading that is a spike [counts]: 35 N
 
 
 def crc8(data: bytes) -> int:

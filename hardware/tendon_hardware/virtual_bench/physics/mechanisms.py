@@ -14,10 +14,8 @@ from tendon_hardware.virtual_bench.physics.constants import (
 class BenchMechanism(Protocol):
     """A mechanism that gives line when it is pulled."""
 
-    excursion: float
-    """Line given [m]."""
-    excursion_rate: float
-    """Rate of the excursion [m/s]."""
+    excursion: float  # Line given [m]
+    excursion_rate: float  # Rate of the excursion [m/s]
 
     def advance(self, pull: float, stiffness: float, time_step: float) -> None:
         """Advance by one substep [s] under a pull [N], implicit in what pulls [N/m]."""
@@ -30,10 +28,8 @@ class BenchMechanism(Protocol):
 class StringMechanism(Protocol):
     """A mechanism that several strings pull."""
 
-    excursions: tuple[float, ...]
-    """Line given to each string [m]."""
-    excursion_rates: tuple[float, ...]
-    """[m/s]"""
+    excursions: tuple[float, ...]  # Line given to each string [m]
+    excursion_rates: tuple[float, ...]  # [m/s]
 
     def advance(
         self, pulls: Sequence[float], stiffnesses: Sequence[float], time_step: float

@@ -10,16 +10,12 @@ from tendon_newton.errors import unknown_name
 class ObstacleGrip:
     """Time and place of one stay of an obstacle on the tendon's path."""
 
-    start: float
-    """Instant at which it arrives [s]."""
-    end: float
-    """Instant at which it leaves [s]."""
+    start: float  # Instant at which it arrives [s]
+    end: float  # Instant at which it leaves [s]
+    # Excursion of the tendon at which it is met, as an angle of the nominal spool [rad]
     place: float
-    """Excursion of the tendon at which it is met, as an angle of the nominal spool [rad]."""
-    stiffness: float
-    """At the tendon [N/m]."""
-    damping: float
-    """At the tendon [N s/m]."""
+    stiffness: float  # At the tendon [N/m]
+    damping: float  # At the tendon [N s/m]
 
 
 FOREVER = 1e9  # [s]
@@ -28,8 +24,7 @@ TAPE_ROLL = ObstacleGrip(start=0.0, end=FOREVER, place=0.87, stiffness=3000.0, d
 """Met at half closure: half of the finger's 1.736 rad."""
 HAND = ObstacleGrip(start=0.0, end=FOREVER, place=0.0, stiffness=900.0, damping=15.0)
 """Blocks from the start; flesh is softer than tape."""
-HAND_STAYS = 3600.0
-"""Time for which a perturbing hand comes and goes [s]."""
+HAND_STAYS = 3600.0  # Time for which a perturbing hand comes and goes [s]
 OBSTACLES = ("free", "tape_roll", "hand", "hand_perturbation")
 
 

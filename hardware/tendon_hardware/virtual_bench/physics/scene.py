@@ -13,13 +13,11 @@ from typing import Any
 from tendon_hardware.virtual_bench.physics.constants import HandBallConstants, HandConstants
 from tendon_newton.errors import MissingDependency
 
-SCENES = Path(__file__).parents[1] / "scenes"
-"""Folder of the scenes' files."""
+SCENES = Path(__file__).parents[1] / "scenes"  # Folder of the scenes' files
 BALL, CUP = "ball", "obstacle"
 """Name of the ball's body and geom, and what the names of the cup's geoms begin with."""
 TIP = "index_tip"
-Pose = tuple[float, ...]
-"""Place [m] and quaternion (x, y, z, w)."""
+Pose = tuple[float, ...]  # Place [m] and quaternion (x, y, z, w)
 
 
 def import_mujoco() -> Any:

@@ -14,8 +14,7 @@ from tendon_hardware.virtual_bench.physics.constants import SliderConstants
 from tendon_hardware.virtual_bench.physics.unit import BenchUnit
 from tendon_newton.errors import look_up
 
-COUNT = 3
-"""Wrong things of a unit."""
+COUNT = 3  # Wrong things of a unit
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -113,8 +112,7 @@ def plant_one(name: str, unit: BenchUnit, _rng: random.Random) -> BenchUnit:
     return PLANTINGS[name].plant(unit, planted_size(name, unit.seed))
 
 
-NEW = "new"
-"""Word for a unit without wear."""
+NEW = "new"  # Word for a unit without wear
 FRICTION_GROWTH = 2.0
 """Dry and viscous friction of a gear that has lost its grease, over those of a new one [1]. What
 grows with the load is left alone: twice as much of it, and the finger no longer closes at all."""

@@ -12,32 +12,25 @@ from tendon_newton.errors import InvalidRecording, listed, shown
 
 INFO = Path("meta") / "info.json"
 COMMAND, STATE = "action", "observation.state"
-SUFFIX = ".pos"
-"""What LeRobot hangs on the name of a joint whose position is meant."""
-JOINT_LIMIT = 64
-"""More joints than a humanoid has."""
+SUFFIX = ".pos"  # What LeRobot hangs on the name of a joint whose position is meant
+JOINT_LIMIT = 64  # More joints than a humanoid has
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointPlace:
     """Where a joint stands in the lists of a row."""
 
-    name: str
-    """Without LeRobot's suffix; fit for a file's name."""
-    command: int
-    """Place in ``action``."""
-    state: int
-    """Place in ``observation.state``."""
+    name: str  # Without LeRobot's suffix; fit for a file's name
+    command: int  # Place in ``action``
+    state: int  # Place in ``observation.state``
 
 
 @dataclass(frozen=True, kw_only=True)
 class LeRobotInfo:
     """What the importer needs of the file."""
 
-    rate: float
-    """Rows per second that were asked for [Hz]."""
-    joints: tuple[JointPlace, ...]
-    """Joints that are both commanded and measured."""
+    rate: float  # Rows per second that were asked for [Hz]
+    joints: tuple[JointPlace, ...]  # Joints that are both commanded and measured
 
 
 def read_info(folder: Path) -> LeRobotInfo:

@@ -27,20 +27,15 @@ to 4.7 degrees of play (docs/lab/so101.md)."""
 LATENESS_LIMIT = 0.2
 """Delay and lag together from which on a joint fails [s]; those of a sound SO-101 are 90 to 120 ms
 (docs/lab/so101.md)."""
-SHARE_LIMIT = 0.01
-"""Share of the rows that may be held, late or missing [1]."""
-MOTION_LIMIT = 2.0 * DEGREE
-"""Motion of a command below which nothing can be told of its joint."""
+SHARE_LIMIT = 0.01  # Share of the rows that may be held, late or missing [1]
+MOTION_LIMIT = 2.0 * DEGREE  # Motion of a command below which nothing can be told of its joint
 MOTION_ROWS = 4000
 """Rows of a joint that are fitted, from the episodes in which it moves most; two minutes."""
-LEAST_ROWS = 60
-"""Rows of an episode below which it is not looked at; two seconds."""
-STRANGE = 0.5
-"""Share of its motion that a joint may be off what was commanded [1]."""
+LEAST_ROWS = 60  # Rows of an episode below which it is not looked at; two seconds
+STRANGE = 0.5  # Share of its motion that a joint may be off what was commanded [1]
 HEADINGS = "    offset   delay     lag      play    held  missing  late rows"
 """Columns of a joint's line."""
-LATE = 0.25
-"""Periods by which a late row is late [1]."""
+LATE = 0.25  # Periods by which a late row is late [1]
 STEP_LIMIT = 4.0 * 2.0 * pi / 4096.0
 """Motion from row to row beyond which an angle that stays the same was not read anew [rad]."""
 
@@ -50,21 +45,16 @@ class JointExamination:
     """What was seen of a joint."""
 
     joint: str
-    size: float
-    """Size of its unit, about where nobody said [rad]."""
-    following: Following | None
-    """How it follows; None where it hardly moves."""
+    size: float  # Size of its unit, about where nobody said [rad]
+    following: Following | None  # How it follows; None where it hardly moves
+    # Angle beside the command in each episode [rad]; none where it hardly moves
     offsets: tuple[float, ...]
-    """Angle beside the command in each episode [rad]; none where it hardly moves."""
+    # Share of the time in which it stands far from its command or falls back: overload, or
+    # something solid [1]
     held_share: float
-    """Share of the time in which it stands far from its command or falls back: overload, or
-    something solid [1]."""
-    dropped: int
-    """Rows that are missing, by the stamps."""
-    late: int
-    """Rows that came late, by the stamps or because an angle stays the same amid a motion."""
-    faults: tuple[str, ...]
-    """What fails it, each with what to do; none where it passes."""
+    dropped: int  # Rows that are missing, by the stamps
+    late: int  # Rows that came late, by the stamps or because an angle stays the same amid a motion
+    faults: tuple[str, ...]  # What fails it, each with what to do; none where it passes
 
     @property
     def text(self) -> str:

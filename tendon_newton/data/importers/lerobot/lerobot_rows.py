@@ -13,30 +13,22 @@ from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, MissingDependency, listed
 
 COLUMNS = ("timestamp", "episode_index", COMMAND, STATE)
-SIZE_LIMIT = 1 << 30
-"""Bytes of all parquet files; the videos lie elsewhere."""
-ROW_LIMIT = 2_000_000
-"""Rows of a dataset: eleven hours at 50 Hz."""
-UNPACKED = 8
-"""Memory that the rows may take, in the files' own sizes, beyond what any work may [1]."""
+SIZE_LIMIT = 1 << 30  # Bytes of all parquet files; the videos lie elsewhere
+ROW_LIMIT = 2_000_000  # Rows of a dataset: eleven hours at 50 Hz
+UNPACKED = 8  # Memory that the rows may take, in the files' own sizes, beyond what any work may [1]
 BYTES_PER_SECOND = 1_000_000
 """Bytes that are surely read in a second of a core; a hundred times as many are usual."""
-START = 7
-"""Time of a core that pyarrow may take to load, beyond what any work may [s]."""
+START = 7  # Time of a core that pyarrow may take to load, beyond what any work may [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class LeRobotRows:
     """All rows, in the order of the files."""
 
-    time: Array
-    """[s] since the episode began, shape (T,)."""
-    episode: Array
-    """Number of the episode, shape (T,)."""
-    command: Array
-    """Commanded, in the dataset's unit, shape (T, A)."""
-    state: Array
-    """Measured, in the dataset's unit, shape (T, S)."""
+    time: Array  # [s] since the episode began, shape (T,)
+    episode: Array  # Number of the episode, shape (T,)
+    command: Array  # Commanded, in the dataset's unit, shape (T, A)
+    state: Array  # Measured, in the dataset's unit, shape (T, S)
 
 
 def read_rows(folder: Path) -> LeRobotRows:

@@ -31,13 +31,10 @@ RADIANS_AT_MOST = 2.0 * pi
 class LeRobotUnits:
     """How to read the joints."""
 
-    unit: str | None = None
-    """One of `UNITS`; None where it is to be seen from the numbers."""
-    calibration: Path | None = None
-    """LeRobot's calibration file of the arm, for joints in percent."""
+    unit: str | None = None  # One of `UNITS`; None where it is to be seen from the numbers
+    calibration: Path | None = None  # LeRobot's calibration file of the arm, for joints in percent
 
     def __post_init__(self) -> None:
-        """Refuse an unknown unit."""
         if self.unit is not None and self.unit not in UNITS:
             raise unknown_name("unit", self.unit, UNITS)
         if (self.unit == "percent") and self.calibration is None:

@@ -35,17 +35,13 @@ Weights = dict[str, Tensor]
 class Checkpoint:
     """Weights, errors and random state of a training so far."""
 
-    epoch: int = 0
-    """Number of finished epochs."""
-    best_error: float = float("inf")
-    """Lowest mean absolute validation error [N]."""
-    kept_epoch: int = 0
-    """Latest epoch as good as the lowest error, to within ``TOLERANCE``."""
-    kept_weights: Weights
-    """Weights and normalisation of that epoch."""
+    epoch: int = 0  # Number of finished epochs
+    best_error: float = float("inf")  # Lowest mean absolute validation error [N]
+    kept_epoch: int = 0  # Latest epoch as good as the lowest error, to within ``TOLERANCE``
+    kept_weights: Weights  # Weights and normalisation of that epoch
+    # After each epoch: RMS error on the fitted windows, and on the validation windows the mean
+    # absolute error [N]
     history: tuple[tuple[float, float], ...] = ()
-    """After each epoch: RMS error on the fitted windows, mean absolute error on the validation
-    windows [N]."""
 
     def finished(self, config: TrainingConfig) -> bool:
         """Say whether all epochs are done or the last ones brought nothing."""
@@ -69,8 +65,7 @@ class TrainingState:
 
     network: ForceNetwork
     descent: Descent
-    generator: torch.Generator
-    """Draws the windows and what disturbs them."""
+    generator: torch.Generator  # Draws the windows and what disturbs them
 
     @staticmethod
     def start(network: ForceNetwork, config: TrainingConfig) -> TrainingState:

@@ -14,8 +14,7 @@ samples into features and features into a force, have fewer."""
 MUON_RATE = 5.0
 """Learning rate of Muon in those of Adam [1]: its steps have singular values of one, Adam's numbers
 of one. Five was the first value that was tried, and the only one."""
-WARM_UP = 0.05
-"""Share of all steps in which the learning rate rises from nothing [1]."""
+WARM_UP = 0.05  # Share of all steps in which the learning rate rises from nothing [1]
 
 
 class Descent:

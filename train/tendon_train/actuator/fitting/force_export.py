@@ -17,16 +17,14 @@ from tendon_train.actuator.samples.folds import SPLIT_WORDS, ForceData, recorded
 from tendon_train.actuator.samples.servo_law import fit_servo_law
 from tendon_train.actuator.training_config import SERVO_LIMIT, TrainingConfig
 
-HEADROOM = 1.05
-"""Above the largest force in training [1]."""
+HEADROOM = 1.05  # Above the largest force in training [1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedNetwork:
     """The files of a network."""
 
-    weights: Path
-    """Numbers alone: the form to share."""
+    weights: Path  # Numbers alone: the form to share
     torchscript: Path
     onnx: Path
     card: ForceNetworkCard

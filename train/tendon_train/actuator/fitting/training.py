@@ -30,8 +30,7 @@ from tendon_train.actuator.samples.servo_law import ServoLaw, fit_servo_law
 from tendon_train.actuator.samples.windows import Windows, WindowTensors, to_device
 from tendon_train.actuator.training_config import TrainingConfig
 
-VALIDATION_STRIDE = 4
-"""One window in so many tells when to stop: at 80 Hz, one of the four phases."""
+VALIDATION_STRIDE = 4  # One window in so many tells when to stop: at 80 Hz, one of the four phases
 VALIDATION_BATCH = 8192
 UNKNOWN_PAST = 3
 """One in so many samples, the first of a streaming window, are not held against the network: it
@@ -42,18 +41,12 @@ cannot know what happened before them."""
 class FittingProgress:
     """Figures of a training after an epoch."""
 
-    epoch: int
-    """Number of finished epochs."""
-    epochs: int
-    """Greatest number of epochs."""
-    train_rmse: float
-    """Over the epoch's windows, while the weights changed [N]."""
-    validation_error: float
-    """Mean absolute error on held-out train recordings [N]."""
-    best_error: float
-    """Lowest validation error so far [N]."""
-    seconds_left: float
-    """At this pace, if nothing stops the training early [s]."""
+    epoch: int  # Number of finished epochs
+    epochs: int  # Greatest number of epochs
+    train_rmse: float  # Over the epoch's windows, while the weights changed [N]
+    validation_error: float  # Mean absolute error on held-out train recordings [N]
+    best_error: float  # Lowest validation error so far [N]
+    seconds_left: float  # At this pace, if nothing stops the training early [s]
 
 
 def train_network(

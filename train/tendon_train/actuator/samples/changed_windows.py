@@ -13,12 +13,9 @@ from tendon_train.actuator.samples.servo_law import TAUT, ServoLaw
 from tendon_train.actuator.samples.windows import REST_SPEED, WindowTensors
 from tendon_train.actuator.training_config import TrainingConfig
 
-SHARE = 0.5
-"""Share of the windows that end at rest which are asked for something else [1]."""
-FEWEST = 3
-"""Samples of rest that a window needs."""
-LATEST = 0.8
-"""Latest that a command begins to change, in parts of the rest [1]."""
+SHARE = 0.5  # Share of the windows that end at rest which are asked for something else [1]
+FEWEST = 3  # Samples of rest that a window needs
+LATEST = 0.8  # Latest that a command begins to change, in parts of the rest [1]
 SHORTEST, LONGEST = 0.05, 1.05
 """How long it takes, in parts of the rest [1]; each window has its own: steps and ramps."""
 
@@ -70,8 +67,7 @@ ZERO = 0.02
 to which one is tied again."""
 COMMAND = 0.03
 """Standard deviation of the command's zero alone [rad]: an eighth of a newton at 4.2 N/rad."""
-ANGLE = 0.003
-"""Standard deviation of each sample's angle [rad]: two counts of an encoder with 4096."""
+ANGLE = 0.003  # Standard deviation of each sample's angle [rad]: two counts of an encoder with 4096
 SPEED = 0.03
 """Standard deviation of each sample's speed [rad/s]: the step of a DYNAMIXEL X register (0.229
 rev/min, e-manual)."""

@@ -26,10 +26,8 @@ SPLIT_WORDS = (
 class Fold:
     """The train recordings of a dataset in two parts."""
 
-    fit: tuple[Recording, ...]
-    """Gradients come from these."""
-    validation: tuple[Recording, ...]
-    """These say when to stop."""
+    fit: tuple[Recording, ...]  # Gradients come from these
+    validation: tuple[Recording, ...]  # These say when to stop
 
 
 def split_train(dataset: Dataset, *, seed: int = 0) -> Fold:
@@ -87,8 +85,7 @@ class ForceData:
     fold: Fold
     fit: Windows
     validation: Windows
-    test: tuple[Recording, ...]
-    """Recordings that only report."""
+    test: tuple[Recording, ...]  # Recordings that only report
 
 
 def prepare(dataset: Dataset, config: TrainingConfig) -> ForceData:

@@ -21,12 +21,10 @@ FIRST_SHARE = 0.25
 """Share at the beginning of a training for predictions [1]. A quarter and a half do equally well
 on recordings of two other collections, one better on free fingers, one on those that a hand holds.
 """
-FIRST_PART = 0.8
-"""Part of a training for predictions until which it falls to nothing [1]."""
+FIRST_PART = 0.8  # Part of a training for predictions until which it falls to nothing [1]
 ZERO = 0.3
 """Standard deviation of a window's zero of both angles [rad]: a servo does not know where it is."""
-ANGLE = 0.1
-"""Standard deviation of the shaft's angle alone, at the window's start [rad]."""
+ANGLE = 0.1  # Standard deviation of the shaft's angle alone, at the window's start [rad]
 SPEED = 0.5
 """Largest standard deviation of the speed by which a window departs [rad/s]; each has its own,
 evenly drawn from nothing to this."""

@@ -13,10 +13,8 @@ from tendon_train.actuator.samples.windows import Windows
 
 SLIDING = 0.15
 """Speed from which a gear slides for certain [rad/s]: six steps of a DYNAMIXEL X register."""
-TAUT = 0.3
-"""Tension from which a tendon does not hang [N]."""
-FEWEST = 200
-"""Fewer rows that slide say nothing."""
+TAUT = 0.3  # Tension from which a tendon does not hang [N]
+FEWEST = 200  # Fewer rows that slide say nothing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,14 +24,10 @@ class ServoLaw:
     .. math:: F = P (\theta_d - \theta) - D \dot\theta - (c + \mu F) \operatorname{sign} \dot\theta
     """
 
-    stiffness: float = 0.0
-    """P [N/rad]"""
-    damping: float = 0.0
-    """D [N s/rad]"""
-    dry_friction: float = 0.0
-    """c [N]"""
-    load_friction: float = 0.0
-    """mu [1]"""
+    stiffness: float = 0.0  # P [N/rad]
+    damping: float = 0.0  # D [N s/rad]
+    dry_friction: float = 0.0  # c [N]
+    load_friction: float = 0.0  # mu [1]
 
     @property
     def hold(self) -> HoldLaw:
@@ -41,8 +35,7 @@ class ServoLaw:
         return HoldLaw(stiffness=self.stiffness, damping=self.damping)
 
 
-NO_LAW = ServoLaw()
-"""Law of a servo of which nothing is known."""
+NO_LAW = ServoLaw()  # Law of a servo of which nothing is known
 
 
 def fit_servo_law(windows: Windows) -> ServoLaw:

@@ -22,27 +22,22 @@ REST_SPEED = 0.05
 class WindowShape:
     """Length and rate of the window that a network sees."""
 
-    window: int = 30
-    """Samples in a window."""
-    rate: float = 20.0
-    """Samples per second [Hz]."""
+    window: int = 30  # Samples in a window
+    rate: float = 20.0  # Samples per second [Hz]
+    # Whether windows at the start of a recording that starts at rest repeat its first row
+    # backwards: the rows before it would have been the same
     pad_start: bool = True
-    """Whether windows at the start of a recording that starts at rest repeat its first row
-    backwards: the rows before it would have been the same."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Windows:
     """Rows of recordings, and which of them make up each window."""
 
-    inputs: Array
-    """theta_d [rad], theta [rad], theta_dot [rad/s] of each row, shape (N, 3)."""
-    force: Array
-    """Tension of each row [N], shape (N,)."""
-    rows: Indices
-    """Rows of each window, oldest first, shape (W, window)."""
+    inputs: Array  # theta_d [rad], theta [rad], theta_dot [rad/s] of each row, shape (N, 3)
+    force: Array  # Tension of each row [N], shape (N,)
+    rows: Indices  # Rows of each window, oldest first, shape (W, window)
+    # Series, one per recording and tendon in their order, of each window, shape (W,)
     source: Indices
-    """Series, one per recording and tendon in their order, of each window, shape (W,)."""
 
     @property
     def window_count(self) -> int:
@@ -160,12 +155,9 @@ def unbroken(recording: Recording, first: Indices, longest: float) -> Mask:
 class WindowTensors:
     """Rows and windows as tensors; a row is stored once, however many windows it is in."""
 
-    inputs: Tensor
-    """theta_d [rad], theta [rad], theta_dot [rad/s] of each row, shape (N, 3)."""
-    force: Tensor
-    """Tension of each row [N], shape (N,)."""
-    rows: Tensor
-    """Rows of each window, oldest first, shape (W, window)."""
+    inputs: Tensor  # theta_d [rad], theta [rad], theta_dot [rad/s] of each row, shape (N, 3)
+    force: Tensor  # Tension of each row [N], shape (N,)
+    rows: Tensor  # Rows of each window, oldest first, shape (W, window)
 
     def batch(self, chosen: Tensor) -> Tensor:
         """Return the chosen windows, shape (len(chosen), window, 3)."""

@@ -90,7 +90,6 @@ class EnvironmentConfig:
     """Settings of the task to turn a ball."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be simulated, and choose the hand of a task that needs one."""
         if self.finger == FINGERS["tip"]:  # this finger turns nothing
             object.__setattr__(self, "finger", FINGERS[self.task])
         if self.task == "turn" and self.obstacle != "none":

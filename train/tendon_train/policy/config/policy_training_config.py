@@ -77,7 +77,6 @@ class PolicyTrainingConfig:
     """Threads of torch on the CPU."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be trained."""
         for name in POSITIVE:
             if not 0 < getattr(self, name) < 1.0e9:
                 raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")

@@ -37,7 +37,6 @@ class TurningConfig:
     """Least and greatest age of what a camera gives [policy steps]."""
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         for name in POSITIVE:
             if not getattr(self, name) > 0.0:
                 raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")

@@ -22,18 +22,13 @@ CURVE_FIGURES = {
 class CurvePoint:
     """Figures of one iteration."""
 
-    iteration: int
-    """Number of finished iterations."""
-    samples: int
-    """Policy steps learned from, in all."""
+    iteration: int  # Number of finished iterations
+    samples: int  # Policy steps learned from, in all
+    # Means of the task while exploring, by the names of `CURVE_FIGURES`
     figures: Mapping[str, float]
-    """Means of the task while exploring, by the names of `CURVE_FIGURES`."""
-    reward: float
-    """Mean reward of a step."""
-    action_change: float
-    """Mean change of the action from step to step, while exploring [rad]."""
-    diverged: int
-    """Worlds that diverged in this iteration."""
+    reward: float  # Mean reward of a step
+    action_change: float  # Mean change of the action from step to step, while exploring [rad]
+    diverged: int  # Worlds that diverged in this iteration
     value_loss: float
     surrogate_loss: float
     learning_rate: float
@@ -66,12 +61,9 @@ class Progress:
     """Figures of a training after an iteration."""
 
     point: CurvePoint
-    iterations: int
-    """Iterations in all."""
-    steps_per_second: float
-    """Policy steps of all worlds per second."""
-    seconds_left: float
-    """At this pace [s]."""
+    iterations: int  # Iterations in all
+    steps_per_second: float  # Policy steps of all worlds per second
+    seconds_left: float  # At this pace [s]
 
     @property
     def text(self) -> str:

@@ -7,24 +7,20 @@ import torch
 
 from tendon_train.policy.worlds.environment import FingerEnvironment
 
-LONGEST = 1.0
-"""Time that is spent on timing at least, unless one step takes longer [s]."""
-STEPS = 20
-"""Most steps of all worlds that are timed, after one that compiles and warms up."""
+LONGEST = 1.0  # Time that is spent on timing at least, unless one step takes longer [s]
+STEPS = 20  # Most steps of all worlds that are timed, after one that compiles and warms up
 
 
 @dataclass(frozen=True, kw_only=True)
 class Forecast:
     """Size, device and time of a training that is about to start."""
 
-    steps: int
-    """Policy steps that are left, of all worlds."""
+    steps: int  # Policy steps that are left, of all worlds
     worlds: int
-    device: str
-    """Torch's word for the device."""
+    device: str  # Torch's word for the device
+    # Time that acting takes; learning comes on top, and is little beside it on a CPU [s]. None
+    # before any step was timed.
     seconds: float | None = None
-    """Time that acting takes; learning comes on top, and is little beside it on a CPU [s]. None
-    before any step was timed."""
 
     @property
     def text(self) -> str:

@@ -25,10 +25,8 @@ from tendon_train.policy.worlds.environment import FingerEnvironment
 from tendon_train.policy.worlds.turning import Turning
 
 INPUT, OUTPUT = "observation", "action"
-UNNAMED_SERVO = "unnamed"
-"""Servo on the card of a bench that names none."""
-SERVO_READINGS = 4
-"""Readings of the servo per policy step, of which the policy sees the last."""
+UNNAMED_SERVO = "unnamed"  # Servo on the card of a bench that names none
+SERVO_READINGS = 4  # Readings of the servo per policy step, of which the policy sees the last
 
 
 @dataclass(frozen=True, kw_only=True)

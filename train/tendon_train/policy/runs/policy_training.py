@@ -35,10 +35,8 @@ class Trained:
     """A training that has come to its end."""
 
     environment: FingerEnvironment
-    runner: Any
-    """rsl-rl's; it has the networks."""
-    points: tuple[CurvePoint, ...]
-    """The learning curve."""
+    runner: Any  # rsl-rl's; it has the networks
+    points: tuple[CurvePoint, ...]  # The learning curve
 
 
 def train_policy(

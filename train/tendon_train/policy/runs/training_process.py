@@ -15,12 +15,9 @@ from tendon_newton.errors import InvalidParameter
 class Process:
     """One of the processes, or the only one."""
 
-    rank: int
-    """Number of the process among all."""
-    local_rank: int
-    """Number of the process on its machine."""
-    count: int
-    """Processes in all."""
+    rank: int  # Number of the process among all
+    local_rank: int  # Number of the process on its machine
+    count: int  # Processes in all
 
     @staticmethod
     def own() -> Process:

@@ -11,26 +11,19 @@ from tendon_newton.data.recording import Array
 from tendon_newton.data.root_mean_square import rms
 from tendon_train.policy.scoring.policy_evaluation import Climb
 
-SETTLED = 0.5
-"""Last part of a stair that counts as settled [s]."""
+SETTLED = 0.5  # Last part of a stair that counts as settled [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class StairScore:
     """Errors on one stair, in the nominal world."""
 
-    goal: float
-    """Goal angle [rad]."""
-    rising: bool
-    """Whether the finger closes towards it."""
-    rmse: float
-    """Tip error over the whole stair, RMS [m]."""
-    settled_error: float
-    """Mean tip error over its last half second [m]."""
-    settled_angle: float
-    """Mean angle of the tip over its last half second [rad]."""
-    reachable_error: float
-    """Least tip error at which the nominal finger can rest [m]."""
+    goal: float  # Goal angle [rad]
+    rising: bool  # Whether the finger closes towards it
+    rmse: float  # Tip error over the whole stair, RMS [m]
+    settled_error: float  # Mean tip error over its last half second [m]
+    settled_angle: float  # Mean angle of the tip over its last half second [rad]
+    reachable_error: float  # Least tip error at which the nominal finger can rest [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,20 +32,13 @@ class ClimbScore:
 
     policy: str
     place: str
-    rmse: float
-    """Tip error over all rows of the nominal world, RMS [m]."""
-    rising_rmse: float
-    """On the stairs up [m]."""
-    falling_rmse: float
-    """On the stairs down [m]."""
-    settled_error: float
-    """Mean tip error over the last half second of all stairs [m]."""
-    overshoot: float
-    """Most that the tip went beyond a goal on the way to it [rad]."""
-    least_motor_angle: float
-    """Least angle of the first motor [rad]; at home it is 0."""
-    world_rmse: tuple[float, ...]
-    """Tip error of each further world, RMS [m]."""
+    rmse: float  # Tip error over all rows of the nominal world, RMS [m]
+    rising_rmse: float  # On the stairs up [m]
+    falling_rmse: float  # On the stairs down [m]
+    settled_error: float  # Mean tip error over the last half second of all stairs [m]
+    overshoot: float  # Most that the tip went beyond a goal on the way to it [rad]
+    least_motor_angle: float  # Least angle of the first motor [rad]; at home it is 0
+    world_rmse: tuple[float, ...]  # Tip error of each further world, RMS [m]
     stairs: tuple[StairScore, ...]
 
     def to_json(self) -> dict[str, Any]:

@@ -44,22 +44,14 @@ class Climb:
     """Motion of one policy on stairs of goals; the first world is the nominal one."""
 
     policy: str
-    place: str
-    """Simulation or bench of the climb, in words."""
-    time: Array
-    """Instants of the policy's steps [s], shape (T,)."""
-    goal: Array
-    """Goal angles [rad], shape (T,)."""
-    tip: Array
-    """The tip in the base frame [m], shape (T, W, 3)."""
-    tip_angle: Array
-    """Goal angle that the tip is at [rad], shape (T, W)."""
-    goal_point: Array
-    """Goal point of the tip [m], shape (T, 3)."""
-    command: Array
-    """Desired angles of the first motor [rad], shape (T, W)."""
-    motor_position: Array
-    """Angles of the first motor [rad], shape (T, W)."""
+    place: str  # Simulation or bench of the climb, in words
+    time: Array  # Instants of the policy's steps [s], shape (T,)
+    goal: Array  # Goal angles [rad], shape (T,)
+    tip: Array  # The tip in the base frame [m], shape (T, W, 3)
+    tip_angle: Array  # Goal angle that the tip is at [rad], shape (T, W)
+    goal_point: Array  # Goal point of the tip [m], shape (T, 3)
+    command: Array  # Desired angles of the first motor [rad], shape (T, W)
+    motor_position: Array  # Angles of the first motor [rad], shape (T, W)
 
     def __post_init__(self) -> None:
         freeze_arrays(self)

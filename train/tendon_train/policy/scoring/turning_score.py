@@ -19,8 +19,7 @@ from tendon_train.policy.worlds.turning import Turning
 Actor = Callable[[Tensor], Tensor]
 """Gives actions [rad], shape (W, D), for observations, shape (W, N)."""
 OBSERVED = "policy"
-SPARE = 8.0
-"""Length of an episode in times that are watched: none ends by time, though ages differ."""
+SPARE = 8.0  # Length of an episode in times that are watched: none ends by time, though ages differ
 
 
 def turning_worlds(

@@ -24,8 +24,7 @@ from tendon_train.policy.worlds.force_model import moves_finger
 
 DECK, SEED = 4096, 0
 """Worlds that are drawn in advance, of which an episode gets one, and the seed of their draws."""
-ENDS = (0.025, 0.975)
-"""Shares of the draws below the two numbers that a card tells [1]."""
+ENDS = (0.025, 0.975)  # Shares of the draws below the two numbers that a card tells [1]
 
 
 class DrawnSets:

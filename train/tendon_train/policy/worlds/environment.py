@@ -40,12 +40,9 @@ class Divergence:
     """A world that left every physical range and began anew."""
 
     world: int
-    step: int
-    """Steps of the environment before it."""
-    goal: float
-    """Goal of the world: an angle [rad] or a rate [rad/s]."""
-    action: tuple[float, ...]
-    """Action of the policy for each servo [rad]; may be no number."""
+    step: int  # Steps of the environment before it
+    goal: float  # Goal of the world: an angle [rad] or a rate [rad/s]
+    action: tuple[float, ...]  # Action of the policy for each servo [rad]; may be no number
 
     def __str__(self) -> str:
         """Say it in words."""

@@ -17,24 +17,19 @@ from tendon_newton.force_networks.weights_file import SUFFIX
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 IDEAL = "ideal"
-IDEAL_GAIN = 4.2
-"""Gain of the ideal source [N/rad]; Yuryev and Hughes (2026), section II-E."""
+IDEAL_GAIN = 4.2  # Gain of the ideal source [N/rad]; Yuryev and Hughes (2026), section II-E
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceModel:
     """Actuator and effects of a training, and where they come from."""
 
-    name: str
-    """The ideal source, or a file's name."""
+    name: str  # The ideal source, or a file's name
     model: Model
-    sha256: str | None
-    """Hash of the model file, where there is one."""
-    files: Mapping[str, str]
-    """Name -> SHA-256 of each file that was read."""
+    sha256: str | None  # Hash of the model file, where there is one
+    files: Mapping[str, str]  # Name -> SHA-256 of each file that was read
 
     def __post_init__(self) -> None:
-        """Protect the table."""
         object.__setattr__(self, "files", MappingProxyType(dict(self.files)))
 
 

@@ -12,8 +12,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path, closing_tendons
 
-POINTS = 1025
-"""Goal points in the table."""
+POINTS = 1025  # Goal points in the table
 EQUILIBRIA = 201
 """Postures from which they are interpolated; the points are off the path by less than 10 um."""
 

@@ -20,16 +20,11 @@ from tendon_train.policy.worlds.world_draws import WorldDraws
 
 SIZES = (0.006, 0.020)
 """Least and greatest radius of a ball, or half of a box's edges [m]: a marble to an egg."""
-ASIDE = 0.5
-"""How far to the side of the tip's path its middle may be, as a share of its size [1]."""
-AHEAD = 1.0e-3
-"""Angle over which the direction of the tip's path is taken [rad]."""
-FINGER_POINTS = 12
-"""Points along the open finger that an obstacle must leave alone [1]."""
-TRIES = 8
-"""Draws until an obstacle does; after that the episode has none."""
-FAR = np.array([0.0, 0.0, -10.0])
-"""Place of the obstacle until it is drawn [m]."""
+ASIDE = 0.5  # How far to the side of the tip's path its middle may be, as a share of its size [1]
+AHEAD = 1.0e-3  # Angle over which the direction of the tip's path is taken [rad]
+FINGER_POINTS = 12  # Points along the open finger that an obstacle must leave alone [1]
+TRIES = 8  # Draws until an obstacle does; after that the episode has none
+FAR = np.array([0.0, 0.0, -10.0])  # Place of the obstacle until it is drawn [m]
 
 
 def with_obstacle(mechanism: Mechanism, shape: ObstacleChoice) -> Mechanism:

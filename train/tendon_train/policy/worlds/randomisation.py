@@ -20,8 +20,7 @@ from tendon_train.policy.config.environment_config import FINGERS, EnvironmentCo
 from tendon_train.policy.worlds.drawn_sets import DrawnSets, causes_of
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
-BENCH = "bench"
-"""Owner of the numbers of the mechanism."""
+BENCH = "bench"  # Owner of the numbers of the mechanism
 BENCH_NUMBERS: dict[str, tuple[str, ...]] = {
     "joint_friction": ("friction",),
     "link_mass": ("mass", "inertia"),
@@ -31,20 +30,16 @@ BENCH_NUMBERS: dict[str, tuple[str, ...]] = {
 """Names of what can be randomised, and the arrays of the mechanism that they multiply."""
 NONE = "none"
 FRICTION_EFFECT = ("joint_dry_friction", "fraction")
-NO_END = 1.0e6
-"""A range of a joint that ends beyond has no end [rad, m]."""
+NO_END = 1.0e6  # A range of a joint that ends beyond has no end [rad, m]
 
 
 @dataclass(frozen=True, kw_only=True)
 class NumberRange:
     """A number that differs between worlds, and between which ends."""
 
-    owner: str
-    """An effect, or the bench."""
-    name: str
-    """Parameter of the effect, or a name of `BENCH_NUMBERS`."""
-    low: float
-    """Least value; a factor for a number of the bench."""
+    owner: str  # An effect, or the bench
+    name: str  # Parameter of the effect, or a name of `BENCH_NUMBERS`
+    low: float  # Least value; a factor for a number of the bench
     high: float
 
     @property

@@ -61,12 +61,11 @@ def with_work(
 class TaskOutcome:
     """What a step has brought."""
 
-    reward: Tensor
-    """Shape (W,)."""
+    reward: Tensor  # Shape (W,)
+    # Worlds whose episode ends by a failure, shape (W,), where a task knows any
     failed: Tensor | None
-    """Worlds whose episode ends by a failure, shape (W,), where a task knows any."""
+    # Means over all worlds for the learning curve, by the names of `CURVE_FIGURES`
     log: Mapping[str, Tensor]
-    """Means over all worlds for the learning curve, by the names of `CURVE_FIGURES`."""
 
 
 class Task(Protocol):
@@ -76,10 +75,9 @@ class Task(Protocol):
     `score`, then `renew`.
     """
 
-    goal: Tensor
-    """What is asked for: angles [rad] or rates [rad/s], shape (W,)."""
+    goal: Tensor  # What is asked for: angles [rad] or rates [rad/s], shape (W,)
+    # Greatest command at the start of an episode [rad], where the servos have a greater one
     greatest_start: float
-    """Greatest command at the start of an episode [rad], where the servos have a greater one."""
 
     def place(self, worlds: Tensor) -> dict[str, Tensor]:
         """Draw what stands in some worlds, a mask, and return what else their reset is given."""

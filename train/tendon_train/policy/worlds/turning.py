@@ -25,8 +25,7 @@ from tendon_train.policy.config.turning_config import TurningConfig
 from tendon_train.policy.worlds.task import TaskOutcome, with_work
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
-AXIS = (0.0, 1.0, 0.0)
-"""Across the palm in the base frame; closing fingers turn the ball about it."""
+AXIS = (0.0, 1.0, 0.0)  # Across the palm in the base frame; closing fingers turn the ball about it
 LIFT = 1.5
 """By how much more than its radius a greater ball stands higher in its cup [1]: it rests on beads
 that stand beside its middle."""

@@ -10,8 +10,7 @@ STEP = -7046029254386353131
 MIXERS = ((30, -4658895280553007687), (27, -7723592293110705685))
 """Shifts and factors of SplitMix64: 0xBF58476D1CE4E5B9 and 0x94D049BB133111EB."""
 LAST_SHIFT = 31
-BITS = 24
-"""Bits of a number, which float32 holds exactly."""
+BITS = 24  # Bits of a number, which float32 holds exactly
 
 
 class WorldDraws:
