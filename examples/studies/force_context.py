@@ -32,10 +32,7 @@ from tendon_train.actuator.training_config import TrainingConfig
 HISTORIES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0)  # [s]
 RATE = 20.0  # [Hz]
 PAPER_WINDOW = 30
-SHOWN = {
-    "steps_rmse": ("test steps", "#1764ab"),
-    "ramps_rmse": ("contact ramps", "#d1495b"),
-}
+SHOWN = {"steps_rmse": ("test steps", "#1764ab"), "ramps_rmse": ("contact ramps", "#d1495b")}
 OBSTACLES = ("tape_roll", "hand")
 
 Part = Callable[[Sequence[Recording]], list[Recording]]

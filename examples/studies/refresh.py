@@ -61,21 +61,9 @@ DURATION = 30.0
 """Length of a log of random goals [s]."""
 STAIRS = 16.5
 """Length of the paper's stairs [s]."""
-GPU_SIZES = {
-    "worlds": 8192,
-    "batch": 32768,
-    "iterations": 100,
-    "discount": 0.95,
-    "trace": 0.95,
-}
+GPU_SIZES = {"worlds": 8192, "batch": 32768, "iterations": 100, "discount": 0.95, "trace": 0.95}
 """A training of half a minute on a GPU."""
-CPU_SIZES = {
-    "worlds": 256,
-    "batch": 1024,
-    "iterations": 350,
-    "discount": 0.8,
-    "trace": 0.9,
-}
+CPU_SIZES = {"worlds": 256, "batch": 1024, "iterations": 350, "discount": 0.8, "trace": 0.9}
 """One of some minutes on a core."""
 
 
@@ -210,11 +198,7 @@ def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
         "candidate": [
             (effect.name, *effect.indistinguishable_from) for effect in diagnosis.effects
         ],
-        "theta_mrad": [
-            1e3 * reference,
-            1e3 * drift.theta_rmse,
-            1e3 * drift.corrected_theta_rmse,
-        ],
+        "theta_mrad": [1e3 * reference, 1e3 * drift.theta_rmse, 1e3 * drift.corrected_theta_rmse],
         "seconds": time.monotonic() - begin,
     }
     kept.write_text(json.dumps(row, indent=1) + "\n", encoding="utf-8")

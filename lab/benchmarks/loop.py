@@ -12,12 +12,7 @@ from lab.benchmarks.engines_timed.network_engines import (
     WarpMujocoNetworkEngine,
 )
 from lab.benchmarks.engines_timed.soundness import path
-from lab.benchmarks.mechanics import (
-    FOREIGN_WORLDS,
-    LEAST_CHECKED,
-    REFERENCE_STEP,
-    timed_when_sound,
-)
+from lab.benchmarks.mechanics import FOREIGN_WORLDS, LEAST_CHECKED, REFERENCE_STEP, timed_when_sound
 from lab.benchmarks.network import authors_network, fused, last_query
 from lab.benchmarks.timing import Row
 from tendon_newton.actuators.networks.torchscript import ForceQuery

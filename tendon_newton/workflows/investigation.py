@@ -22,12 +22,7 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
 )
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
 from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE, read_noise, read_scale
-from tendon_newton.diagnosis.posterior import (
-    ENDING,
-    Posterior,
-    read_posterior,
-    write_posterior,
-)
+from tendon_newton.diagnosis.posterior import ENDING, Posterior, read_posterior, write_posterior
 from tendon_newton.diagnosis.reporting.path_report import write_path_report
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.diagnosis.search.decide.go_on import go_on

@@ -62,10 +62,7 @@ QUICK = "coulomb_friction"
 
 @pytest.mark.parametrize(
     "cause",
-    [
-        QUICK,
-        *(pytest.param(c, marks=pytest.mark.slow) for c in (*EFFECTS, *OUTSIDE) if c != QUICK),
-    ],
+    [QUICK, *(pytest.param(c, marks=pytest.mark.slow) for c in (*EFFECTS, *OUTSIDE) if c != QUICK)],
 )
 def test_every_cause_stands_out_of_the_noise(cause: str, tmp_path: Path) -> None:
     """Held-out force or angle moves by several floors; the folder does not say why.

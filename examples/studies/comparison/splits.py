@@ -97,14 +97,7 @@ def sts3215_splits(folder: Path) -> list[Split]:
     used = [log for log in imported.logs if log.source.stem[-1] == REPEAT]
     floor = repeat_floor(imported.logs)
     return [
-        split_by(
-            "sts3215",
-            name,
-            used,
-            split.train,
-            imported.start_model,
-            floor,
-        )
+        split_by("sts3215", name, used, split.train, imported.start_model, floor)
         for name, split in SPLITS.items()
     ]
 

@@ -74,10 +74,7 @@ def main(config: PlanConfig) -> None:
 
     from tendon_newton.diagnosis.explanation import Setting
     from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
-    from tendon_newton.diagnosis.next_experiment.run_files import (
-        write_command,
-        write_setting,
-    )
+    from tendon_newton.diagnosis.next_experiment.run_files import write_command, write_setting
     from tendon_newton.diagnosis.next_experiment.task_file import read_task
 
     settings = [Setting(bench=bench) for bench in config.benches]

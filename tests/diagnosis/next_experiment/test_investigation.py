@@ -33,12 +33,7 @@ from tendon_newton.workflows import investigation
 from tendon_newton.workflows.investigation_check import binding, check
 from tendon_newton.workflows.investigation_choice import SPENT, choose_next, reason_to_end
 from tendon_newton.workflows.options import InvestigateOptions
-from tests.diagnosis.next_experiment.test_experiment import (
-    OFFSET,
-    TILT,
-    sets_of,
-    write_open_sets,
-)
+from tests.diagnosis.next_experiment.test_experiment import OFFSET, TILT, sets_of, write_open_sets
 from tests.faults import injections as on
 from tests.faults.collecting import BEGIN
 from tests.faults.injections import LONG, let

@@ -35,10 +35,7 @@ def test_many_causes_are_counted_one_by_one_and_weak_ones_apart() -> None:
             truth("l", "many", "gain_error", "tendon_slack", "deadband"),
             answer("explained", ("gain_error",), ("tendon_slack",), ("obstruction",)),
         ),
-        judge(
-            truth("m", "many", "gain_error", "deadband"),
-            answer("explained", ("gain_error",)),
-        ),
+        judge(truth("m", "many", "gain_error", "deadband"), answer("explained", ("gain_error",))),
         judge(truth("n", "single", "deadband", weak=True), answer("no_gap")),
     ]
     found = {rate.name: (rate.value, rate.cases) for rate in rates(told)}
