@@ -43,7 +43,6 @@ class ScriptedBench:
     """A clock, and a stream of lines about a ball that lies in its cup.
 
     Args:
-        told: What is told from an instant on.
         begin: The instant [s].
         rng: Makes the camera's noise.
     """

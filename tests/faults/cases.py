@@ -33,7 +33,6 @@ class Spoilt:
     """A policy that goes bad when it is told to.
 
     Args:
-        act: What it gives from then on.
         calm: Whether it does nothing before.
     """
 

@@ -70,9 +70,7 @@ class Weather:
     """Lets faults come and go in the steps of a pilot.
 
     Args:
-        rng: Draws them.
         end: When one comes that ends the run, since the bench was opened [s]; none may.
-        seen: Counts what has come.
     """
 
     def __init__(self, rng: random.Random, end: float | None, seen: Counter[str]) -> None:

@@ -50,13 +50,9 @@ def write_session(
     """Write two seconds of a bench at 80 Hz.
 
     Args:
-        path: The file.
-        rows: Readings of the servo.
         cell_rate: Readings of the load cell per second [Hz].
-        signals: What they show.
         silence: Interval in which the load cell sends nothing [s].
         finish: Whether the file gets its end; if not, as the process was killed.
-        session: What its session states besides.
     """
     signals = signals or Signals()
     file = McapFile(path, {SESSION_RECORD: {"bench": "finger", "seed": "7", **session}})

@@ -87,11 +87,9 @@ def fuzz(
     """Spoil about so many files and read each.
 
     Args:
-        files: How many, over all formats by their shares.
         seed: Of all changes; a file is named by seed, target and number.
         jobs: Workers at the same time.
         only: Targets; all unless given.
-        report: Is told each failure.
     """
     shares = [t.share for g in GROUPS.values() for n, t in g().items() if not only or n in only]
     tally = Tally()

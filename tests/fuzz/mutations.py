@@ -177,7 +177,6 @@ def table_changer(table: Any, dump: Callable[[Any], str]) -> Change:
     """Return a change of the values of a table, which is then written; of its text at times.
 
     Args:
-        table: The sound one.
         dump: Writes it; what it cannot write stays as it was.
     """
 

@@ -101,12 +101,7 @@ def examine(target: Target, path: Path, canary: Canary) -> dict[str, Any]:
 
 
 class Workshop:
-    """Sound folders, each made and read once, and the copies that are spoilt.
-
-    Args:
-        folder: Where they are.
-        seed: Of all changes.
-    """
+    """Sound folders, each made and read once, and the copies that are spoilt."""
 
     def __init__(self, folder: Path, seed: int) -> None:
         self._folder, self._seed = folder, seed

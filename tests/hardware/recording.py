@@ -23,7 +23,6 @@ class Watcher(SilentOperator):
 
     Args:
         after: Time since the run's first row [s].
-        act: What is done then.
     """
 
     def __init__(self, after: float = 0.0, act: Callable[[], None] | None = None) -> None:

@@ -18,7 +18,6 @@ def lerobot_dataset(
     """Write three episodes of an arm in two files; the second begins within an episode.
 
     Args:
-        folder: Where.
         scale: Size of the first two joints' motion; the gripper's is in percent.
         fixed: Whether rows are lists of a fixed length, as newer programs write them.
         changes: What ``info.json`` says otherwise.

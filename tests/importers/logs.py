@@ -48,11 +48,8 @@ def xl330_log(
     """Write a made-up log of a servo on a pendulum in the format of the real ones.
 
     Args:
-        path: File to write.
-        kp: Position gain in firmware units.
         lag: Delay of the speed register [s].
         unsigned: Write negative duty as the real logs have it, 65536 counts too high.
-        changes: Replace what the file states once.
     """
     time = 0.0035 + np.arange(600) / 188.0
     goal = np.sin(4.0 * time)

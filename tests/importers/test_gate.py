@@ -46,9 +46,7 @@ def run(seed: int, away: float = 0.0, scale: float = 1.0) -> dict[str, Array]:
     """Return a run of steps: a lag of 50 ms towards the friction-free rest of each command.
 
     Args:
-        seed: Seed of its noise.
         away: How far the first rows are from that rest [rad].
-        scale: Size of the answer.
     """
     rest = rest_of("finger", BenchOverrides(), None)
     assert rest is not None

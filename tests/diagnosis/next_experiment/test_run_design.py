@@ -61,7 +61,6 @@ def open_sets(spread: float = 0.1, *causes: tuple[str, float]) -> OpenSets:
 
     Args:
         spread: Half of the numbers' intervals, as a share of their values [1].
-        causes: Cause and its number in place of these two, for each set.
     """
     sets: list[FittedSet] = []
     for cause, value in causes or (("gravity_misalignment", 0.3), ("position_offset", 0.3)):

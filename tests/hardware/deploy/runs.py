@@ -50,9 +50,7 @@ class Disturbed:
     """A pilot in whose step something happens once the run has come far enough.
 
     Args:
-        inner: Who decides.
         instant: When, on the bench's clock [s].
-        act: What happens.
         often: Whether in every step from then on.
     """
 

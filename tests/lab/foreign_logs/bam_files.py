@@ -35,9 +35,6 @@ def bam_log(path: Path, *, kp: float = 16.0, motor: str = "sts3215", **changes: 
     """Write a log of 200 rows at 100 Hz.
 
     Args:
-        path: File to write.
-        kp: Gain in firmware units.
-        motor: Name of the servo.
         changes: Columns or stated values that differ; None leaves a column out.
     """
     time = np.arange(200) / 100.0

@@ -137,9 +137,6 @@ def ours(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float =
     """Return the joints and the body's pose at the end of each step of our solver.
 
     Args:
-        mechanism: A finger and a body.
-        coordinates: Where they begin, as Newton has them.
-        speeds: How fast they are then.
         angle: What the servo is asked for [rad].
     """
     model = build_model(mechanism, 1, device="cpu")

@@ -114,7 +114,6 @@ def chain_text(
 
     Args:
         parents: Parent of each link, -1 for the base.
-        axes: Axis of each joint.
         masses: Of the links [kg].
         arms: Moment arms of each tendon at each joint [m].
     """

@@ -47,7 +47,6 @@ def base_causes(
     """Draw the servo and the bench under the planted cause.
 
     Args:
-        rng: Source of chance.
         known_friction: Whether the servo has the friction that its model lists.
         imperfection: Size of unlisted faults [1]: 1 is about 0.3 % of the masses, 1 % of the
             damping, 3 % of curvature in the viscous friction and a ripple of 5 mN.
