@@ -249,10 +249,10 @@ MUTATIONS: tuple[Mutation, ...] = (
     # networks and policies
     Mutation("network-input-unscaled", "tendon_newton/force_networks/force_network.py",
         "- self.input_mean) / self.input_scale", "- self.input_mean)",
-        "tests/train/actuator/test_networks.py -k 'normalisation or about_one'"),
+        "tests/train/actuator/test_artifact.py -k 'normalisation or about_one'"),
     Mutation("network-scale-not-taken", "tendon_newton/force_networks/force_network.py",
         "self.input_scale.copy_(inputs.std(dim=0).clamp_min(1.0e-6))",
-        "self.input_scale.fill_(1.0)", "tests/train/actuator/test_networks.py -k about_one"),
+        "self.input_scale.fill_(1.0)", "tests/train/actuator/test_artifact.py -k about_one"),
     Mutation("smoothness-free", "train/tendon_train/policy/worlds/task.py",
         "config.smooth_weight * action_change.abs().sum(dim=-1)",
         "0.0 * action_change.abs().sum(dim=-1)",

@@ -33,7 +33,7 @@ from tests.fuzz.mutations import REPLACEMENTS, replace_file
 from tests.fuzz.targets import GROUPS
 from tests.importers.logs import dataset, recording
 from tests.mechanisms.broken.test_broken_assets import write_changed
-from tests.mechanisms.test_interchange import MJCF
+from tests.mechanisms.test_asset_command import MJCF
 
 PLACES = {
     "translate = nan": ("double3 xformOp:translate = (nan, 0, 0)", "xformOp:translate"),

@@ -14,7 +14,7 @@ where the string touches, :math:`\varphi > \beta_a + \beta_b`, and it is straigh
 The excursion is :math:`l(q) = l_0 + L(0) - L(q)`, so that winding in is positive.
 
 Source: the geometry is that of MuJoCo's spatial tendons (sites, and cylinders with a side site),
-which `tests/mechanisms/test_routing_parity.py` compares. There the side of a pulley is chosen anew
+which `tests/mechanisms/test_statics.py` compares. There the side of a pulley is chosen anew
 in every posture; here once, which is the same for a string that stays on its side.
 """
 
