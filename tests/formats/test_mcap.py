@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tendon_hardware.logs import ros_messages as ros
+from tendon_newton.data import dataset as datasets
 from tendon_newton.data.dataset import load_dataset, process_count, write_dataset
-from tendon_newton.data.formats import many_files
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency, TendonNewtonError
@@ -278,7 +278,7 @@ def test_many_files_are_read_side_by_side(
     )
     alone = load_dataset(tmp_path, jobs=2)
     assert process_count([tmp_path / name for name in names], 2) == 1  # not worth a process
-    monkeypatch.setattr(many_files, "WORTH_A_PROCESS", 1)
+    monkeypatch.setattr(datasets, "WORTH_A_PROCESS", 1)
     assert process_count([tmp_path / name for name in names], 2) == 2
     assert process_count([tmp_path / name for name in names], 1) == 1
     caplog.clear()
@@ -295,7 +295,7 @@ def test_a_file_that_another_process_cannot_read_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same refusal as in one process."""
-    monkeypatch.setattr(many_files, "WORTH_A_PROCESS", 1)
+    monkeypatch.setattr(datasets, "WORTH_A_PROCESS", 1)
     for name in ("train.mcap", "test.mcap"):
         write_session(tmp_path / name)
     (tmp_path / "test.mcap").write_bytes(b"no messages here")
