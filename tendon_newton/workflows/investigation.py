@@ -226,6 +226,7 @@ def open_sets(log: InvestigationLog, options: InvestigateOptions) -> OpenSets | 
         model=starting_model(options),
         noise=read_noise(table),
         scale=read_scale(table),
+        looks_further=True,
     )
 
 

@@ -13,6 +13,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.excitations import RATE
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.next_experiment.further_causes import chances, entropy, told_of
 from tendon_newton.diagnosis.next_experiment.open_sets import (
     OpenSets,
     PlayedSets,
@@ -27,7 +28,7 @@ from tendon_newton.identification.intervals import WIDENING
 QUIET = 0.1
 """Spread of a prediction that matters to nobody [errors of form]."""
 SETS_WORTH = INDEPENDENT / RATE / WIDENING**2
-"""Independent witnesses per row of evidence between sets, as a diagnosis weighs them [1]."""
+"""Independent witnesses per row as a diagnosis weighs sets, where no runs at hand say more [1]."""
 WORTHS, HALVINGS = (1.0e-6, 1.0), 30
 """Least and greatest worth of a row [independent witnesses], and steps to find it between them."""
 
@@ -37,7 +38,7 @@ class Told:
     """Information, expected or brought [bit]."""
 
     names: float
-    """By which the entropy of the sets of causes falls."""
+    """By which the entropy of the sets of causes falls, and that of whether further ones act."""
     task: float
     """log2 of what the spread of predictions of the task shrinks by."""
     numbers: Mapping[str, float]
@@ -88,20 +89,29 @@ class Forecast:
                 "at hand"
             )
         self.question, self.weights = question, question.weights
-        self.sets = moved_sets(question, question.study([task]))
+        study = question.study([task])
+        self.sets = moved_sets(question, study)
+        self.further = {
+            name: next(v - study.base_value(c) for c, v in cause.items())
+            for name, cause in question.further(study).items()
+        }
+        """Causes that the likeliest set lacks and that may act, with the size of their number."""
         self._task, *seen = play(question, [task, *known])
         told = [sum((p.slopes[k][k] for p in seen), np.zeros_like(own.prior))
                 for k, own in enumerate(self.sets)]  # fmt: skip
         self._worth = self._row_worth(told[0]) if row_worth is None else row_worth
         self._covariances = [own.covariance for own in self.sets]
+        self._loose = self.sets[0].prior if known else self._covariances[0]
+        self._seen = sum((self._worth * p.further for p in seen), 0.0 * self._task.further)
         if known:
             self._covariances = [informed(own.prior, self._worth * rows)
                                  for own, rows in zip(self.sets, told, strict=True)]  # fmt: skip
 
     @property
     def entropy(self) -> float:
-        """Entropy of the sets of causes [bit]."""
-        return float(-self.weights @ np.log2(self.weights))
+        """Entropy of the sets of causes, and of whether further ones act [bit]."""
+        further = entropy(chances(self._seen.apart(self._loose)))
+        return float(further.sum() - self.weights @ np.log2(self.weights))
 
     @property
     def spread(self) -> float:
@@ -123,14 +133,17 @@ class Forecast:
             worth: Independent witnesses per row [1].
         """
         after = self._after(played, worth)
-        overlap = np.exp(-self._apart(played, max(worth, SETS_WORTH)))
+        overlap = np.exp(-self._apart(played, worth))
         likely = self.weights * overlap
         likely /= likely.sum(axis=1, keepdims=True)
         before = self._variance(self.weights, self._covariances)
         left = self.weights @ np.array([self._variance(own, after) for own in likely])
         first = (self._covariances[0].diagonal() / after[0].diagonal()).tolist()
+        apart = self._seen.apart(self._loose)
+        more = (self._seen + worth * played.further).apart(self._loose) - apart
+        further = told_of(chances(apart), np.maximum(0.0, more)).sum()
         return Told(
-            names=float(-self.weights @ np.log2(overlap @ self.weights)),
+            names=float(further - self.weights @ np.log2(overlap @ self.weights)),
             task=0.5 * float(np.log2(before / left)),
             numbers={
                 name: 0.5 * float(np.log2(shrinks))

@@ -11,6 +11,7 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.next_experiment.further_causes import Seen, further_causes
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, blank_recording, by_run
 from tendon_newton.diagnosis.posterior import QUARTERS, Coordinate, FittedSet, Posterior
 from tendon_newton.diagnosis.search.floors import form_scales
@@ -19,7 +20,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study
 
-MOST_SETS = 4
+MOST_SETS = 3
 """Likeliest sets of causes for which runs are designed: each number takes a simulation."""
 STRIDE = 0.001
 """Step of a difference, as a share of a coordinate and of a typical size besides [1]. Over longer
@@ -36,6 +37,8 @@ class OpenSets:
     noise: NoiseFloor
     scale: BenchScale = field(default_factory=BenchScale)
     """How large the benches are."""
+    looks_further: bool = False
+    """Whether causes may act that no set holds."""
 
     @property
     def weights(self) -> Array:
@@ -52,6 +55,10 @@ class OpenSets:
         """
         runs = [blank_recording(plan, self.noise.force is not None) for plan in plans]
         return Study(runs, self.model, tuple(EFFECTS), time_step=step, scale=self.scale)
+
+    def further(self, study: Study) -> dict[str, dict[int, float]]:
+        """Return the causes that the likeliest set lacks and that may act, as models change."""
+        return further_causes(study, self.posterior.sets[0].causes) if self.looks_further else {}
 
 
 def likeliest(posterior: Posterior) -> Posterior:
@@ -123,10 +130,12 @@ class PlayedSets:
     """Products of the changes by the numbers of two sets, shape (F, F') each."""
     mixed: tuple[Array, ...]
     """Products of the changes by a set's numbers with what the sets predict, shape (F, K) each."""
+    further: Seen
+    """What the rows tell of causes that the likeliest set lacks."""
     rows: int
     """Rows of all signals."""
     peak_force: float | None = None
-    """Largest tension under any of these models [N]; None without a load cell."""
+    """Largest tension under the sets [N]; None without a load cell."""
 
 
 def moved_sets(question: OpenSets, study: Study) -> tuple[MovedSet, ...]:
@@ -143,28 +152,36 @@ def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[PlayedSets, ...]:
         return ()
     study, noise, form = question.study(plans), question.noise, form_scales(question.scale)
     sets = moved_sets(question, study)
+    models = [m for own in sets for m in own.models]
+    further = [{**models[0], **cause} for cause in question.further(study).values()]
     out: list[PlayedSets] = []
-    for r in by_run(study, [m for own in sets for m in own.models]):
+    for r in by_run(study, [*models, *further]):
         parts, peak = [-r.theta / max(form.theta, noise.theta)], None
         if r.force is not None and noise.force is not None:
             parts.append(-r.force / max(form.force, noise.force))
-            peak = float(np.max(-r.force))
+            peak = float(np.max(-r.force[: len(models)]))
         played = reduced(sets, np.concatenate(parts, axis=1))
         out.append(replace(played, peak_force=peak))
     return tuple(out)
 
 
 def reduced(sets: Sequence[MovedSet], signals: Array) -> PlayedSets:
-    """Return the products of signals of all models, the sets' one after the other, shape (N, M)."""
+    """Return the products of signals, shape (N, M): of all sets' models, and of further causes."""
     ends = np.cumsum([0, *(len(own.models) for own in sets)])
     means = np.stack([signals[i] for i in ends[:-1]])
     slopes = [
         (signals[i + 1 : j] - signals[i]) / own.steps[:, None]
         for own, (i, j) in zip(sets, pairwise(ends.tolist()), strict=True)
     ]
+    further = signals[ends[-1] :] - signals[0]
     return PlayedSets(
         means=means @ means.T,
         slopes=tuple(tuple(one @ other.T for other in slopes) for one in slopes),
         mixed=tuple(one @ means.T for one in slopes),
+        further=Seen(
+            numbers=slopes[0] @ slopes[0].T,
+            along=slopes[0] @ further.T,
+            causes=np.square(further).sum(axis=1),
+        ),
         rows=signals.shape[1],
     )
