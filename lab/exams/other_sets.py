@@ -27,12 +27,16 @@ from tests.planted.physics.sensors import ENCODER_STEP, FORCE_NOISE
 from tests.planted.truth import THETA, WEAK, rms
 
 TRAIN, TEST = 5, 3
+OFF_DRAWING = 0.1
+"""Share by which benches are off their drawing [1]."""
 DURATION = 13.0
 """Of a recording [s]."""
 BENCHES = (("finger",), ("spring_weak", "spring_strong"))
 ON_FINGER = frozenset(("gravity_misalignment", "joint_stiffness_error"))
 """Causes that springs of a slider cannot tell from others."""
 
+Logged = tuple[Array, Array, Array]
+"""Instants [s], angles [rad] and forces [N] of a log."""
 Draw = Callable[[np.random.Generator], tuple[Mapping[str, float], Mapping[str, float]]]
 """Draws a cause: the effect's numbers, and the plant's."""
 
@@ -133,34 +137,8 @@ def other_recipes(seed: int, singles: int, pairs: int, clean: int) -> list[Other
 def make_other(out: Path, recipe: OtherRecipe) -> dict[str, Any]:
     """Write a dataset of the second plant; return its truth."""
     rng = np.random.default_rng(recipe.seed)
-    told: dict[str, Mapping[str, float]] = {}
-    own: dict[str, float] = {}
-    for name in recipe.effects:
-        told[name], numbers = DRAWS[name](rng)
-        own |= numbers
-    benches = [recipe.benches[k % len(recipe.benches)] for k in range(TRAIN + TEST)]
-    # the tested runs once more without the causes: what they move there is their strength
-    again = [*range(TRAIN + TEST), *range(TRAIN, TRAIN + TEST)]
-    time = np.arange(0.0, SETTLING + DURATION, STEP)
-    goals = [COMMANDS[k % 3](rng, np.maximum(time - SETTLING, 0.0)) for k in range(TRAIN + TEST)]
-    goal = np.round(np.stack([goals[k] for k in again], axis=1), 6)
-    planted = np.arange(len(again)) < TRAIN + TEST
-    causes = {n: np.where(planted, own.get(n, null), null) for n, null in NULLS.items()}
-    built = {name: as_built(rng, name) for name in recipe.benches}
-    bench = side_by_side([built[benches[k]] for k in again])
-    angles, tensions = simulate(bench, causes, held(goal))
-    rows = [
-        logged(np.random.default_rng([recipe.seed, k]), {**NULLS, **(own if mine else {})},
-               angles[:, place], tensions[:, place])
-        for place, (k, mine) in enumerate(zip(again, planted, strict=True))
-    ]  # fmt: skip
-    logs = [recording(benches[k], k, rows[k], goal[:, k]) for k in range(TRAIN + TEST)]
-    write_dataset(out, logs[:TRAIN], logs[TRAIN:])
-    write_model(out / "model.toml", starting_model(known_friction=False))
-    tested, spared = rows[TRAIN : TRAIN + TEST], rows[TRAIN + TEST :]
-    theta, force = (
-        rms([a[place] - b[place] for a, b in zip(tested, spared, strict=True)]) for place in (1, 2)
-    )
+    told, own = drawn(rng, {name: DRAWS[name] for name in recipe.effects})
+    ((force, theta),) = write_set(out, rng, recipe, own, without=[tuple(recipe.effects)])
     ratio, ratio_theta = force / FORCE_NOISE, float(theta / (ENCODER_STEP / np.sqrt(12.0)))
     return {
         "family": ("clean", "single", "pair")[len(recipe.effects)],
@@ -169,6 +147,70 @@ def make_other(out: Path, recipe: OtherRecipe) -> dict[str, Any]:
         "strength": {"ratio": ratio, "ratio_theta": ratio_theta},
         "seed": recipe.seed,
     }
+
+
+def drawn(
+    rng: np.random.Generator, draws: Mapping[str, Draw]
+) -> tuple[dict[str, Mapping[str, float]], dict[str, Mapping[str, float]]]:
+    """Draw causes; return the effects' numbers and the plant's, by cause."""
+    both = {name: draw(rng) for name, draw in draws.items()}
+    return {n: told for n, (told, _) in both.items()}, {n: own for n, (_, own) in both.items()}
+
+
+def write_set(
+    out: Path,
+    rng: np.random.Generator,
+    recipe: OtherRecipe,
+    own: Mapping[str, Mapping[str, float]],
+    *,
+    without: Sequence[Sequence[str]],
+    off: float = OFF_DRAWING,
+) -> list[tuple[float, float]]:
+    """Write recordings and the starting model of a plant with causes.
+
+    Args:
+        out: Folder of the dataset.
+        rng: Source of commands and of how the benches were built.
+        recipe: Seed and benches.
+        own: The plant's numbers, by cause.
+        without: Sets of causes that are mended, each in a copy of the tested runs.
+        off: Share by which benches are off their drawing [1].
+
+    Returns:
+        What each mending changes in the tested runs: RMS force [N] and angle [rad].
+    """
+    benches = [recipe.benches[k % len(recipe.benches)] for k in range(TRAIN + TEST)]
+    again = [*range(TRAIN + TEST), *(list(range(TRAIN, TRAIN + TEST)) * len(without))]
+    numbers = [mended(own, ())] * (TRAIN + TEST)
+    numbers += [mended(own, names) for names in without for _ in range(TEST)]
+    time = np.arange(0.0, SETTLING + DURATION, STEP)
+    goals = [COMMANDS[k % 3](rng, np.maximum(time - SETTLING, 0.0)) for k in range(TRAIN + TEST)]
+    goal = np.round(np.stack([goals[k] for k in again], axis=1), 6)
+    causes = {n: np.array([each[n] for each in numbers]) for n in NULLS}
+    built = {name: as_built(rng, name, off) for name in recipe.benches}
+    bench = side_by_side([built[benches[k]] for k in again])
+    angles, tensions = simulate(bench, causes, held(goal))
+    rows = [
+        logged(np.random.default_rng([recipe.seed, k]), each, angles[:, place], tensions[:, place])
+        for place, (k, each) in enumerate(zip(again, numbers, strict=True))
+    ]
+    logs = [recording(benches[k], k, rows[k], goal[:, k]) for k in range(TRAIN + TEST)]
+    write_dataset(out, logs[:TRAIN], logs[TRAIN:])
+    write_model(out / "model.toml", starting_model(known_friction=False))
+    tested = rows[TRAIN : TRAIN + TEST]
+    spared = [rows[first : first + TEST] for first in range(TRAIN + TEST, len(rows), TEST)]
+    return [(moved(tested, each, 2), moved(tested, each, 1)) for each in spared]
+
+
+def mended(own: Mapping[str, Mapping[str, float]], names: Sequence[str]) -> dict[str, float]:
+    """Return the plant's numbers where some of its causes are mended."""
+    left = [numbers for name, numbers in own.items() if name not in names]
+    return {**NULLS, **{k: v for numbers in left for k, v in numbers.items()}}
+
+
+def moved(tested: Sequence[Logged], spared: Sequence[Logged], place: int) -> float:
+    """Return by how much a signal differs between runs, RMS."""
+    return rms([a[place] - b[place] for a, b in zip(tested, spared, strict=True)])
 
 
 def held(goals: Array) -> Array:
