@@ -35,7 +35,7 @@ from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.effects import EFFECTS, are_related, law_of
 from tendon_newton.errors import unknown_name
-from tendon_newton.identification.intervals import WIDENING
+from tendon_newton.identification.intervals import SHARED_FORM
 from tendon_newton.identification.study import Study, benches_of
 from tendon_newton.identification.testable import testable_effects
 from tendon_newton.simulation.model.chain_copies import are_independent
@@ -286,7 +286,7 @@ class Days:
         for fit in refit(self.second, [*nearest.values()], self.floors, iterations=STEPS):
             self.fits[frozenset(fit.names)] = fit
         best = min(self.fits.values(), key=lambda fit: fit.score).residual
-        self.telling = self.second.rows_alone(best) / WIDENING**2
+        self.telling = self.second.rows_alone(best) / SHARED_FORM**2
         """Rows of the second day that tell as much as one alone would [1]."""
 
     def gain(self, moved: Moved) -> float:

@@ -18,7 +18,7 @@ from tendon_newton.diagnosis.search.refit import (
     values_of,
 )
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
-from tendon_newton.identification.intervals import WIDENING, half_widths, rows_together
+from tendon_newton.identification.intervals import SHARED_FORM, half_widths, rows_together
 from tendon_newton.identification.linearisation import Linearisation, invertible
 from tendon_newton.identification.objective import Layout
 from tendon_newton.identification.study import Study
@@ -75,7 +75,7 @@ class Surroundings:
         hessian = hessian + np.diag(self.together / self.spread[free] ** 2)
         slope = -self.point.gradient()[free]
         step = np.linalg.solve(invertible(hessian), slope).astype(np.float64)
-        return step, float(0.5 * slope @ step) / self.together / WIDENING**2
+        return step, float(0.5 * slope @ step) / self.together / SHARED_FORM**2
 
     def gain(self, name: str) -> float:
         """Return what another change promises to gain [nat]."""

@@ -23,11 +23,11 @@ from tendon_newton.diagnosis.next_experiment.open_sets import (
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
 from tendon_newton.diagnosis.search.search_worlds import INDEPENDENT
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.identification.intervals import WIDENING
+from tendon_newton.identification.intervals import SHARED_FORM
 
 QUIET = 0.1
 """Spread of a prediction that matters to nobody [errors of form]."""
-SETS_WORTH = INDEPENDENT / RATE / WIDENING**2
+SETS_WORTH = INDEPENDENT / RATE / SHARED_FORM**2
 """Independent witnesses per row as a diagnosis weighs sets, where no runs at hand say more [1]."""
 WORTHS, HALVINGS = (1.0e-6, 1.0), 30
 """Least and greatest worth of a row [independent witnesses], and steps to find it between them."""

@@ -30,6 +30,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
+    as_likely,
     found_of,
     holds_null,
     posterior_of,
@@ -537,6 +538,26 @@ def test_each_number_of_a_law_has_its_price() -> None:
 def replace_names(fit: Any, *names: str) -> Any:
     """The same fit under other names."""
     return SimpleNamespace(**{**vars(fit), "names": names})
+
+
+def test_an_interval_holds_what_other_sets_say_that_are_as_likely(worlds: SearchWorlds) -> None:
+    """Both spreads add up as variances do; a set that is more than a price behind says nothing."""
+    pool = pool_of(worlds)
+    start = started(pool, viscous_friction=1.2, coulomb_friction=0.6)
+    (fit,) = refit(worlds, [start], pool.floors, iterations=4)
+    (column,) = worlds.study.table.columns("viscous_friction")
+    place = np.where(np.array(fit.columns) == column, fit.place + 0.2, fit.place)
+    beside = replace(fit, names=("viscous_friction", "hysteresis"), place=place,
+                     score=fit.score + 0.5 * PRICE)  # fmt: skip
+    far = replace(fit, names=("viscous_friction",), place=fit.place + 5.0, score=fit.score + PRICE)
+    pool.add([fit, beside, far])
+    near = as_likely(pool, fit)
+    assert [other.names for other in near] == [fit.names, beside.names]
+    alone, among = (found_of(pool, fit, among=sets).intervals[column] for sets in ((), near))
+    unit = worlds.coordinate(column).unit
+    slack = 1.5e-2 * found_of(pool, fit).values[column]
+    half, whole = (0.5 * (high - low) - slack for low, high in (alone, among))
+    assert whole == pytest.approx(np.hypot(half, 1.96 * 0.2 * unit / np.sqrt(2.0)), rel=1e-3)
 
 
 def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -> None:

@@ -20,6 +20,7 @@ from tendon_newton.diagnosis.search.decide.account import (
 )
 from tendon_newton.diagnosis.search.decide.decision import Decided, decide, new_name, transfer
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
+    as_likely,
     found_of,
     posterior_of,
     probability,
@@ -157,7 +158,7 @@ def conclude_search(
     share = explained_share(decisive, baseline, final)
     verdict = verdict_of(decisive, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
-    shown = found_of(decisive, final)
+    shown = found_of(decisive, final, among=as_likely(decisive, final))
     criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
     rivals = {name: {new_name(final, rival): rival for rival in own}
               for name, own in decided.rivals.items()}  # fmt: skip
@@ -192,7 +193,7 @@ def predictor_of(decisive: Pool, decided: Decided, final: Fit) -> Found | None:
     predictor = decided.predictor
     if predictor is None or set(predictor.names) == set(final.names):
         return None
-    return found_of(decisive, predictor)
+    return found_of(decisive, predictor, among=as_likely(decisive, predictor))
 
 
 def ordered(decided: Decided) -> Fit:

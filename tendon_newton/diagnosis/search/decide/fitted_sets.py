@@ -21,7 +21,7 @@ from tendon_newton.diagnosis.search.refit import (
 )
 from tendon_newton.identification.intervals import (
     LEAST_SHARE,
-    WIDENING,
+    SHARED_FORM,
     correlations,
     half_widths,
     rows_together,
@@ -35,11 +35,18 @@ LEAST_WEIGHT, MOST_SETS = 0.02, 8
 """Sets with a smaller share of the weight [1], and beyond so many, are no part of the posterior."""
 
 
-def found_of(pool: Pool, fit: Fit) -> Found:
+def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     """Return a fit's numbers with 95 % intervals out of the joint fit.
 
     Intervals are symmetric in coordinates in which a limit that is infinite when absent lies at
     zero.
+
+    Args:
+        pool: Has the fits of all rows.
+        fit: The set.
+        among: Other sets: what they say of the same numbers widens the intervals, as the variance
+            between sets is added to that within one (Hoeting et al., Bayesian model averaging: a
+            tutorial, 1999). The covariance stays that of the set alone.
     """
     worlds = pool.worlds
     worlds.bench_slopes = {}
@@ -49,11 +56,12 @@ def found_of(pool: Pool, fit: Fit) -> Found:
     values = values_of(worlds, fit.columns, fit.place)
     spread = np.array([worlds.stated_at(column)[1] for column in fit.columns])
     half = half_widths(point, worlds.where, spread)
+    whole = np.hypot(half, [between(worlds.study, fit, c, among) for c in fit.columns])
     low, high = bounds_of(worlds, fit.columns, fit.names)
     intervals, numbers = {}, list[OpenNumber]()
     for f, (column, value) in enumerate(values.items()):
         coordinate = worlds.coordinate(column)
-        ends = (max(low[f], fit.place[f] - half[f]), min(high[f], fit.place[f] + half[f]))
+        ends = (max(low[f], fit.place[f] - whole[f]), min(high[f], fit.place[f] + whole[f]))
         found = sorted(coordinate.value(float(u)) for u in ends)
         slack = LEAST_SHARE * abs(value)
         parameter = worlds.study.parameter(column)
@@ -76,6 +84,25 @@ def found_of(pool: Pool, fit: Fit) -> Found:
         numbers=tuple(numbers),
         covariance=correlations(point, worlds.where, spread) * np.outer(spreads, spreads),
     )
+
+
+def as_likely(pool: Pool, fit: Fit) -> list[Fit]:
+    """Return the fitted sets that are less than the price of a number behind one."""
+    return [other for other in pool.fits.values() if pool.gain(fit, other) < pool.price]
+
+
+def between(study: Study, fit: Fit, column: int, among: Collection[Fit]) -> float:
+    """Return half the 95 % interval of a number's coordinate over sets that fitted it, too.
+
+    A number of a bench that is a cause in one set and within its tolerance in another is not the
+    same number.
+    """
+    owner, own = study.table.owners[column][0], fit.place[fit.columns.index(column)]
+    moved = [
+        o.place[o.columns.index(column)] - own for o in among
+        if column in o.columns and (owner in o.names) == (owner in fit.names)
+    ]  # fmt: skip
+    return SURE * float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
 
 
 def holds_null(study: Study, found: Found, name: str) -> bool:
@@ -107,7 +134,7 @@ def weights_of(
         refused: Causes that failed on unseen parts: sets that hold one have no weight.
     """
     rows = max(int(own.sum()) for _, own in pool.worlds.where.signals)
-    telling = rows / rows_together(found.point, pool.worlds.where) / WIDENING**2
+    telling = rows / rows_together(found.point, pool.worlds.where) / SHARED_FORM**2
     costs = {key: telling * (pool.cost(other) - pool.cost(fit))
              for key, other in pool.fits.items() if not key & set(refused)}  # fmt: skip
     least = min(costs.values())
