@@ -25,6 +25,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     best_without,
     held_out_gains,
     room,
+    special_case_left_open,
     special_case_or_without,
     stands_for,
 )
@@ -377,6 +378,20 @@ def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(worlds: Se
     assert set(found.names) == {"coulomb_friction", "viscous_friction"}
     (column,) = pool.worlds.study.table.columns("coulomb_friction")
     assert values_of(pool.worlds, found.columns, found.place)[column] == pytest.approx(0.6, rel=0.1)
+
+
+@pytest.mark.parametrize(("shortest", "left"), [(1.0e-4, True), (2.0e-4, False)])
+def test_a_law_that_may_be_its_special_case_leaves_both(shortest: float, left: bool) -> None:
+    """Bristles as short as the law has them are dry friction, however little else they fit."""
+    study = Study([log(0)], ideal_model(), ("coulomb_friction", "hysteresis"), time_step=STEP)
+    pool = pool_of(SearchWorlds(study))
+    law, special = started(pool, hysteresis=0.6), started(pool, coulomb_friction=0.6)
+    pool.add([law, special])
+    force, travel, exponent = study.table.columns("hysteresis")
+    ends = {force: (0.5, 0.7), travel: (shortest, 3.0e-4), exponent: (0.0, 2.0)}
+    found: Any = SimpleNamespace(intervals=ends)
+    rivals = special_case_left_open(pool, law, found, "hysteresis")
+    assert [rival.names for rival in rivals] == [special.names] * left
 
 
 def test_a_set_that_is_as_good_may_need_a_cause_less(worlds: SearchWorlds) -> None:

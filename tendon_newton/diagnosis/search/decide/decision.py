@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.findings import PlainModel
+from tendon_newton.diagnosis.findings import Found, PlainModel
+from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.rule import LADDER, SURE
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, terms
@@ -329,6 +330,25 @@ def with_special_case(pool: Pool, fit: Fit, name: str) -> list[Fit]:
     rest = frozenset(fit.names) - {name}
     sets = [rest | {special} for special in special_cases(name)]
     return [pool.fits[key] for key in sets if key in pool.fits]
+
+
+def special_case_left_open(pool: Pool, fit: Fit, found: Found, name: str) -> list[Fit]:
+    """Return the known sets with a law's special case in its place that its form does not exclude.
+
+    Dry friction whose bristles bend over the shortest travel that the law has is dry friction: an
+    interval that holds that end leaves both.
+
+    Args:
+        pool: Has the fits of all rows.
+        fit: The set.
+        found: Its numbers with their intervals.
+        name: The law.
+    """
+    study = pool.worlds.study
+    forms = [(c, p) for c in study.table.columns(name)
+             if is_shape(p := study.parameter(c)) and not p.optional]  # fmt: skip
+    is_open = any(found.intervals[column][0] <= form.lower for column, form in forms)
+    return with_special_case(pool, fit, name) if is_open else []
 
 
 def less_of(decisive: Pool, fit: Fit, names: Sequence[str]) -> Fit:

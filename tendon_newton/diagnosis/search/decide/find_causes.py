@@ -18,7 +18,13 @@ from tendon_newton.diagnosis.search.decide.account import (
     criteria_of,
     explained_share,
 )
-from tendon_newton.diagnosis.search.decide.decision import Decided, decide, new_name, transfer
+from tendon_newton.diagnosis.search.decide.decision import (
+    Decided,
+    decide,
+    new_name,
+    special_case_left_open,
+    transfer,
+)
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
     found_of,
@@ -160,7 +166,8 @@ def conclude_search(
     named = final if verdict in ("explained", "partly_explained") else None
     shown = found_of(decisive, final, among=as_likely(decisive, final))
     criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
-    rivals = {name: {new_name(final, rival): rival for rival in own}
+    rivals = {name: {new_name(final, rival): rival for rival in
+                     (*special_case_left_open(decisive, final, shown, name), *own)}
               for name, own in decided.rivals.items()}  # fmt: skip
     weights = weights_of(decisive, shown, final, decided.refused)
     stop = None
