@@ -9,6 +9,7 @@ not done again; ``days.json`` has every pair and the rates.
 """
 
 import argparse
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -120,8 +121,12 @@ def scored(answer: Mapping[str, Any], kind: str, size: float | None, *, back: bo
 
 
 def inside(number: Mapping[str, Any], kind: str, size: float, *, back: bool) -> bool:
-    """Tell whether a number's interval holds what a wrong thing of a size makes of it."""
-    (low, high), before = number["ci95"], number["before"]
+    """Tell whether a number's interval holds what a wrong thing of a size makes of it.
+
+    None stands for infinity, which only a stiffness reaches.
+    """
+    low, high = (end if end is not None else math.inf for end in number["ci95"])
+    before = number["before"] if number["before"] is not None else math.inf
     if kind in FACTORS:
         return low <= (before / size if back else before * size) <= high
     return low <= (before - size if back else before + size) <= high

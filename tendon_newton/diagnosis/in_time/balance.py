@@ -15,6 +15,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.identification.study import Study, replacements
 from tendon_newton.simulation.hosts.replay import bench_of
@@ -26,8 +27,15 @@ PULSE = 1.0
 """Greatest length of a knock [s]."""
 WIDTHS = (0.3, 1.0, 3.0)
 """Changes of tension in which a friction turns round [N], on a nominal bench."""
+MEMORY = 2.0
+"""Time for which springs remember a tension, and a run its beginning [s]: 0.7 to 1.2 s and more on
+virtual benches, a choice."""
 JERK = 2
 """Rows in which a string slips or a knock sets in: a knock takes 20 ms."""
+LINE = ("routing_friction", "tendon_compliance", "tendon_slack")
+"""Effects of the string between load cell and mechanism."""
+BEYOND = 2.0
+"""Greatest force that is tried on a mechanism, in the greatest tension of its recording [1]."""
 CALM = 0.1
 """Time for which a change of the command's pace jerks a bench [s]: five rows, on virtual ones."""
 
@@ -54,10 +62,12 @@ class Balance:
     turns: Array
     """Changes of the command's pace around each row [rad], shape (T,)."""
     radius: float
-    """Of the spool [m]; one on a shaft."""
+    """Of the spool, as it is stated [m]; one on a shaft."""
+    stretch: float
+    """Angle by which the model's string gives [rad/N]."""
     follows: Array
-    """What a model's error on a mechanism follows: the tension, and which way frictions point,
-    shape (T, P)."""
+    """What a model's error on a mechanism follows: the tension, which way frictions point, and what
+    is remembered, shape (T, P)."""
 
     def less(self, usual: Array) -> Balance:
         """Return it without the model's usual error, which follows what it follows, shape (P,)."""
@@ -94,6 +104,9 @@ def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
         for width in WIDTHS:
             way = turned(force, width)
             columns += [way, way * size, way * size**2]
+        since = own.time - own.time[0]
+        columns += [size - lagged(since, size, MEMORY), np.exp(-since / MEMORY)]
+        radius = stated or tendons[own.bench][d].spool_radius
         told = np.flatnonzero(np.abs(turned(force, WIDTHS[1])) >= 1.0)
         rows = slice(int(told[0]), None) if len(told) else slice(0, 0)
         if len(offset[rows]) > 1:
@@ -106,11 +119,54 @@ def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
                     offset=offset[rows],
                     tension=force[rows],
                     turns=turns(own.time, command[:, d])[rows],
-                    radius=stated or tendons[own.bench][d].spool_radius,
+                    radius=radius,
+                    stretch=1.0 / (string_stiffness(model, d) * radius),
                     follows=np.stack(columns, axis=1)[rows],
                 )
             )
     return out
+
+
+def string_stiffness(model: Model, servo: int) -> float:
+    """Return how stiff a servo's string is in a model [N/m]."""
+    own = [e for e in model.effects if e.name == "tendon_compliance" and e.servo in (None, servo)]
+    return float(own[-1].values["stiffness"]) if own else np.inf
+
+
+def held_angles(
+    sources: Sequence[tuple[int, int]], recordings: Sequence[Recording], model: Model
+) -> list[tuple[Array, Array]]:
+    """Return forces on a mechanism and the motor's angles at which they hold it, both rising.
+
+    Args:
+        sources: Which recording, and which servo's force rises; the others' stay as they were.
+        recordings: All of them.
+        model: Model of the bench. Its string neither rubs, gives nor hangs here.
+    """
+    if not sources:
+        return []
+    ramps = [rising(recordings[i], d) for i, d in sources]
+    study = driven_mechanism(ramps, model)
+    owners = study.table.owners
+    line = {c: p.null for c, (owner, p) in enumerate(owners) if effect_of(owner) in LINE}
+    residuals = study.residuals(*replacements([line]))
+    out = []
+    for n, (_, d) in enumerate(sources):
+        k = study.sources.index((n, d))
+        own = study.recordings[k]
+        assert own.force is not None
+        angle = np.maximum.accumulate(own.motor_position[:, 0] - residuals[k].theta[0])
+        out.append((own.force[:, 0], angle + 1e-9 * np.arange(len(angle))))
+    return out
+
+
+def rising(recording: Recording, servo: int) -> Recording:
+    """Return a recording in which one servo's force rises from nothing to far beyond its own."""
+    assert recording.force is not None
+    force = np.tile(np.median(recording.force, axis=0), (len(recording.time), 1))
+    force[:, servo] = np.linspace(0.0, BEYOND * recording.force[:, servo].max(), len(force))
+    still = np.zeros_like(force)
+    return replace(recording, force=force, motor_position=still, motor_velocity=still)
 
 
 def driven_mechanism(recordings: Sequence[Recording], model: Model) -> Study:
@@ -118,6 +174,15 @@ def driven_mechanism(recordings: Sequence[Recording], model: Model) -> Study:
     causes = tuple(effect.cause for effect in model.effects)
     driven = [replace(recording, command=None) for recording in recordings]
     return Study(driven, model, causes, time_step=SEARCH_STEP)
+
+
+def lagged(time: Array, signal: Array, memory: float) -> Array:
+    """Return what follows a signal with a time constant [s], shape (T,)."""
+    out, now = np.empty_like(signal), float(signal[0])
+    kept = np.exp(-np.diff(time, prepend=time[0]) / memory)
+    for k, (own, share) in enumerate(zip(signal, kept, strict=True)):
+        out[k] = now = own + share * (now - own)
+    return out
 
 
 def turned(signal: Array, width: float) -> Array:

@@ -46,6 +46,9 @@ there, Kass and Raftery, Bayes factors (1995)."""
 MINOR = 0.05
 """Share of what all numbers that moved gain that each must bring [1]: a law that fits a large
 change not quite leaves something for others."""
+MENDED = 0.95
+"""Probability from which a mend has moved its number: several that were mended may make up for each
+other within their intervals, and yet none can have stayed."""
 STEPS = 8
 """Steps of a refit at most; a bound on time, as is the next."""
 PROMISING = 6
@@ -336,7 +339,7 @@ class Days:
         """Return the numbers of a cause on both days, beside a set."""
         moved, probability = name in point.moved, self.chance(name, point)
         if name in self.mended:
-            moved = not point.holds_before(name)
+            moved = probability > MENDED
         rivals = self.rivals(name, point.moved) if moved else ()
         return [
             Change(

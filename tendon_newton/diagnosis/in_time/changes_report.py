@@ -79,7 +79,7 @@ def event_sentence(event: Event) -> str:
     """Say what happened in a recording, and when."""
     share = f"{100.0 * event.size:.0f} %"
     size = share if event.kind == "dip" else quantity(event.size, event.unit)
-    words = EVENTS[event.kind].format(size=size)
+    words = EVENTS[event.kind].format(size=f"at least {size}" if event.at_least else size)
     until = "" if event.end is None else f" to {event.end:.2f} s"
     return f"{words} at {event.start:.2f} s{until} in {event.recording}."
 

@@ -17,15 +17,14 @@ from scipy.ndimage import convolve1d, median_filter
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.diagnosis.in_time.balance import (
-    CALM,
     JERK,
     PULSE,
     SIDE,
     Balance,
     balances,
     commanded,
-    driven_mechanism,
     falls,
+    held_angles,
     pulses,
     rows_in,
     size_of_step,
@@ -33,7 +32,6 @@ from tendon_newton.diagnosis.in_time.balance import (
     usual_error,
     with_cell,
 )
-from tendon_newton.identification.study import replacements
 
 Kind = Literal["slip", "skip", "knock", "dip"]
 MARGIN, PULSE_MARGIN, FALL_MARGIN = 1.5, 2.5, 4.0
@@ -43,6 +41,9 @@ times the falls; chosen on six virtual units, as the next ones are."""
 LIVELIER = 2.0
 """How much more lively a command may be that makes no larger jumps and falls [1]: on a calm day few
 steps are of one size."""
+CALMEST = 0.1
+"""Share of a calm day's rows, those of the calmest command, that are taken together [1]: a few rows
+alone do not tell what is usual."""
 LASTS = 5.0
 """How many times larger the step of a slip must be than a calm day's as a rule [1]: else what
 jerked the tension was a knock. On six virtual units slips have 6 and more, and all
@@ -54,9 +55,11 @@ AROUND = 7
 LEAST_JUMP = 4.0
 """How many times larger a skip must be than any jump on that day [1]: those are the encoder's."""
 SETTLED = 0.05
-"""Time after which a mechanism has followed a knock [s]."""
-FORCES = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0)
-"""Forces that are tried for a knock, in those by which the tension fell [1]."""
+"""Time after which a mechanism has followed a knock, and for which its force is read off [s]."""
+EMPTY = 0.1
+"""Tension of a string that is empty [N]: some times the noise of a load cell."""
+STOP = 0.2
+"""Share of its usual give with which a mechanism stands at a stop [1]."""
 LEAST_DIP = 0.03
 """Share of the supply that counts as missing on any day [1]: a register has tenths of a volt."""
 LEAST_CALM = 2
@@ -80,6 +83,8 @@ class Event:
     unit: str
     above: float
     """Size, in units of the greatest on the day that the model knows [1]."""
+    at_least: bool = False
+    """Whether it may be larger: more would have left the string as empty, the stop as firm."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +163,9 @@ def usual(pairs: Sequence[tuple[Array, Array]]) -> Usual:
     pairs = pairs or [(np.array([np.inf]), np.zeros(1))]
     sizes, changes = map(np.concatenate, zip(*pairs, strict=True))
     order = np.argsort(changes)
-    return Usual(turns=changes[order], most=np.maximum.accumulate(np.abs(sizes)[order]))
+    most = np.maximum.accumulate(np.abs(sizes)[order])
+    most[: int(CALMEST * len(most))] = most[int(CALMEST * len(most))]
+    return Usual(turns=changes[order], most=most)
 
 
 def find_events(calm: CalmDay, recordings: Sequence[Recording], model: Model) -> tuple[Event, ...]:
@@ -176,7 +183,7 @@ def find_events(calm: CalmDay, recordings: Sequence[Recording], model: Model) ->
     skipped = skips(calm, commanded(recordings))
     driven = [without(skipped, recording) for recording in with_cell(recordings)]
     found = balances(driven, model) if calm.balances else []
-    events = [(event, own.source) for own in found for event in events_of(own, calm)]
+    events = [(event, own) for own in found for event in events_of(own, calm)]
     return (
         *(event for event, _ in skipped),
         *with_forces(events, driven, model),
@@ -234,47 +241,45 @@ def knock(own: Balance, at: int, above: float) -> Event:
 
 
 def with_forces(
-    events: Sequence[tuple[Event, tuple[int, int]]], recordings: Sequence[Recording], model: Model
+    events: Sequence[tuple[Event, Balance]], recordings: Sequence[Recording], model: Model
 ) -> list[Event]:
-    """Return events whose knocks have the force that moves the model's mechanism as far.
+    """Return events whose knocks have the force that holds the model's mechanism where it is."""
+    knocks = [own for event, own in events if event.kind == "knock"]
+    held = iter(held_angles([own.source for own in knocks], recordings, model))
+    return [
+        pushed(event, own, *next(held)) if event.kind == "knock" else event for event, own in events
+    ]
+
+
+def pushed(event: Event, own: Balance, forces: Array, angles: Array) -> Event:
+    r"""Return a knock with its force, read off as soon as it has set in.
+
+    .. math:: P = T(\theta + F / (k r)) - F
+
+    T holds the mechanism at an angle of the motor, and the string stretches by F / k. Both count
+    from between before the knock and after it: guides hold the mechanism back as it comes and as it
+    goes.
 
     Args:
-        events: Each with its recording and servo.
-        recordings: All of them.
-        model: Model of the bench.
+        event: The knock.
+        own: The recording's balance.
+        forces: Forces on the mechanism [N], rising, shape (N,).
+        angles: Angles of the motor at which they hold it [rad], rising, shape (N,).
     """
-    knocks = [(event, i, d) for event, (i, d) in events if event.kind == "knock"]
-    tried = [
-        pushed(recordings[i], d, event, share * event.size)
-        for event, i, d in knocks
-        for share in FORCES
-    ]
-    if not tried:
-        return [event for event, _ in events]
-    residuals = driven_mechanism(tried, model).residuals(*replacements([{}]))
-    servos = recordings[0].tendon_count
-    found = dict[Event, Event]()
-    for n, (event, i, d) in enumerate(knocks):
-        time = recordings[i].time - recordings[i].time[0]
-        own = residuals[n * len(FORCES) * servos + d : (n + 1) * len(FORCES) * servos : servos]
-        before = (time > event.start - CALM) & (time < event.start)
-        during = (time >= event.start + SETTLED) & (time <= event.end)
-        left = [np.median(r.theta[0][during]) - np.median(r.theta[0][before]) for r in own]
-        # a greater force leaves less: where nothing is left, it is as large as the knock
-        share = np.interp(0.0, np.maximum.accumulate(-np.sign(event.size) * np.array(left)), FORCES)
-        found[event] = replace(event, size=float(share) * event.size)
-    return [found.get(event, event) for event, _ in events]
-
-
-def pushed(recording: Recording, servo: int, event: Event, force: float) -> Recording:
-    """Return a recording whose mechanism feels a force besides its tendon, while an event lasts."""
-    assert recording.force is not None
     assert event.end is not None
-    time = recording.time - recording.time[0]
-    there = (time >= event.start) & (time <= event.end)
-    more = np.zeros_like(recording.force)
-    more[there, servo] = force
-    return replace(recording, force=np.maximum(recording.force + more, 0.0))
+    at, end = np.searchsorted(own.time, [event.start, event.end])
+    settled = rows_in(own.time, SETTLED)
+    around = [max(0, at - 1), min(end + settled, len(own.time) - 1)]
+    during = slice(at + settled, max(at + settled + 1, min(at + 2 * settled, end - 1)))
+    tension = float(np.median(own.tension[during]))
+    fall = float(own.tension[around].mean()) - tension
+    turned = float(np.median(own.angle[during]) - own.angle[around].mean())
+    place = float(np.interp(tension + fall, forces, angles)) + turned + own.stretch * fall
+    give = np.gradient(angles, forces)
+    if np.interp(place, angles, give) < STOP * np.median(give):
+        return replace(event, size=fall, at_least=True)
+    size = float(np.interp(place, angles, forces)) - tension
+    return replace(event, size=size, at_least=tension < EMPTY)
 
 
 def jumps(recording: Recording) -> list[tuple[Array, Array]]:

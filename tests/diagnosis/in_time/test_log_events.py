@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Array, Mask, Recording
-from tendon_newton.diagnosis.in_time.balance import turns
+from tendon_newton.diagnosis.in_time.balance import lagged, turns
 from tendon_newton.diagnosis.in_time.changes_report import event_sentence
-from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_events
+from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_events, usual
 from tendon_newton.identification.cutting import beginning
 from tests.diagnosis.in_time.test_changes import FIRST, log_of
 from tests.effect_bench import RADIUS
@@ -115,6 +115,31 @@ def test_a_beginning_is_as_lively_as_a_step_over_all_that_is_asked_for() -> None
     found = turns(np.arange(160) / 80.0, ramp)
     assert (found[0], found[-1]) == (2.0, 2.0)
     assert found[40:-40] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_command_that_rests_makes_the_jumps_of_the_calmest_rows() -> None:
+    """On a calm day of sines hardly a row rests: the one that does says nothing of jumps."""
+    jumps = np.where(np.arange(100) % 2 == 0, 0.0, 1e-3)
+    found = usual([(jumps, np.linspace(0.0, 1.0, 100))])
+    assert found.shares(np.array([1e-3]), np.array([0.0])) == pytest.approx([1.0])
+
+
+def test_a_knock_that_empties_the_string_is_told_as_a_least_one() -> None:
+    """More would leave it as empty; so would no more."""
+    own = knocked()
+    there = (own.time >= AT) & (own.time < AT + 0.25)
+    assert own.force is not None
+    empty = replace(own, force=np.where(there[:, None], 0.0, own.force))
+    (event,) = find_events(nothing(), [empty], FIRST)
+    assert (event.kind, event.at_least) == ("knock", True)
+    assert event_sentence(event).startswith("Something pushed with at least ")
+
+
+def test_what_springs_remember_follows_with_a_time_constant() -> None:
+    """63 % of a step is there after one, as uneven as the rows may be."""
+    time = np.array([0.0, 0.1, 0.5, 2.1])
+    found = lagged(time, np.array([0.0, 1.0, 1.0, 1.0]), 2.0)
+    assert found == pytest.approx([0.0, *(1.0 - np.exp(-time[1:] / 2.0))], abs=1e-12)
 
 
 def test_without_a_load_cell_or_a_calm_day_nothing_is_told() -> None:
