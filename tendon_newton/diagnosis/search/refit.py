@@ -290,12 +290,14 @@ def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
     They are differences over each fit's own strides, but for those that a fit brings with it, and
     for those of benches that `SearchWorlds.bench_slopes` has.
     """
-    ahead = [{**worlds.bench_slopes, **fit.slopes} for fit in fits]
+    jacobians = [np.empty((len(fit.residual), len(fit.columns))) for fit in fits]
     models, steps, places = [], [], []
     for n, fit in enumerate(fits):
+        ahead = {**worlds.bench_slopes, **fit.slopes}
         _, high = bounds_of(worlds, fit.columns, fit.names)
         for f, column in enumerate(fit.columns):
-            if column in ahead[n]:
+            if column in ahead:
+                jacobians[n][:, f] = ahead[column]
                 continue
             step = fit.stride[f] * (1.0 + abs(fit.place[f]))
             step = -step if fit.place[f] + step > high[f] else step
@@ -303,20 +305,16 @@ def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
             moved[f] += step
             models.append(values_of(worlds, fit.columns, moved))
             steps.append(step)
-            places.append((n, column))
+            places.append((n, f))
     if models:
         residuals = worlds.residuals(models)
-        for (n, column), residual, step in zip(places, residuals, steps, strict=True):
-            ahead[n][column] = (residual - fits[n].residual) / step
-    for found in ahead:
-        new = {c: found[c] for c in worlds.built_columns if c in found}
-        worlds.bench_slopes = {**new, **worlds.bench_slopes}
-    return [
-        np.stack([found[c] for c in fit.columns], axis=1)
-        if fit.columns
-        else np.zeros((len(fit.residual), 0))
-        for fit, found in zip(fits, ahead, strict=True)
-    ]
+        for (n, f), residual, step in zip(places, residuals, steps, strict=True):
+            jacobians[n][:, f] = (residual - fits[n].residual) / step
+    for fit, jacobian in zip(fits, jacobians, strict=True):
+        new = {c: jacobian[:, f].copy() for f, c in enumerate(fit.columns)
+               if c in worlds.built_columns and c not in worlds.bench_slopes}  # fmt: skip
+        worlds.bench_slopes = {**worlds.bench_slopes, **new}
+    return jacobians
 
 
 def damped(

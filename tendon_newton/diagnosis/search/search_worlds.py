@@ -30,8 +30,8 @@ FINER = 0.4
 FINEST = 0.1
 """Share of the step with which a model that is left at the end is judged [1]. At the whole step a
 finger hits its stop up to a substep late, and is 50 mrad off in a few rows; here it is 5 mrad."""
-MOST_NUMBERS = 30_000_000
-"""Residuals held at once [1]; more worlds are simulated in turns."""
+MOST_NUMBERS = 2_000_000
+"""Residuals that are simulated at once [1]: what kernels write takes some five times the room."""
 INDEPENDENT = 2.0
 """Times a second that a model's error tells something of its own [1/s]: where numbers are found on
 virtual benches, 26 to 43 rows at 80 Hz tell as much as one alone would."""
@@ -164,8 +164,10 @@ class SearchWorlds:
             models: Column -> value in place of the starting model's, for each candidate.
         """
         width = max(1, MOST_NUMBERS // len(self.where.is_force))
-        parts = [self._simulate(models[at : at + width]) for at in range(0, len(models), width)]
-        return np.concatenate(parts) if len(parts) > 1 else parts[0]
+        out = np.empty((len(models), len(self.where.is_force)))
+        for at in range(0, len(models), width):
+            out[at : at + width] = self._simulate(models[at : at + width])
+        return out
 
     def _simulate(self, models: Sequence[Mapping[int, float]]) -> Array:
         found = stack(self.study.residuals(*replacements(models)), UNIT)
