@@ -81,6 +81,7 @@ class DiagnoseConfig:
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.duration import read_duration
+    from tendon_newton.cli.heap import loading, share_heap
     from tendon_newton.data.dataset import dataset_folders
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.data.model_file import load_model
@@ -88,6 +89,7 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.errors import InvalidParameter
 
     start = time.monotonic()
+    share_heap()
     quiet_warp(on_errors=config.json)
     budget = None if config.budget is None else read_duration(config.budget, "--budget")
     limit_cores(config.jobs)
@@ -107,8 +109,9 @@ def main(config: DiagnoseConfig) -> None:
     model = load_model(model_file(config))
     out = make_folder(config.out)
 
-    from tendon_newton.diagnosis.reporting.report import Origin
-    from tendon_newton.workflows.diagnosing import diagnose_into
+    with loading():
+        from tendon_newton.diagnosis.reporting.report import Origin
+        from tendon_newton.workflows.diagnosing import diagnose_into
 
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     progress.show_findings(dataset)

@@ -80,7 +80,7 @@ class Pool:
             if not self.allows(fit.names, values_of(self.worlds, fit.columns, fit.place)):
                 continue
             if key not in self.fits or fit.score < self.fits[key].score:
-                # neither slopes, soon those of another place, nor residuals simulated beside its own
+                # no slopes, soon those of another place, and no residuals simulated beside its own
                 self.fits[key] = replace(fit, slopes={}, residual=fit.residual.copy())
                 self.pruned.pop(key, None)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search import search_worlds
 from tendon_newton.diagnosis.search.decide.decision import special_case_or_without
 from tendon_newton.diagnosis.search.decide.rule import PRICE
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
@@ -144,6 +145,19 @@ def test_what_a_refused_cause_leaves_is_at_its_optimum(worlds: SearchWorlds) -> 
     (best,) = refit(worlds, [start(worlds, viscous_friction=0.3)], floors, iterations=10)
     assert left.names == ("viscous_friction",)
     assert numbers(worlds, left) == pytest.approx(numbers(worlds, best), rel=0.02)
+
+
+def test_turns_are_those_of_one_simulation(
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One candidate after the other, to the bit; a pool keeps nothing that stood beside a fit."""
+    models = [{}, *({c: 0.5} for c in start(worlds, viscous_friction=1.0, gain_error=1.0).columns)]
+    together = worlds.residuals(models)
+    monkeypatch.setattr(search_worlds, "MOST_NUMBERS", 1)
+    np.testing.assert_array_equal(worlds.residuals(models), together)
+    pool = Pool(worlds=worlds, floors=floors_of(worlds, ()), price=PRICE, most=3)
+    pool.add([start(worlds, viscous_friction=1.0)])
+    assert all(fit.residual.base is None for fit in pool.fits.values())
 
 
 def test_a_few_wild_rows_do_not_decide(worlds: SearchWorlds) -> None:
