@@ -68,7 +68,6 @@ def test_the_tour_runs_as_it_stands(
     exec(compile("\n".join(blocks), "docs/python.md", "exec"), {})
     said = capsys.readouterr().out
     found = re.search(r"([\d.]+) N without friction, ([\d.]+) N with it", said)
-    assert found is not None
     assert float(found[2]) < 0.5 * float(found[1])
     least, most = re.findall(r"tensor\(\[([\d.]+), ([\d.]+)\]\)", said)[0]
     assert float(most) < float(least)

@@ -151,7 +151,6 @@ def test_servos_move_together_under_commands_alone(
     )
     assert missed < 0.01  # rad: half of the smaller band
     assert missed < free / 3.0
-    assert known.arm.floor is not None
     assert known.arm.tip_height(with_floor.angles)[0].min() > known.arm.floor - 0.005  # m
     assert with_floor.force.max() > 0.5  # N
     assert with_floor.depth < 0.001  # m

@@ -33,8 +33,6 @@ VERDICTS: tuple[Verdict, ...] = ("no_gap", "explained", "partly_explained", "une
 def beginning(recording: Recording, *, force: bool) -> Recording:
     """Return a recording's first seconds."""
     rows = recording.time <= recording.time[0] + SECONDS
-    assert recording.command is not None
-    assert recording.force is not None
     return replace(
         recording,
         time=recording.time[rows],

@@ -130,7 +130,6 @@ def test_a_number_at_an_infinite_null_does_not_break_the_file(tmp_path: Path) ->
     """JSON has no infinity: the file is read back without that number."""
     read = accounts(tmp_path, told())
     cause = read.find("force_saturation")
-    assert cause is not None
     assert cause.values == {}
     assert "force_saturation explains nothing alone." in text(read, "force_saturation")
 

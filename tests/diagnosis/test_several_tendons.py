@@ -173,7 +173,6 @@ def test_a_residual_is_that_of_its_own_servo() -> None:
     first, second = study.residuals(*replacements([{}, {column: 0.3}]))
     for residual, moved in ((first, 0.0), (second, -0.3)):
         assert np.array_equal(residual.theta[0], residual.theta[1])
-        assert residual.force is not None
         assert residual.force[1] - residual.force[0] == pytest.approx(moved, abs=1e-12)
 
 
@@ -246,7 +245,6 @@ def test_each_servo_moves_in_turn_while_the_others_hold() -> None:
     assert {(plan.servo, plan.servos) for plan in plans} == {(0, 2), (1, 2)}
     for plan in plans:
         commands = blank_recording(plan, has_force=True).command
-        assert commands is not None
         assert (commands[:, plan.servo] == plan.command).all()
         assert (commands[:, 1 - plan.servo] == 0.0).all()
     assert plans[-1].place == "finger_antagonist, servo 1 moving"

@@ -57,7 +57,6 @@ def test_cogging_is_seen_where_it_sits_and_written_as_a_sine(tmp_path: Path) -> 
     hidden = truth.parameters["periodic_cogging"]
     assert (seen.found, seen.side, seen.depends_on[0]) == (True, "servo", "theta")
     assert seen.held_out_r2 > 0.5
-    assert seen.equation is not None
     assert seen.equation.held_out_r2 > 0.9
     ripple = seen.equation.terms[1]
     assert ripple.coefficient == pytest.approx(hidden["amplitude"], rel=0.1)
@@ -106,7 +105,6 @@ def test_a_formula_must_hold_on_recordings_that_it_has_not_seen(rng: np.random.G
     same = made_up(law, {"theta": angle, "theta_dot": speed})
     folds = make_folds(same.recording)
     found = find_equation(same, ("theta_dot",), folds, 0.9)
-    assert found is not None
     terms = {term.function: term.coefficient for term in found.terms}
     assert terms["sign(theta_dot)"] == pytest.approx(0.4, rel=0.1)  # the smoothed sign is lower
     assert terms["theta_dot"] == pytest.approx(0.3, rel=0.1)

@@ -132,7 +132,6 @@ def test_an_interrupted_search_gives_what_it_has() -> None:
     """The friction was found before the interrupt: it is named, and the search is unfinished."""
     found = search(progress=stopped("testing"))
     assert not found.finished
-    assert found.final is not None
     assert found.final.effects == ("viscous_friction",)
     assert "stopped before its end" in " ".join(found.notes)
 
@@ -171,7 +170,6 @@ def test_what_is_sure_without_such_refits_is_named_though_time_is_over(
     monkeypatch.setattr(finding, "limits_of", over_when_deciding)
     found = search()
     assert found.finished
-    assert found.final is not None
     assert found.final.effects == ("viscous_friction",)
 
 
@@ -228,8 +226,6 @@ def test_json_alone_stands_on_the_output(
     whole = load_dataset(EXAMPLE)
     first = whole.train[0]
     rows = np.r_[0:100, 200:400]
-    assert first.command is not None
-    assert first.force is not None
     broken = replace(
         first,
         time=first.time[rows],

@@ -18,8 +18,6 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 def test_the_page_is_made_from_the_tables_of_today() -> None:
     """``python docs/make_model_file.py`` would write the same."""
     specification = importlib.util.spec_from_file_location("page", DOCS / "make_model_file.py")
-    assert specification is not None
-    assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
     assert (DOCS / "model_file.md").read_text(encoding="utf-8") == module.page()

@@ -117,7 +117,6 @@ def test_the_notebook_runs_and_names_the_friction(tmp_path: Path) -> None:
     )
     assert run.returncode == 0, run.stderr
     found = re.search(r"viscous_friction coefficient: ([\d.]+)", run.stdout)
-    assert found is not None
     assert float(found[1]) == pytest.approx(0.810, abs=0.02)
     errors = dict(re.findall(r"(nominal|extended): ([\d.]+) N RMS", run.stdout))
     assert float(errors["extended"]) < 0.06 < 0.5 * float(errors["nominal"])

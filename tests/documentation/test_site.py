@@ -48,8 +48,6 @@ frame.onload = async () => {
 def loaded(name: str) -> ModuleType:
     """Load a script of the documentation."""
     specification = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
-    assert specification is not None
-    assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
     return module
@@ -160,7 +158,6 @@ def test_the_site_can_be_searched_from_a_disk_without_a_network(built: Path) -> 
     probe.write_text(SEARCH, encoding="utf-8")
     said, _ = opened(browser, probe, built.parent / "profile")
     found = re.search(r'<pre id="seen">(\d+) matching documents</pre>', said)
-    assert found is not None
     assert int(found[1]) > 2
     elsewhere = re.compile(r'<(?:script|link|img)[^>]*(?:src|href)="https?://')
     assert not any(

@@ -66,7 +66,6 @@ def test_a_jump_turns_a_spool_that_rests_round_at_once(tmp_path: Path) -> None:
     model = model_of("finger", "pwm_servo", "coulomb_friction")
     mechanism = bench_of("finger", model)
     (standard,) = standard_runs(mechanism, PWM["spool_radius"])
-    assert standard.command is not None
     run = run_of(standard.command[:81])  # the last row is a jump down
     exported = write_newton_target(tmp_path, mechanism, model)
     found, (ours,) = exported.replays[PROGRAM_FILE](run), replay([run], model)

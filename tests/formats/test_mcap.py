@@ -54,7 +54,6 @@ def test_a_row_has_the_last_command_before_it(tmp_path: Path) -> None:
     """A command is held until the next one; nothing is drawn between two."""
     signals = Signals(theta_d=lambda t: 1.0 if t < 0.99 else 2.0)
     log = read(write_session(tmp_path / "run.mcap", signals=signals))
-    assert log.command is not None
     assert set(log.command[:80, 0]) == {1.0}
     assert set(log.command[80:, 0]) == {2.0}
 
@@ -63,7 +62,6 @@ def test_a_slow_load_cell_is_drawn_linearly_between_its_readings(tmp_path: Path)
     """At 20 Hz three rows of four lie on the straight line between two readings."""
     signals = Signals(force=lambda t: 5.0 + 3.0 * (round(20.0 * t) % 2))
     log = read(write_session(tmp_path / "run.mcap", signals=signals))
-    assert log.force is not None
     triangle = 5.0 + 3.0 * np.abs((np.arange(157) / 4.0 + 1.0) % 2.0 - 1.0)
     # 1e-6: stamps of one nanosecond on slopes of 60 N/s
     np.testing.assert_allclose(log.force[:157, 0], triangle, rtol=0.0, atol=1e-6)
@@ -85,8 +83,6 @@ def test_two_tendons_share_the_topics(tmp_path: Path) -> None:
     """One name per tendon gives one column each; load cells are told apart by their frames."""
     log = read(write_two_tendons(tmp_path / "run.mcap"))
     assert log.tendon_count == 2
-    assert log.command is not None
-    assert log.force is not None
     assert log.command[0].tolist() == [1.0, 2.0]
     assert log.motor_position[0].tolist() == [0.1, 0.2]
     assert log.force[0].tolist() == [5.0, 6.0]

@@ -131,9 +131,6 @@ def answers(
 
 def ask(worker: subprocess.Popen[bytes], name: str, number: int) -> dict[str, Any]:
     """Let a worker read one file."""
-    assert worker.stdin is not None
-    assert worker.stdout is not None
-    assert worker.stderr is not None
     line = b""
     try:
         worker.stdin.write(f"{name} {number}\n".encode())

@@ -88,7 +88,6 @@ class Trial:
 def begin(bench: Bench, faults: Faults) -> None:
     """Let faults begin now; the events' starts count from here [s]."""
     controls = bench.controls
-    assert controls is not None
     now = controls.state().time
     events = tuple(
         FaultEvent(

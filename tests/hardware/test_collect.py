@@ -77,7 +77,6 @@ def test_every_excitation_drives_a_servo(tmp_path: Path, name: str, lockstep: bo
     run = PlannedRun(name="run", bench="finger", excitation=name, duration=1.0)
     planned = run.command(trial.settings.seed, trial.settings.rate)
     logged = trial.recording().command
-    assert logged is not None
     apart = np.abs(logged - planned[None, :]).min(axis=1)
     assert apart.max() < 1e-6, "as rounded in the file"
 
@@ -186,7 +185,6 @@ def test_recordings_have_a_model_of_their_servo_beside_them(tmp_path: Path) -> N
     assert main(words) == 0
     model, loop = load_model(tmp_path / "model.toml"), HostPositionLoop()
     voltage = load_dataset(tmp_path, require_test=False).train[0].voltage
-    assert voltage is not None
     assert model.actuator.name == "pwm_servo"
     assert model.actuator.values == {
         "duty_per_rad": loop.gain,
@@ -246,7 +244,6 @@ def test_a_command_comes_before_the_reading_that_follows_it(tmp_path: Path, rate
         0, 80.0
     )
     stride = round(80.0 / rate)
-    assert log.command is not None
     np.testing.assert_array_equal(log.command[:, 0], np.repeat(expected[::stride], stride)[:320])
 
 
@@ -267,7 +264,6 @@ def test_forces_are_near_the_truth(tmp_path: Path) -> None:
                 file, decoder_factories=[DecoderFactory()]
             ).iter_decoded_messages(topics=["/load_cell/raw"])
         ]
-    assert log.force is not None
     # the log's forces are those counts, so a better calibration can be applied later
     np.testing.assert_allclose(
         np.interp(log.time[-40:], log.time, log.force[:, 0]).mean(),

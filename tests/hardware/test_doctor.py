@@ -144,7 +144,6 @@ def test_a_second_opener_is_named_and_a_virtual_bench_is_not(ports: VirtualPorts
     with subprocess.Popen(
         [sys.executable, "-c", f"{code}; time.sleep(60)", ports.servo_port], stdout=subprocess.PIPE
     ) as other:
-        assert other.stdout is not None
         assert other.stdout.readline() == b"open\n"
         observation = check_port("servo port", ports.servo_port)
         other.kill()

@@ -75,7 +75,6 @@ def test_lost_and_garbled_bytes_cost_hardly_a_row(tmp_path: Path, lockstep: bool
 def assert_little_lost(trial: Trial, silence: float = 0.0) -> None:
     """Require 99 % of the rows, 97 % of the forces, and no force that is a garbled line."""
     outcome, ticks = trial.outcome, round(80.0 * trial.duration)
-    assert outcome is not None
     assert outcome.rows + outcome.missed == ticks
     # in real time the scheduler of a busy machine takes ticks as well, and those are counted apart
     assert outcome.missed - outcome.pacing.overruns <= 0.01 * ticks
@@ -83,7 +82,6 @@ def assert_little_lost(trial: Trial, silence: float = 0.0) -> None:
     # readings that were on their way before the first row are logged too
     assert 0.97 * readings <= outcome.readings <= 1.01 * readings + 40
     log = trial.recording()
-    assert log.force is not None
     steps = np.abs(np.diff(log.force[:, 0])) / np.diff(log.time)
     assert steps.max() < 240.0, "a garbled reading would jump by far more than 3 N in a tick"
 
@@ -138,7 +136,6 @@ def test_a_loop_that_hears_nothing_lets_go(tmp_path: Path) -> None:
     settings = CollectSettings(limits=SafetyLimits(silence=2.0))
     with open_bench(address, operator.tell) as bench, StopRequest() as stop:
         controls = bench.controls
-        assert controls is not None
 
         def deafen() -> None:
             duties.append(controls.state().duty)
@@ -287,7 +284,6 @@ def test_killed_processes_lose_less_than_a_second(
     parent = subprocess.Popen(
         [sys.executable, "-c", CHILDREN, str(tmp_path), str(moments.size)], stdout=subprocess.PIPE
     )
-    assert parent.stdout is not None
     children = json.loads(parent.stdout.readline())
     begin, killed = time.monotonic(), []
     for child, moment in zip(children, moments, strict=True):

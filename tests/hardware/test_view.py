@@ -130,7 +130,6 @@ def test_a_simulation_is_shown_beside_what_was_measured(log: Path, tmp_path: Pat
 def test_the_finger_stands_where_its_motor_says() -> None:
     """The posture's excursion is the motor's angle times the spool's radius, l = r theta."""
     postures = postures_of("finger")
-    assert postures is not None
     (tendon,) = postures.mechanism.tendons
     for angle in (0.2, 0.3, 1.0):
         wound = float(excursion(tendon, postures.joints_at(angle)))

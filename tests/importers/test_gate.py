@@ -49,7 +49,6 @@ def run(seed: int, away: float = 0.0, scale: float = 1.0) -> dict[str, Array]:
         away: How far the first rows are from that rest [rad].
     """
     rest = rest_of("finger", BenchOverrides(), None)
-    assert rest is not None
     asked = scale * np.array([rest.angle_under(c, GAIN) for c in STEPS])
     theta = np.full_like(asked, asked[0] + away)
     for k in range(10, asked.size):

@@ -58,8 +58,6 @@ def test_units_signs_and_offsets_are_applied(logs: Path, tmp_path: Path) -> None
     assert [r.name for r in (*loaded.train, *loaded.test)] == ["run_1.csv", "run_2.csv"]
     run = loaded.train[0]
     angle = np.deg2rad(30.0 * np.sin(TIME))
-    assert run.command is not None
-    assert run.force is not None
     np.testing.assert_allclose(run.time, TIME, atol=1e-9)
     np.testing.assert_allclose(run.motor_position[:, 0], 0.1 - angle, atol=1e-8)
     np.testing.assert_allclose(run.command[:, 0], -1.1 * angle, atol=1e-8)
@@ -217,7 +215,6 @@ def test_a_labs_csv_needs_no_word_about_its_form(lab: Path, tmp_path: Path, caps
     np.testing.assert_allclose(run.time, [0.0, 0.025, 0.1])
     np.testing.assert_allclose(run.motor_position[:, 0], np.deg2rad([9.5, 9.6, 10.1]))
     np.testing.assert_allclose(run.motor_velocity[:, 0], np.array([0.0, 0.6, 0.9]) * np.pi / 30.0)
-    assert run.force is not None
     np.testing.assert_allclose(run.force[:, 0], [1.5, 1.6, 1.9])
     said = capsys.readouterr().out
     assert "cells separated by ';' and decimal commas, by its first lines" in said
@@ -302,7 +299,6 @@ joint_load = {column = "load", unit = "mN m"}
     assert np.diff(run.time) == pytest.approx(np.full(len(run.time) - 1, 0.01))
     assert run.compared_angle == pytest.approx(0.5 * np.sin(np.pi * run.time), abs=3e-3)
     assert run.joint_load == pytest.approx(np.full(len(run.time), -1e-4))
-    assert run.force is not None
     assert run.force[:, 0] == pytest.approx(2.0 * run.motor_position[:, 0])
 
 

@@ -90,7 +90,6 @@ def test_what_was_planted_in_a_joint_is_told(
     position = servo(command, delay, lag, play * DEGREE, offset * DEGREE)
     joint = examined(tmp_path / "arm", position, command)
     found = joint.following
-    assert found is not None
     assert (found.delay, found.lag) == pytest.approx((delay, lag), abs=0.005)
     assert (found.play, joint.offsets[0]) == pytest.approx(
         (play * DEGREE, offset * DEGREE), abs=DEGREE / 3.0
@@ -136,7 +135,6 @@ def test_a_joint_that_is_held_fails(tmp_path: Path, rng: np.random.Generator) ->
     position[400:520] = position[400]
     joint = examined(tmp_path / "arm", position, command)
     assert any("held short of its command" in fault for fault in joint.faults)
-    assert joint.following is not None
     assert joint.following.delay + joint.following.lag == pytest.approx(0.09, abs=0.01)
 
 

@@ -103,7 +103,6 @@ class FilmedViewer:
 
     def log_state(self, state: State) -> None:
         """Keep the first joint's position."""
-        assert state.joint_q is not None
         self.joint_positions.append(float(state.joint_q.numpy()[0]))
 
     def end_frame(self) -> None:
@@ -196,7 +195,6 @@ def test_the_nominal_finger_comes_in_with_its_numbers(ending: str, tmp_path: Pat
             assert value == pytest.approx(expected, rel=FLOAT32, abs=1e-12), key
         turned = own.parent_rotation @ own.axis
         assert turned == pytest.approx(other.parent_rotation @ other.axis, abs=FLOAT32)
-    assert found.tip is not None
     assert found.tip.point == pytest.approx(TIP, rel=FLOAT32)
     assert found.tendons[0].moment_arm == pytest.approx(ARMS)
     assert [f for f in check_asset(path) if f.severity != "note"] == []
@@ -310,7 +308,6 @@ def test_plain_mujoco_moves_as_we_do(tmp_path: Path) -> None:
     data = mujoco.MjData(model)
     data.qpos[:] = ours.joint_position[0]
     mujoco.mj_forward(model, data)
-    assert run.command is not None
     rows = []
     for command in run.command[:, 0]:
         rows.append(data.qpos.copy())

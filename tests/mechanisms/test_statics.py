@@ -187,14 +187,12 @@ def draw_postures(mechanism: Mechanism) -> np.ndarray:
 
 def lengths(tendon: Tendon, postures: np.ndarray) -> np.ndarray:
     """Return our lengths of a routed tendon [m], shape (N,)."""
-    assert tendon.route is not None
     return tendon.route.rest_length - tendon.route.excursion(postures)
 
 
 def wrapped_share(mechanism: Mechanism, postures: np.ndarray) -> float:
     """Return in how many of the postures a string touches the first pulley [1]."""
     route = mechanism.tendons[0].route
-    assert route is not None
     # A drawn arc has two dozen points, a straight span one.
     counts = np.array([len(route.points(q)) for q in postures])
     return float(np.mean(counts > len(route.spans) + 1))

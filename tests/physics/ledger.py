@@ -68,7 +68,6 @@ class Books:
 
         The spring's part by Hermite's rule, exact for a slide of third degree.
         """
-        assert self.speed is not None
         ends = slice(row, row + 2)
         (step,) = np.diff(self.time[ends])
         slide, gain = self.slide[ends], float(np.diff(self.speed[ends])[0])

@@ -127,7 +127,6 @@ def test_the_tip_follows_the_joints() -> None:
     read = loop.reset(torch.zeros(1, 1), joint_position=torch.tensor([[0.5, 0.4]]))
     x = 0.030 * np.cos(0.5) + 0.025 * np.cos(0.9)
     z = -0.030 * np.sin(0.5) - 0.025 * np.sin(0.9)
-    assert read.tip is not None
     assert read.tip[0].tolist() == pytest.approx([x, 0.0, z], abs=1e-6)
 
 
@@ -140,8 +139,6 @@ def test_the_tip_is_where_newton_has_it_to_the_bit() -> None:
     state = model.state()
     state.joint_q.assign(read.joint_position.numpy().ravel())
     newton.eval_fk(model, state.joint_q, state.joint_qd, state)
-    assert read.tip is not None
-    assert mechanism.tip is not None
     bodies = state.body_q.numpy().reshape(WORLDS, -1, 7)[:, mechanism.tip.body]
     point = wp.vec3(*mechanism.tip.point)
     places = [wp.transform_point(wp.transform(*body), point) for body in bodies]
@@ -167,7 +164,6 @@ def test_numbers_differ_by_world() -> None:
 def test_the_force_of_a_network_can_be_scaled_by_world() -> None:
     """So that a policy meets servos of several strengths: a weaker one closes a finger less."""
     loop = learned_loop(2)
-    assert loop.held is not None
     loop.held.scale[1] = 0.7
     assert loop.numbers("learned", "force_scale").tolist() == pytest.approx([1.0, 0.7])
     closed = kept(loop.reset(torch.full((2, 1), 2.0)))["joint_position"].sum(dim=1)

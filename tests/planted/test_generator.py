@@ -180,7 +180,6 @@ def test_a_log_with_gaps_keeps_its_first_row_and_its_commands(tmp_path: Path) ->
     assert 8 < whole.sample_count - lost.sample_count < 120
     left = np.isin(whole.time, lost.time)
     assert lost.command is not None
-    assert whole.command is not None
     assert np.array_equal(lost.command, whole.command[left])
     assert np.array_equal(lost.motor_position, whole.motor_position[left])
 

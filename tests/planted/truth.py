@@ -95,7 +95,6 @@ def errors(recordings: Sequence[Recording], motions: Sequence[Motion]) -> tuple[
     """RMS of measured less predicted force [N] and motor angle [rad] over the rows there are."""
     force, theta = [], []
     for recording, motion in zip(recordings, motions, strict=True):
-        assert recording.force is not None
         rows = np.round(recording.time * ROW_RATE).astype(int)
         force.append(recording.force[:, 0] - motion.cell[rows])
         theta.append(recording.motor_position[:, 0] - motion.angle[rows])

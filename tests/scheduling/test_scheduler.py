@@ -92,7 +92,6 @@ def test_a_killed_program_leaves_no_workers(tmp_path: Path) -> None:
     words = [sys.executable, str(tmp_path / "killed.py")]
     environment = os.environ | {"PYTHONPATH": search_path(Path(__file__).parents[2])}
     with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE) as program:
-        assert program.stdout is not None
         workers = [int(word) for word in program.stdout.readline().split()]
         program.kill()
     assert len(workers) == 2

@@ -55,7 +55,6 @@ def slipped() -> Recording:
     own, other = log_of(FIRST, 4), log_of(LOOSE, 4)
     share = np.clip((own.time - AT) / 0.05, 0.0, 1.0)[:, None]
     assert own.force is not None
-    assert other.force is not None
     position = (1.0 - share) * own.motor_position + share * other.motor_position
     force = np.where(share == 0.0, own.force, share * other.force)
     return replace(own, motor_position=position, force=force)
@@ -65,7 +64,6 @@ def knocked() -> Recording:
     """A recording in which 2 N less hold the finger for 0.25 s, where its motor is."""
     own = log_of(FIRST, 4)
     there = (later(own)[:, 0] & (own.time < AT + 0.25))[:, None]
-    assert own.force is not None
     return replace(own, force=np.where(there, own.force - 2.0, own.force))
 
 

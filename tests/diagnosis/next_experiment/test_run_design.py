@@ -110,7 +110,6 @@ def test_a_caliper_settles_whether_the_spool_is_wrong() -> None:
     """A spool a twentieth too large against a load cell: a bit of names, for two minutes."""
     question = open_sets(0.1, ("spool_radius_error", 1.05), ("load_cell_gain", 1.05))
     worth = best_by_hand(Forecast(question, [], task(), 1.0e-2))
-    assert worth is not None
     assert worth.number == "spool_radius_error.scale"
     assert worth.told.names > 0.5  # of one
     assert worth.rate == pytest.approx(0.5 * (worth.told.names + worth.told.task))

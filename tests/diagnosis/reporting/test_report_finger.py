@@ -35,7 +35,6 @@ def motions(text: str) -> dict[str, list[str]]:
     found = {}
     for style, first, attributes in PATH.findall(text):
         values = re.search(r'values="([^"]*)"', attributes)
-        assert values is not None
         found[style] = values[1].split(";")
         assert found[style][0] == first
         assert f'dur="{WINDOW:g}s"' in attributes
@@ -64,7 +63,6 @@ def test_bones_stand_where_the_motor_says(finger: Evidence) -> None:
     """All pictures have one scale: a bone is as long in each, and bends as its angle does."""
     windows = telling_windows(compare(finger), gap=True)
     shown = moving_fingers(finger, diagnosis("explained").model, windows, found=True)
-    assert shown is not None
     frames = motions(shown["pictures"][0]["svg"])["measured"]
     postures = ClosingPostures(load_mechanism("finger"))
     window = windows[0]

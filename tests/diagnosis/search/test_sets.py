@@ -469,8 +469,6 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(
     own, *others = (held_out_terms(worlds, f, pool.floors) for f in (fit, *less.values()))
     gains = held_out_gains(pool, fit, fit.names)
     for name, other in zip(less, others, strict=True):
-        assert own is not None
-        assert other is not None
         assert pool.bar(name) < float(gains[name].sum()) < float((other - own).sum()) + 0.01
 
 
@@ -645,7 +643,6 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
     named = started(pool, coulomb_friction=0.6)
     pool.add([named, started(pool, coulomb_friction=0.6, viscous_friction=1.2)])
     terms = held_out_terms(worlds, named, pool.floors)
-    assert terms is not None
     own = float(terms.sum())
     best, predicts = best_predictor(pool, Decided(fit=named), own)
     assert set(best.names) == {"coulomb_friction", "viscous_friction"}

@@ -74,7 +74,6 @@ def test_the_virtual_camera_is_as_late_and_as_noisy_as_its_unit(seed: int) -> No
     places = np.array([sighting.place for sighting in seen])
     assert places.std(axis=0) == pytest.approx([constants.camera_noise] * 3, rel=0.2)
     ball = bench.state().ball
-    assert ball is not None
     assert places.mean(axis=0) == pytest.approx(ball[:3], abs=3e-4)  # 4 sigma of the mean
 
 
@@ -100,7 +99,6 @@ def line_of(text: bytes) -> bytes:
 def test_a_line_is_read_as_it_was_sent() -> None:
     """Micrometres become metres, and the age goes back to the exposure."""
     sighting = read_line(line_of(b"B,7,60000,-14000,5,-40000"), 2.0)
-    assert sighting is not None
     assert sighting.sequence == 7
     assert sighting.exposed == pytest.approx(1.94)
     assert sighting.place == pytest.approx((-0.014, 5e-6, -0.04))

@@ -81,7 +81,6 @@ def test_stairs_end_by_themselves_without_an_alarm(
     (run,) = load_dataset(tmp_path, require_test=False).train
     assert run.time[-1] == pytest.approx(16.5, abs=0.1)
     late = re.search(r"late by ([\d.]+) ms \(median\), ([\d.]+) ms \(99 %\), ([\d.]+) ms", said)
-    assert late is not None
     median, most, worst = map(float, late.groups())
     assert median <= most <= worst
     with (tmp_path / run.name).open("rb") as file:
@@ -188,7 +187,6 @@ def test_a_policy_closes_the_finger_and_its_action_is_an_offset(tmp_path: Path) 
         wanted = np.clip(step.sample[0] + step.action[0], 0.0, 6.28)
         assert step.command[0] == pytest.approx(wanted, abs=1e-6)  # a sample is float32
     log = read_mcap(path, bench="finger")
-    assert log.force is not None
     assert log.motor_position.max() > 0.3
     assert log.force.max() > 1.0
 
@@ -269,7 +267,6 @@ def test_a_picture_needs_no_display(policy: Path, tmp_path: Path) -> None:
     assert said is not None, title
     log = read_mcap(out / "closing_0.mcap", bench="finger")
     goals = {step.time: step.sample[4] for step in read_steps(out / "closing_0.mcap")}
-    assert log.tip is not None
     alpha = np.arctan2(-log.tip[:, 1], log.tip[:, 0])
     held = np.array([goals[max(t for t in goals if t <= time)] for time in log.time[8:-8]])
     assert float(said[1]) == pytest.approx(

@@ -80,7 +80,6 @@ def test_what_its_firmware_does_by_itself_is_read_for_the_log(rig: VirtualServo)
     assert (settings.model, settings.firmware, settings.operating_mode) == ("sts3215", 310, 2)
     assert settings.dead_zone == pytest.approx((2 * pi / 2048, 2 * pi / 4096))
     assert settings.starting_duty == pytest.approx(0.016)
-    assert settings.overload is not None
     assert settings.overload.duty == pytest.approx(0.7)
     assert settings.overload.protective_duty == 0.0
     assert settings.overload.time == pytest.approx(0.5)

@@ -65,7 +65,6 @@ def test_a_killed_program_leaves_no_motor_on(ports: VirtualPorts) -> None:
         [sys.executable, "-c", DRIVE, ports.servo_port], stdout=subprocess.PIPE
     )
     with program:
-        assert program.stdout is not None
         assert program.stdout.readline() == b"on\n"
         time.sleep(1.0)
         pulled = happens(lambda: ports.state().duty == pytest.approx(0.05))  # or it rests
@@ -80,7 +79,6 @@ def test_the_next_program_waits_until_the_motor_is_off(ports: VirtualPorts) -> N
         with subprocess.Popen(
             [sys.executable, "-c", DRIVE, ports.servo_port], stdout=subprocess.PIPE
         ) as program:
-            assert program.stdout is not None
             assert program.stdout.readline() == b"on\n"
             program.send_signal(signal.SIGKILL)
         servo = BusServo(SERVOS["sts3215"], ports.servo_port, retries=RETRIES)

@@ -77,7 +77,6 @@ def test_a_killed_program_gives_the_port_back(ports: VirtualPorts) -> None:
         [sys.executable, "-c", code, ports.servo_port], stdout=subprocess.PIPE
     )
     with holder:
-        assert holder.stdout is not None
         assert holder.stdout.readline() == b"held\n"
         with pytest.raises(PortBusy, match=f"held by process {holder.pid}"):
             PortLock(ports.servo_port).acquire()

@@ -42,7 +42,6 @@ def pulled(scene: Scene, pulls: tuple[float, ...], seconds: float) -> None:
 def place_of(scene: Scene) -> tuple[float, ...]:
     """Return where the ball's middle is [m]."""
     pose = scene.ball()
-    assert pose is not None
     return pose[:3]
 
 
@@ -213,7 +212,6 @@ def test_the_flexor_closes_and_the_extensor_opens() -> None:
         for _ in range(3000):
             plant.tick()
         tip = plant.state().tip
-        assert tip is not None
         return tip[1]
 
     assert drive(300, -150) < -0.035  # m
@@ -263,7 +261,6 @@ def readings(cell: LoadCellBoard, tensions: list[float]) -> tuple[np.ndarray, np
         line = cell.take(tension, 1e-3 * (k + 1))
         if line:
             frame = decode_line(line.strip())
-            assert frame is not None
             rows.append((1e-3 * (k + 1), frame.counts))
     times, counts = np.array(rows).T
     return times, counts

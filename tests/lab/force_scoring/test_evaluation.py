@@ -94,7 +94,6 @@ def test_a_lag_is_found_to_a_tenth_of_a_row(
         return 5.0 + np.sin(np.outer(at, pace) + phase).sum(axis=1)
 
     found = lag([prediction_of(signal(TIME), signal(TIME - late))], of_changes=of_changes)
-    assert found is not None
     assert found.shift == pytest.approx(late, abs=1.25e-3)
     assert found.error < 1.25e-3
 
@@ -112,8 +111,6 @@ def test_a_release_that_is_guessed_too_steep_moves_forces_and_not_their_changes(
     guessed = held_steps(TIME - late) - 3.0 * np.exp(-(phase - 9.0) / 0.7) * (phase >= 9.0)
     pair = prediction_of(held_steps(TIME), guessed + rng.normal(0.0, 0.2, TIME.size))
     by_changes, by_force = lag([pair], of_changes=True), lag([pair], of_changes=False)
-    assert by_changes is not None
-    assert by_force is not None
     assert by_changes.shift == pytest.approx(late, abs=12.5e-3)
     assert by_force.shift < late - 0.025
 
@@ -129,7 +126,6 @@ def test_the_error_of_a_lag_covers_what_it_is_off(rng: np.random.Generator) -> N
         found = lag(
             [prediction_of(held_steps(TIME), size * held_steps(TIME - 0.02))], of_changes=True
         )
-        assert found is not None
         within += abs(found.shift - 0.02) < 2.0 * found.error
     assert within >= 30
 
@@ -141,7 +137,6 @@ def test_recordings_are_pooled(rng: np.random.Generator) -> None:
         for late in (0.02, 0.04)
     ]
     found = lag(pairs, of_changes=True)
-    assert found is not None
     assert 0.02 < found.shift < 0.04
 
 

@@ -55,7 +55,6 @@ def test_a_made_up_log_comes_back_in_our_units(made_up: Path, tmp_path: Path) ->
     assert log.enabled.argmin() == 500
     duty = log.extra["duty"]
     assert duty.min() < 0.0
-    assert log.command is not None
     law = 100.0 * XL330.duty_per_gain * (log.command - log.motor_position)[:, 0]
     np.testing.assert_allclose(duty, law, atol=1.0 / 885.0)  # one count of the register
 

@@ -39,7 +39,6 @@ def motion() -> Recording:
 
 def motor_force(motion: Recording, added: float | Array = 0.0) -> Array:
     """Return P (theta_d - theta) - D theta_dot of `LAW`, and something added [N]."""
-    assert motion.command is not None
     lead = motion.command[:, 0] - motion.motor_position[:, 0]
     return LAW.stiffness * lead - LAW.damping * motion.motor_velocity[:, 0] + added
 
@@ -79,7 +78,6 @@ def test_the_law_is_that_of_the_simulator() -> None:
     made = simulated_recording(told, trajectory)
     speed = np.abs(made.motor_velocity[:, 0])
     sliding = (speed > 0.15) & (time > 1.0)
-    assert made.force is not None
     assert sliding.sum() > 200
     assert float(np.ptp(made.force[sliding])) > 2.0
     np.testing.assert_allclose(missing_force(made, servo)[sliding], 0.0, atol=0.02)
@@ -96,7 +94,6 @@ def test_a_standing_shaft_may_hold_any_force_between(motion: Recording) -> None:
 
 def test_a_network_learns_what_is_missing_when_it_is_asked_again(motion: Recording) -> None:
     """Of commands at 20 Hz in a log at 80 Hz, the fourth row tells; the late first ones do not."""
-    assert motion.command is not None
     staircase = np.repeat(motion.command[::4], 4, axis=0)
     recording = replace(motion, command=staircase, force=np.full((400, 1), 3.0))
     missing = missing_force(recording, SERVO)

@@ -129,7 +129,6 @@ def test_the_open_sine_is_the_papers_about_another_centre() -> None:
 def test_recordings_of_a_plan_and_of_experiments_are_one_bench(unit: Unit) -> None:
     """The sinusoid that dips below zero and the strong spring's ramp lie in another folder."""
     command = unit.find("finger", "open_sine").command
-    assert command is not None
     assert float(command.min()) < -1.3
     assert unit.find("spring_strong", "contact_ramp").duration > 9.0
     assert len(unit.steps()) == 3

@@ -101,14 +101,12 @@ def test_a_true_line_implies_the_true_force() -> None:
     """On every bench; on the finger by the angles that its tip tells, to their rounding."""
     for bench, line in TRUE.items():
         (motion,) = motions_of([log := pulled_log(bench)])
-        assert log.force is not None
         np.testing.assert_allclose(line.tension(motion), log.force[:, 0], atol=1e-5)
 
 
 def test_what_blocks_a_finger_does_not_enter() -> None:
     """Held at a posture while the spool winds on, the line's stretch alone is the force."""
     log = pulled_log("finger")
-    assert log.tip is not None
     held = replace(log, tip=np.broadcast_to(log.tip[0], log.tip.shape))
     (motion,) = motions_of([held])
     line = replace(TRUE["finger"], friction=0.0)

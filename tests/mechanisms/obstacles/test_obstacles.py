@@ -127,7 +127,6 @@ def contact_pairs(mechanism: Mechanism) -> set[tuple[str, str]]:
     """Return the labels of what Newton lets collide in one world."""
     model = build_model(mechanism, 1, device="cpu")
     pairs = model.shape_contact_pairs
-    assert pairs is not None
     names = [label.rsplit("/", maxsplit=2)[-2:] for label in model.shape_label]
     return {(names[a][0], names[b][1]) for a, b in pairs.numpy()}
 
@@ -171,7 +170,6 @@ def pairs_of(mechanism: Mechanism, worlds: int = 1) -> set[tuple[str, ...]]:
     """Return the finger and link of what Newton lets collide."""
     model = build_model(mechanism, worlds, device="cpu")
     pairs = model.shape_contact_pairs
-    assert pairs is not None
     assert len(pairs) % worlds == 0
     names = ["/".join(label.split("/")[2:4]) for label in model.shape_label]
     return {tuple(sorted((names[a], names[b]))) for a, b in pairs.numpy()}

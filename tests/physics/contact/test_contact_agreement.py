@@ -78,7 +78,6 @@ def held_force(mechanism: Mechanism, run: Trajectory, row: int, direction: Array
     """Return the force of a contact at the tip in a direction [N] that best balances a row."""
     q = run.joint_position[row]
     frames, tip = posture(mechanism, q), mechanism.tip
-    assert tip is not None
     point = frames.place(tip.body, tip.point)
     arms = np.zeros(len(q))
     for j in ancestors(mechanism.parents, tip.body):

@@ -260,7 +260,6 @@ def test_a_control_loop_holds_effects_of_one_servo() -> None:
     entry = effect("gain_error", 1, scale=0.7)
     model = Model(actuator=IDEAL, effects=(entry,))
     mechanism, rows = load_mechanism("finger_antagonist"), recording()
-    assert rows.command is not None
     loop = ControlLoop(mechanism, model, 1, rate=RATE, device="cpu")
     assert loop.numbers(entry.cause, "scale").tolist() == [0.7]
     (expected,) = replay([rows], model, time_step=5e-4)

@@ -68,7 +68,6 @@ def test_a_loop_with_the_fused_kernel_is_one_with_the_module(tmp_path: Path) -> 
     read = {}
     for form in ("fused", "torchscript"):
         loop = ControlLoop(load_mechanism("finger"), model, 3, network=form, device="cpu")
-        assert loop.held is not None
         assert loop.held.is_warp_only == (form == "fused")
         loop.reset(commands[0])
         read[form] = torch.stack([loop.step(c).motor_position.clone() for c in commands])

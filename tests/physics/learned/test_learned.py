@@ -168,7 +168,6 @@ def test_a_run_begins_in_the_equilibrium_of_its_first_command(recordings: list[R
 
 def test_a_control_loop_is_a_replay(recordings: list[Recording]) -> None:
     """The same commands at the network's rate give the same motion (float32 of Newton)."""
-    assert recordings[0].command is not None
     command = recordings[0].command[::STRIDE]
     expected = replay([run_of(command, rate=RATE)], **EFFECTS)[0]
     loop = ControlLoop(
@@ -200,7 +199,6 @@ def test_lost_rows_change_nothing_while_the_command_rests(recordings: list[Recor
     """A log with a gap inside a step of the command gives the same motion."""
     whole = recordings[0]
     kept = np.delete(np.arange(len(whole.time)), np.arange(43, 52))
-    assert whole.command is not None
     gappy = run_of(whole.command[kept])
     object.__setattr__(gappy, "time", whole.time[kept])
     expected, found = replay([whole])[0], replay([gappy])[0]
@@ -216,7 +214,6 @@ def test_effects_on_the_error_change_what_the_network_is_shown() -> None:
     posture = torch.tensor([[0.3, 0.2]])
     read = loop.reset(torch.tensor([[2.0]]), joint_position=posture)
     angle = float(read.motor_position)
-    assert loop.held is not None
     shown = loop.held.history.order().numpy()[0, -1]
     assert shown == pytest.approx([angle + 0.5 * (2.0 - angle), angle, 0.0], abs=1e-6)
 

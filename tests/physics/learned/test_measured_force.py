@@ -55,7 +55,6 @@ def test_the_force_that_a_motion_took_brings_it_back(driven: Recording) -> None:
 
 def test_the_cell_s_own_errors_are_undone(driven: Recording) -> None:
     """A cell that reads 1.2 F + 0.5 N, and says so in the model, drives the same motion."""
-    assert driven.force is not None
     wrong = replace(driven, force=1.2 * driven.force + 0.5)
     # the sag between rows is taken off before the cell's gain is undone: a fifth of it is missed
     told = theta_of(wrong, load_cell_gain={"scale": 1.2}, load_cell_bias={"offset": 0.5})
@@ -85,7 +84,6 @@ def test_only_what_can_show_is_tried(driven: Recording) -> None:
 
 def test_noise_of_the_cell_counts_as_noise_of_the_angle(driven: Recording) -> None:
     """Noise on the force moves the shaft: the floor holds it, for the right model leaves it."""
-    assert driven.force is not None
     noise = 0.2 * np.random.default_rng(3).standard_normal(driven.force.shape)
     noisy = replace(driven, force=driven.force + noise)
     study = Study([noisy], model(), (), time_step=STEP)
@@ -147,7 +145,6 @@ def test_a_cart_s_friction_is_named_and_measured() -> None:
     names = testable.testable_effects(study)
     found = find_causes(logs, study, model(), names)
     final = found.final
-    assert final is not None
     frictions = {"viscous_friction": VISCOUS * RADIUS, "coulomb_friction": DRY}
     (third,) = set(final.effects) - set(frictions)
     fits = dict(found.classes[third]) | {third: final}

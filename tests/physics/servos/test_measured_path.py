@@ -59,7 +59,6 @@ def test_without_friction_the_shaft_feels_load_and_spring() -> None:
     found = run(model_of({}))
     q = RADIUS * TRIANGLE
     assert found.joint_position == pytest.approx(q, abs=1e-6)
-    assert found.force is not None
     assert found.force[:, 0] == pytest.approx(LOAD + spring(q), rel=1e-5)
 
 
@@ -71,7 +70,6 @@ def test_friction_takes_its_part_on_both_sides_of_the_string() -> None:
         "routing_friction": {"exponent": 0.3},
     }
     found = run(model_of(frictions))
-    assert found.force is not None
     needed = LOAD + spring(RADIUS * TRIANGLE)
     for rows, side in ((slice(50, 195), -1.0), (slice(250, 400), 1.0)):
         tension = needed[rows] * np.exp(0.3 * side)
@@ -89,7 +87,6 @@ def test_a_string_that_stretches_lets_the_shaft_turn_while_the_joint_sticks() ->
     )
     joint = load_mechanism("spring_weak").joints[0]
     friction = 0.2 * joint.stiffness * (joint.limits[1] - joint.rest)
-    assert found.joint_position is not None
     still = found.joint_position[200:] < found.joint_position[200] + 1e-7
     waits = (np.argmin(still) - 1) * RADIUS * np.ptp(TRIANGLE) / 200.0
     assert waits == pytest.approx(2.0 * friction / 5000.0, abs=RADIUS * np.ptp(TRIANGLE) / 200.0)

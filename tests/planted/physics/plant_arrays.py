@@ -103,7 +103,6 @@ def _fill_servo(plant: Plant, bench: Bench, causes: Causes, step: float) -> None
 
 def _fill_rotor(plant: Plant, run: Run) -> None:
     servo, causes = run.servo, run.causes
-    assert servo is not None
     if causes.speed_limit or causes.mount_compliance:
         raise ValueError("a servo with a rotor has neither a speed limit nor a swinging mount.")
     plant.rotor, plant.duty_per_rad = servo.inertia, servo.duty_per_rad

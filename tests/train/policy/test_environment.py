@@ -90,7 +90,6 @@ def test_a_goal_point_is_on_the_path_of_the_closing_finger_and_has_its_angle() -
     for tension in (0.0, 1.5, 4.0, 7.0):
         joints = equilibrium(mechanism, np.array([tension]), gravity=np.zeros(3))
         tip = tip_position(mechanism, joints)
-        assert tip is not None
         alpha = float(goal_angle(tip[0], tip[2]))
         point = path.points(torch.tensor([alpha]))[0].numpy()
         assert point == pytest.approx(tip, abs=1e-5)
@@ -134,7 +133,6 @@ def test_the_reward_is_that_of_the_goal_that_was_seen() -> None:
         goal = finger.goal.clone()
         _, reward, dones, _ = finger.step(action)
         tip = finger.loop.reading.tip
-        assert tip is not None
         assert not dones.all()
         error = torch.linalg.vector_norm(finger.task.path.points(goal) - tip, dim=-1)
         torch.testing.assert_close(reward[~dones], -5.0 * error[~dones])
