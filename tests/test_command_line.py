@@ -28,9 +28,7 @@ def completed(script: Path, words: str) -> list[str]:
     ).stdout.split()
 
 
-def test_bash_completes_verbs_and_their_options(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bash_completes_verbs_and_their_options(tmp_path, capsys) -> None:
     """By the script that the program prints; it knows every verb."""
     assert main(["--completion", "bash"]) == 0
     script = tmp_path / "completion.bash"
@@ -48,9 +46,7 @@ def test_a_shell_that_is_not_known_is_one_line(capsys: pytest.CaptureFixture[str
     assert "known: bash, tcsh, zsh" in line
 
 
-def test_a_wheel_reads_the_formats_that_anybody_may_have(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wheel_reads_the_formats_that_anybody_may_have(tmp_path, monkeypatch, capsys) -> None:
     """Without a lab those of single data sets are not known, and the others are named."""
     words = ["import", "bam", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
     monkeypatch.setattr("tendon_newton.cli.find_spec", lambda _: None)
@@ -58,9 +54,7 @@ def test_a_wheel_reads_the_formats_that_anybody_may_have(
     assert "known: lerobot, mapped" in capsys.readouterr().err
 
 
-def test_a_quiet_verb_prints_nothing_but_warnings_and_errors(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_quiet_verb_prints_nothing_but_warnings_and_errors(tmp_path, capfd) -> None:
     """What an operator must hear goes to the error stream, as errors do; the files are the same."""
     words = ["collect", "--port", "virtual", "--faster-than-real-time", "--duration", "2"]
     assert main([*words, "--out", str(tmp_path / "a")]) == 0

@@ -58,9 +58,7 @@ def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
         getattr(tendon_newton, name)
 
 
-def test_the_tour_runs_as_it_stands(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_tour_runs_as_it_stands(monkeypatch, capsys) -> None:
     """The blocks of docs/python.md in their order; friction halves the error, and slows worlds."""
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -204,11 +204,7 @@ MISTAKES: dict[str, Mistake] = {
 
 @pytest.mark.parametrize("name", MISTAKES)
 def test_a_mistake_is_told_in_one_line_with_the_mend(
-    name: str,
-    lab: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    name, lab, tmp_path, capsys, monkeypatch
 ) -> None:
     """Exit code 2, one line on the error stream, and no results that could be taken for some."""
     mistake, folder = MISTAKES[name], tmp_path / "lab"

@@ -33,9 +33,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_one_call_diagnoses_every_servo_of_an_arm(
-    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys) -> None:
     """Signs and floor are told, each joint has its report, and all are simulated together."""
     asset, out = arm / "arm" / "arm.usda", tmp_path / "out"
     words = ["diagnose", str(arm / "logs"), "--arm", str(asset), "--out", str(out)]
@@ -57,9 +55,7 @@ def test_one_call_diagnoses_every_servo_of_an_arm(
         assert row["together_rmse"] < 0.8 * told  # a search of seconds may name nothing
 
 
-def test_a_joint_that_was_not_recorded_stands(
-    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_joint_that_was_not_recorded_stands(arm, tmp_path, capsys) -> None:
     """An arm without its last servo's logs is diagnosed and exported, and that is said."""
     (tmp_path / "logs").mkdir()
     (tmp_path / "logs" / "shoulder").symlink_to(arm / "logs" / "shoulder")
@@ -77,9 +73,7 @@ def test_a_joint_that_was_not_recorded_stands(
     assert main(words) == 0
 
 
-def test_a_folder_of_joints_is_one_object_for_programs(
-    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_of_joints_is_one_object_for_programs(arm, tmp_path, capsys) -> None:
     """The diagnosis of each joint, none of an arm; what is wrong with a joint's data is told."""
     shutil.copytree(arm / "logs", tmp_path / "logs")
     file = tmp_path / "logs" / "elbow" / "elbow_low.csv"
@@ -113,9 +107,7 @@ def test_a_budget_ends_at_one_instant_for_all_servos(arm: Path, tmp_path: Path) 
     assert not any(one.diagnosis.finished for one in answer.servos.values())
 
 
-def test_an_arm_of_other_joints_is_refused(
-    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_arm_of_other_joints_is_refused(arm, tmp_path, capsys) -> None:
     """With the names that are expected and those that came; so is an arm without its joints."""
     asset = str(arm / "arm" / "arm.usda")
     (tmp_path / "logs").mkdir()

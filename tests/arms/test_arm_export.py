@@ -81,9 +81,7 @@ def ours(arm: IdentifiedArm, motion: ArmMotion) -> Array:
 
 
 @pytest.mark.parametrize("effects", [(), ("actuator_lag",), tuple(name for name, _ in EFFECTS)])
-def test_the_program_moves_an_arm_as_we_do(
-    mechanism: Mechanism, effects: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_the_program_moves_an_arm_as_we_do(mechanism, effects, tmp_path) -> None:
     """Every effect of a servo under gravity; the other servo has none of them."""
     arm = stands(mechanism, servo(*effects), servo(compliance=0.05))
     write_arm(tmp_path, arm)
@@ -119,9 +117,7 @@ def test_the_file_alone_hangs_where_the_servos_do(mechanism: Mechanism, tmp_path
     assert np.abs(missed[-1]).max() < 0.1 * COUNT
 
 
-def test_dry_friction_holds_a_servo_in_its_band_in_the_file_alone(
-    mechanism: Mechanism, tmp_path: Path
-) -> None:
+def test_dry_friction_holds_a_servo_in_its_band_in_the_file_alone(mechanism, tmp_path) -> None:
     """Deadband and play: less than half of the band is left, and without them most of it."""
     bands = (servo("deadband", "actuator_lag"), servo("backlash", "actuator_lag"))
     arm = stands(mechanism, *bands)
@@ -133,9 +129,7 @@ def test_dry_friction_holds_a_servo_in_its_band_in_the_file_alone(
     assert np.sqrt(np.mean((bare - here) ** 2)) > 0.8 * 0.01
 
 
-def test_an_arm_of_a_diagnosis_goes_to_mujoco(
-    mechanism: Mechanism, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_arm_of_a_diagnosis_goes_to_mujoco(mechanism, tmp_path, capsys) -> None:
     """Files, page and numbers come from arm.json and the models beside it; others are refused."""
     arm = stands(mechanism, servo("deadband", "actuator_lag"), servo("actuator_lag"))
     folder, out = tmp_path / "found", tmp_path / "out"

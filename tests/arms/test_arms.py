@@ -102,9 +102,7 @@ def test_a_base_that_is_tipped_is_found_to_be(mechanism: Mechanism) -> None:
     assert abs(found.tilt[0]) < 0.005
 
 
-def test_an_arm_whose_servos_stand_still_tells_nothing(
-    mechanism: Mechanism, motions: list[ArmMotion]
-) -> None:
+def test_an_arm_whose_servos_stand_still_tells_nothing(mechanism, motions) -> None:
     """Each servo keeps its model and the file's count; no library's error."""
     commands, angles = motions[0].commands[[0]], motions[0].angles[[0]]
     rows = np.zeros(len(motions[0].time), dtype=int)
@@ -115,9 +113,7 @@ def test_an_arm_whose_servos_stand_still_tells_nothing(
     np.testing.assert_array_equal(known.arm.sign, 1.0)
 
 
-def test_what_a_model_file_states_of_a_servo_is_added_once(
-    mechanism: Mechanism, motions: list[ArmMotion]
-) -> None:
+def test_what_a_model_file_states_of_a_servo_is_added_once(mechanism, motions) -> None:
     """A compliance to be fitted and a lag stay one each; another actuator is refused."""
     lag = NamedValues(name="actuator_lag", values={"time_constant": 0.02})
     stated = replace(TOLD, effects=(lag,), fit=("compliance",))
@@ -139,9 +135,7 @@ def test_the_floor_and_the_servos_numbers_are_found(known: KnownArm) -> None:
         assert width == pytest.approx(band, abs=0.005)
 
 
-def test_servos_move_together_under_commands_alone(
-    known: KnownArm, motions: list[ArmMotion]
-) -> None:
+def test_servos_move_together_under_commands_alone(known, motions) -> None:
     """In a motion that was not seen the floor takes away more than two thirds of the error."""
     models, unseen = dict(enumerate(known.plain)), motions[3:]
     (with_floor,) = simulate_arm(known.arm, models, unseen)
@@ -156,9 +150,7 @@ def test_servos_move_together_under_commands_alone(
     assert with_floor.depth < 0.001  # m
 
 
-def test_a_floor_does_not_push_what_no_servo_gives_way_by(
-    known: KnownArm, motions: list[ArmMotion]
-) -> None:
+def test_a_floor_does_not_push_what_no_servo_gives_way_by(known, motions) -> None:
     """Servos a thousand times stiffer than planted feel no force, where they would feel 700 N."""
     values = {"compliance": 1e-3 * planted_arm.COMPLIANCE}
     stiff = Model(actuator=NamedValues(name="ideal_position", values=values))
@@ -167,9 +159,7 @@ def test_a_floor_does_not_push_what_no_servo_gives_way_by(
     assert state.depth == 0.0
 
 
-def test_recordings_that_are_no_arms_are_refused(
-    mechanism: Mechanism, motions: list[ArmMotion]
-) -> None:
+def test_recordings_that_are_no_arms_are_refused(mechanism, motions) -> None:
     """Other servos than joints, other motions, other stamps, and an arm that hangs up."""
     first, second = motions[0].recordings
     with pytest.raises(InvalidRecording, match=r"2 joints \(shoulder, elbow\).* of 1 servos"):

@@ -74,9 +74,7 @@ def read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("case", DATASETS)
-def test_a_broken_dataset_is_refused_in_one_line(
-    case: str, tmp_path: Path, read: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_dataset_is_refused_in_one_line(case, tmp_path, read, capsys) -> None:
     """Every fault of a dataset is named with its place."""
     damage, said = DATASETS[case]
     model(dataset(tmp_path) / "model.toml")
@@ -87,9 +85,7 @@ def test_a_broken_dataset_is_refused_in_one_line(
 
 
 @pytest.mark.parametrize("case", MODELS)
-def test_a_broken_model_is_refused_in_one_line(
-    case: str, tmp_path: Path, read: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_model_is_refused_in_one_line(case, tmp_path, read, capsys) -> None:
     """Every fault of a model file is named with its place."""
     damage, said = MODELS[case]
     model(dataset(tmp_path) / "model.toml")
@@ -100,9 +96,7 @@ def test_a_broken_model_is_refused_in_one_line(
 
 @pytest.mark.parametrize("verb", ["simulate", "diagnose"])
 @pytest.mark.parametrize("case", ["no recordings", "millinewtons", "nan"])
-def test_the_verbs_that_simulate_refuse_the_same_in_one_line(
-    verb: str, case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_verbs_that_simulate_refuse_the_same_in_one_line(verb, case, tmp_path, capsys) -> None:
     """The real verbs report a broken dataset as reading it does."""
     if importlib.util.find_spec(VERBS[verb]) is None:
         pytest.skip(f"the verb {verb} is not part of this installation")
@@ -124,9 +118,7 @@ def test_the_verbs_that_simulate_refuse_the_same_in_one_line(
         (["--test", "trajectory=a", "--train", "kp=200"], "--test and --train both select kp200_a"),
     ],
 )
-def test_a_split_that_cannot_be_is_refused(
-    options: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_split_that_cannot_be_is_refused(options, said, tmp_path, capsys) -> None:
     """Conditions must exist, select something and leave something."""
     for name in ("kp200_a.json", "kp200_b.json"):
         xl330_log(tmp_path / "logs" / name)
@@ -149,9 +141,7 @@ def test_a_split_that_cannot_be_is_refused(
         ('{"mass": 1, "length": 1, "kp": 1, "vin": 7, "entries": [], "motor": "mx106"}', "'mx106'"),
     ],
 )
-def test_a_broken_log_is_refused_with_its_name(
-    content: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_log_is_refused_with_its_name(content, said, tmp_path, capsys) -> None:
     """A log that lacks something is named, and nothing is written."""
     (tmp_path / "log.json").write_text(content)
     line = refusal(["import", "xl330", str(tmp_path), "--out", str(tmp_path / "out")], capsys)
@@ -160,9 +150,7 @@ def test_a_broken_log_is_refused_with_its_name(
     assert not (tmp_path / "out").exists()
 
 
-def test_an_import_does_not_overwrite_a_dataset(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_import_does_not_overwrite_a_dataset(tmp_path, capsys) -> None:
     """A folder that holds a dataset of another origin is refused."""
     xl330_log(tmp_path / "logs" / "kp200_a.json")
     out = dataset(tmp_path / "out")
@@ -170,9 +158,7 @@ def test_an_import_does_not_overwrite_a_dataset(
     assert "it holds a dataset that was not imported" in line
 
 
-def test_an_unknown_log_format_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_log_format_is_refused(tmp_path, capsys) -> None:
     """The known formats are listed."""
     line = refusal(["import", "xl430", str(tmp_path), "--out", str(tmp_path / "out")], capsys)
     assert "No log format named 'xl430'; did you mean 'xl330'? known: " in line

@@ -163,9 +163,7 @@ def test_the_sound_exam_is_taken(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_broken_exam_is_refused_in_one_line(
-    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_exam_is_refused_in_one_line(case, tmp_path, capsys) -> None:
     """Every fault of a truth or of an answer is named with its file."""
     damage, said = CASES[case]
     arguments = exam(tmp_path)
@@ -211,9 +209,7 @@ def test_a_broken_diagnosis_is_refused_by_the_experiment_in_one_line(
     assert [words for words in said if words not in line] == []
 
 
-def test_a_dataset_that_the_exam_does_not_hold_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_dataset_that_the_exam_does_not_hold_is_named(tmp_path, capsys) -> None:
     """--only with a name outside the exam lists what is inside."""
     line = refusal([*exam(tmp_path), "--only", "c002"], capsys)
     assert "No dataset named 'c002'; did you mean 'c001'? known: c001" in line

@@ -211,13 +211,7 @@ def test_a_strange_dataset_is_refused_in_one_short_line(
         ("nul\0byte", "no such folder"),
     ],
 )
-def test_a_dataset_that_is_not_there_is_refused(
-    path: str,
-    said: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_dataset_that_is_not_there_is_refused(path, said, tmp_path, monkeypatch, capsys) -> None:
     """What stands in the place of the folder is said."""
     monkeypatch.setitem(VERBS, "read", "tests.formats.reading")
     dataset(tmp_path)
@@ -226,9 +220,7 @@ def test_a_dataset_that_is_not_there_is_refused(
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
-def test_a_folder_without_permission_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_without_permission_is_refused(tmp_path, monkeypatch, capsys) -> None:
     """The operating system's refusal becomes our line."""
     monkeypatch.setitem(VERBS, "read", "tests.formats.reading")
     folder = dataset(tmp_path / "locked")

@@ -85,9 +85,7 @@ CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
 
 @pytest.mark.skipif(importlib.util.find_spec("newton") is None, reason="the simulator builds it")
 @pytest.mark.parametrize("case", CASES)
-def test_a_broken_model_is_refused_by_the_simulator_in_one_line(
-    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_model_is_refused_by_the_simulator_in_one_line(case, tmp_path, capsys) -> None:
     """Whether reading or building finds the fault, the line says what was expected and came."""
     damage, said = CASES[case]
     path = model(dataset(tmp_path) / "model.toml")

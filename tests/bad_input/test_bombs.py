@@ -152,9 +152,7 @@ def test_a_bomb_is_refused_in_little_time_and_memory(case: str, tmp_path: Path) 
     assert peak.size < MEMORY
 
 
-def test_more_cells_than_any_log_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_more_cells_than_any_log_are_refused(tmp_path, monkeypatch) -> None:
     """Two bytes of a file are eight in memory, so that cells are counted as well."""
     monkeypatch.setattr(csv_columns, "CELL_LIMIT", 100_000)
     path = csv_of(tmp_path / "a.csv", "0,0,0,0\n", 30_000)

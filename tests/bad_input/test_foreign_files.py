@@ -3,9 +3,7 @@
 import os
 import resource
 import threading
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -261,9 +259,7 @@ def read_whole(path: Path) -> Dataset:
         ("diagnosis.json", read_diagnosis),
     ],
 )
-def test_another_thing_in_a_files_place_is_refused(
-    name: str, read: Callable[[Path], Any], kind: str, tmp_path: Path
-) -> None:
+def test_another_thing_in_a_files_place_is_refused(name, read, kind, tmp_path) -> None:
     """Folders, loops, pipes, nothing, empty files and files that cannot be read: one error."""
     dataset(tmp_path)
     (tmp_path / name).touch()

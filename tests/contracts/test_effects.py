@@ -119,9 +119,7 @@ def test_friction_takes_power(name: str, trajectories: dict[str, Trajectory]) ->
     assert lost.max() > 0.0
 
 
-def test_a_batch_is_a_loop(
-    finger: Rollout, vectors: np.ndarray, trajectories: dict[str, Trajectory]
-) -> None:
+def test_a_batch_is_a_loop(finger, vectors, trajectories) -> None:
     """Worlds do not know of each other, not even by a last digit."""
     for name in ("actuator_lag", "load_cell_delay", "none"):
         index = [*EFFECTS, "none"].index(name)

@@ -145,9 +145,7 @@ def test_a_torchscript_file_gives_back_its_card_and_its_network(tmp_path: Path, 
 
 
 @every_network
-def test_weights_give_the_same_forces_and_need_no_trust(
-    tmp_path: Path, of_set: str, kind: str
-) -> None:
+def test_weights_give_the_same_forces_and_need_no_trust(tmp_path, of_set, kind) -> None:
     """Bit by bit, as a TorchScript module with all that the simulation calls."""
     network = made(kind, of_set)
     write_weights(tmp_path / "network.safetensors", network, card_of(kind))

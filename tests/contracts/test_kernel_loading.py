@@ -23,9 +23,7 @@ def kernels_of(number: int) -> list[wp.Kernel]:
     ]
 
 
-def test_what_compiles_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_what_compiles_is_told(tmp_path, monkeypatch, caplog) -> None:
     """First the kernels, then each that is done; a later run says how long that took."""
     wp.init()
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
@@ -45,9 +43,7 @@ def test_what_compiles_is_told(
     assert caplog.messages[0].startswith(f"{first}; the last such took ")
 
 
-def test_a_kernel_that_came_along_is_not_compiled(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_kernel_that_came_along_is_not_compiled(tmp_path, monkeypatch, caplog) -> None:
     """It is put into Warp's cache, from where it is launched like any other."""
     wp.init()
     caplog.set_level(logging.INFO)

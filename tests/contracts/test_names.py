@@ -80,9 +80,7 @@ def test_every_importer_is_walked() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("kind", WRITERS)
-def test_an_import_writes_inside_its_folder(
-    kind: str, name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_import_writes_inside_its_folder(kind, name, tmp_path, capsys) -> None:
     """It is refused in one line, or all that is written has a plain name below --out."""
     name = name.format(outside=tmp_path / "outside")
     (tmp_path / "outside").mkdir()

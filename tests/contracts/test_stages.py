@@ -98,9 +98,7 @@ def written_fields(function: ast.FunctionDef, name: str) -> set[str]:
     ("declared", "maker", "name", "late"),
     [(Tendon, "tendon_state", "tendon", set(KNOWN_IN)), (Joint, "joint_state", "joint", set())],
 )
-def test_all_other_fields_have_their_value_from_the_start(
-    declared: type, maker: str, name: str, late: set[str]
-) -> None:
+def test_all_other_fields_have_their_value_from_the_start(declared, maker, name, late) -> None:
     """The function that describes a tendon, or a joint, writes every field but the late ones."""
     (function,) = (f for f in functions_of(states) if f.name == maker)
     assert written_fields(function, name) == set(declared.__annotations__) - late

@@ -154,9 +154,7 @@ def test_a_criterion_without_a_sentence_is_told_plainly(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_broken_account_is_refused_with_its_place(
-    tmp_path: Path, key: str, value: Any, said: str
-) -> None:
+def test_a_broken_account_is_refused_with_its_place(tmp_path, key, value, said) -> None:
     """The file, the entry and what came are named."""
     table = {**told().to_json(), key: value}
     path = tmp_path / "diagnosis.json"
@@ -165,9 +163,7 @@ def test_a_broken_account_is_refused_with_its_place(
         read_accounts(path)
 
 
-def test_the_verb_lists_all_and_explains_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_verb_lists_all_and_explains_one(tmp_path, capsys) -> None:
     """One line each; a misspelt cause gets a suggestion, one that was not tried a reason."""
     write_diagnosis(tmp_path / "diagnosis.json", told())
     assert main(["explain", str(tmp_path)]) == 0

@@ -84,9 +84,7 @@ def test_of_several_benches_one_must_be_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("verb", ["export", "compare", "simulate"])
-def test_verbs_refuse_in_one_line(
-    verb: str, found: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_verbs_refuse_in_one_line(verb, found, tmp_path, capsys) -> None:
     """Each verb that simulates a diagnosis beside recordings of another bench."""
     data = str(tmp_path / "data")
     write_dataset(tmp_path / "data", [recording()], [])

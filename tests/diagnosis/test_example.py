@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from tendon_newton.data.dataset import load_dataset
 from tests.planted.generator import main
@@ -31,9 +30,7 @@ def test_the_example_stays_small() -> None:
     assert sum(file.stat().st_size for file in EXAMPLE.iterdir()) < 1_000_000
 
 
-def test_the_readmes_example_runs_and_names_the_cause(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_readmes_example_runs_and_names_the_cause(monkeypatch, capsys) -> None:
     """The Python block of the README, run as it stands, finds what the bundled dataset hides."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

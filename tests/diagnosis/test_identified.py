@@ -94,9 +94,7 @@ def test_the_hash_is_that_of_every_file(tmp_path: Path) -> None:
     ("share", "message"),
     [("0.99", "--hold-out must be 0.05 to 0.8; it is 0.99"), ("0.3", "has 3 with split")],
 )
-def test_a_hold_out_that_makes_no_sense_is_refused(
-    share: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_hold_out_that_makes_no_sense_is_refused(share, message, tmp_path, capsys) -> None:
     """A share beyond reason, and a dataset that holds recordings out already."""
     model = str(EXAMPLE / "model.toml")
     words = ["diagnose", str(EXAMPLE), "--model", model, "--out", str(tmp_path)]

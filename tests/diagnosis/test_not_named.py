@@ -65,9 +65,7 @@ def test_what_one_recording_has_and_others_contradict_is_no_cause(tmp_path: Path
     assert low <= 1.25 <= high
 
 
-def test_a_number_that_changes_between_recordings_has_an_interval_that_says_so(
-    tmp_path: Path,
-) -> None:
+def test_a_number_that_changes_between_recordings_has_an_interval_that_says_so(tmp_path) -> None:
     """Viscous friction of 1.0, 1.5 and 2.0 N s/rad: each is as true as their mean."""
     causes = [Causes(viscous=coefficient) for coefficient in (1.0, 1.5, 2.0)]
     low, high = named(diagnosed(tmp_path, causes, seconds=8.0))["viscous_friction"]["coefficient"]

@@ -170,9 +170,7 @@ def test_a_cart_of_tens_of_kilograms_is_diagnosed(of_cart: Found) -> None:
     assert diagnosis.extended.theta_rmse < 0.01 * diagnosis.baseline.theta_rmse
 
 
-def test_what_was_found_of_a_cart_is_a_model_that_can_be_used(
-    of_cart: Found, tmp_path: Path
-) -> None:
+def test_what_was_found_of_a_cart_is_a_model_that_can_be_used(of_cart, tmp_path) -> None:
     """The extended model is written, read and simulated (1 mm: noise of the force that drives)."""
     diagnosis, _ = of_cart
     write_model(tmp_path / "model.toml", diagnosis.model)

@@ -129,12 +129,7 @@ def data(shared: Path, name: str) -> Path:
     ],
 )
 def test_a_position_servo_is_explained_on_motions_that_no_fit_has_seen(
-    shared: Path,
-    tmp_path: Path,
-    joint: str,
-    motions: tuple[str, str],
-    least: float,
-    names: set[str],
+    shared, tmp_path, joint, motions, least, names
 ) -> None:
     """Three quarters of the RMS error of "it is where it was told to be" go.
 

@@ -62,9 +62,7 @@ def test_recordings_with_different_numbers_of_tendons_are_refused(
     }  # fmt: skip
 
 
-def test_a_recording_of_one_of_two_servos_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_of_one_of_two_servos_is_refused(tmp_path, capsys) -> None:
     """Half of a bench is no recording of it."""
     train, test = (recording(f"{name}.csv", **(TWO | NARROW)) for name in ("train", "test"))
     assert diagnose(tmp_path, train, test) == 2
@@ -72,9 +70,7 @@ def test_a_recording_of_one_of_two_servos_is_refused(
     assert line.endswith("has the servos of its bench; finger_antagonist has 2, and this one 1")
 
 
-def test_a_hand_and_a_finger_are_no_one_dataset(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_hand_and_a_finger_are_no_one_dataset(tmp_path, capsys) -> None:
     """One line says how many servos each has."""
     test = recording("test.csv", **(FOUR | NARROW | {"bench": "finger_routed"}))
     assert diagnose(tmp_path, recording("train.csv", **FOUR), test) == 2
@@ -89,9 +85,7 @@ def test_a_hand_and_a_finger_are_no_one_dataset(
         ("force_3", "column 'force_3' is missing"),
     ],
 )
-def test_a_hands_recording_that_lacks_a_force_is_refused(
-    column: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_hands_recording_that_lacks_a_force_is_refused(column, words, tmp_path, capsys) -> None:
     """One line names the file and the column."""
     train, test = (recording(f"{name}.csv", **FOUR) for name in ("train", "test"))
     write_dataset(tmp_path / "data", [train], [test])

@@ -163,9 +163,7 @@ def test_what_was_not_tested_in_time_is_not_named(monkeypatch: pytest.MonkeyPatc
     )
 
 
-def test_what_is_sure_without_such_refits_is_named_though_time_is_over(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_is_sure_without_such_refits_is_named_though_time_is_over(monkeypatch) -> None:
     """The friction is worth many bars even on what its absence was fitted to."""
     monkeypatch.setattr(finding, "limits_of", over_when_deciding)
     found = search()
@@ -219,9 +217,7 @@ def test_cores_are_limited_within_reason(monkeypatch: pytest.MonkeyPatch) -> Non
         limit_cores(0)
 
 
-def test_json_alone_stands_on_the_output(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_alone_stands_on_the_output(tmp_path, monkeypatch, capsys) -> None:
     """A program reads the output; progress and a gap in the data are on the error stream."""
     whole = load_dataset(EXAMPLE)
     first = whole.train[0]

@@ -87,9 +87,7 @@ def test_a_motor_that_is_off_stays() -> None:
     assert np.all(simulate(off, np.array([0.05, 0.0, 0.0, 0.0])) == 0.0)
 
 
-def test_a_rival_that_fits_worse_than_a_model_that_it_contains_is_no_result(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_rival_that_fits_worse_than_a_model_that_it_contains_is_no_result(monkeypatch) -> None:
     """Each model begins where those that it contains ended, and may not end above them."""
     started: list[dict[str, Any]] = []
 

@@ -60,9 +60,7 @@ def test_every_command_is_one_of_ours_and_means_something() -> None:
         tyro.cli(get_type_hints(module.main)["config"], args=words)
 
 
-def test_the_short_commands_run_in_their_order(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_short_commands_run_in_their_order(tmp_path, monkeypatch) -> None:
     """Bench, recordings with their model, a policy that comes along, a finger: no error."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)

@@ -105,9 +105,7 @@ def configured(path: Path, classes: dict[str, set[str]]) -> tuple[str, dict[str,
         ("pwm_servo", ("command_delay",), "DelayedPDActuatorCfg"),
     ],
 )
-def test_isaac_lab_has_the_fields_of_the_file(
-    actuator: str, effects: tuple[str, ...], kind: str, tmp_path: Path
-) -> None:
+def test_isaac_lab_has_the_fields_of_the_file(actuator, effects, kind, tmp_path) -> None:
     """The file runs: the class takes every number in it, and has all that it needs."""
     model = model_of("spring_weak", actuator, *effects)
     write_isaaclab_target(tmp_path, bench_of("spring_weak", model), model)
@@ -146,9 +144,7 @@ def test_isaac_lab_drives_no_tendon_over_several_joints(tmp_path: Path) -> None:
         ("finger", "pwm_servo", "BuiltinDcMotorActuatorCfg"),
     ],
 )
-def test_mjlab_has_the_fields_of_the_file(
-    bench: str, actuator: str, kind: str, tmp_path: Path
-) -> None:
+def test_mjlab_has_the_fields_of_the_file(bench, actuator, kind, tmp_path) -> None:
     """The file runs: the class takes every number in it, and has all that it needs."""
     model = model_of(bench, actuator, "command_delay", "coulomb_friction")
     write_mjlab_target(tmp_path, bench_of(bench, model), model)

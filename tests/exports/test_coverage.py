@@ -128,9 +128,7 @@ DAMAGED = {
 
 @pytest.mark.parametrize("target", EXPORTS)
 @pytest.mark.parametrize("damage", DAMAGED)
-def test_a_damaged_model_is_refused_and_nothing_is_written(
-    target: str, damage: str, tmp_path: Path
-) -> None:
+def test_a_damaged_model_is_refused_and_nothing_is_written(target, damage, tmp_path) -> None:
     """One line says what was expected, and no program opens a file that is wrong."""
     with pytest.raises(TendonNewtonError) as refused:
         EXPORTS[target].write(tmp_path, bench_of(BENCH, SERVO), DAMAGED[damage])

@@ -51,9 +51,7 @@ STANDARD_LIBRARY = set(sys.stdlib_module_names)
     ("bench", "actuator", "effects"),
     [("finger", "ideal", ACTUATOR_SIDE), ("finger", "pwm_servo", ROTOR_SIDE)],
 )
-def test_many_effects_at_once_run_in_mujoco(
-    bench: str, actuator: str, effects: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_many_effects_at_once_run_in_mujoco(bench, actuator, effects, tmp_path) -> None:
     """The program beside the file strays by less than an encoder count and 0.05 N."""
     found = strays(tmp_path, "mujoco", PROGRAM_FILE, bench, actuator, *effects)
     assert found.angle < ANGLE
@@ -84,9 +82,7 @@ def test_a_loose_string_leaves_the_rotor_to_itself(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("friction", ["gear_load_friction", "routing_friction"])
-def test_a_jump_is_read_on_the_side_on_which_the_tendon_then_slides(
-    friction: str, tmp_path: Path
-) -> None:
+def test_a_jump_is_read_on_the_side_on_which_the_tendon_then_slides(friction, tmp_path) -> None:
     """A rotor feels as heavy as that side makes it, and the slowest motion is no rest."""
     found = strays(tmp_path, "mujoco", PROGRAM_FILE, "finger", "pwm_servo", friction)
     assert found.force < FORCE
@@ -102,9 +98,7 @@ def test_a_motor_in_the_file_alone_brakes_its_rotor_and_overcomes_its_friction(
     assert found.force < FORCE
 
 
-def test_an_ideal_servo_in_the_file_alone_pushes_no_more_than_its_friction_takes(
-    tmp_path: Path,
-) -> None:
+def test_an_ideal_servo_in_the_file_alone_pushes_no_more_than_its_friction_takes(tmp_path) -> None:
     """Its string never pushes; without any push the friction would hold the finger closed."""
     model = model_of("finger", "ideal", "coulomb_friction")
     write_model_file(tmp_path / MODEL_FILE, bench_of("finger", model), model)
@@ -143,9 +137,7 @@ def finger_file(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list, l
 
 @pytest.mark.parametrize("actuator", ["ideal", "pwm_servo"])
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_the_program_of_every_effect_is_whole(
-    effect: str, actuator: str, finger_file: tuple[Path, list, list]
-) -> None:
+def test_the_program_of_every_effect_is_whole(effect, actuator, finger_file) -> None:
     """It compiles, needs nothing but MuJoCo and numpy, and takes a step."""
     path, signs, offsets = finger_file
     model = model_of("finger", actuator, effect)
@@ -211,9 +203,7 @@ def test_two_commands_lead_from_a_model_to_a_running_simulation(tmp_path: Path) 
         ("thumb", "ideal", ()),
     ],
 )
-def test_the_file_runs_in_mujoco_warp_as_in_mujoco(
-    bench: str, actuator: str, effects: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_the_file_runs_in_mujoco_warp_as_in_mujoco(bench, actuator, effects, tmp_path) -> None:
     """Two worlds come to where plain MuJoCo comes within 0.1 s: motor, delay, friction, tendon."""
     import mujoco_warp
 

@@ -122,9 +122,7 @@ def test_newton_reads_its_own_drive_and_clamps(slider: Path) -> None:
 
 @pytest.mark.parametrize("rate", [0.0, 0.06, -0.05])
 @pytest.mark.parametrize("command", [0.1, 0.5, 3.0])
-def test_newton_s_own_drive_gives_the_servo_s_force(
-    slider: Path, command: float, rate: float
-) -> None:
+def test_newton_s_own_drive_gives_the_servo_s_force(slider, command, rate) -> None:
     """F = k_t (u V - k_t theta_dot) / (R r) with u inside its limit, from prims alone."""
     bench = PlainBench(slider / PLAIN_FILE)
     radius = PWM["spool_radius"]

@@ -1,7 +1,5 @@
 """Every engine that carries the law of servo, gear and spool, against a formula of its own."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -18,9 +16,7 @@ IN_PLAY += ("viscoelastic_spring", "actuator_lag", "torque_fade", "holding_frict
 
 
 @pytest.mark.parametrize("engine", ["rollout", "mujoco: tendon_step.py", "newton: tendon_drive.py"])
-def test_a_string_that_stretches_carries_at_rest_what_its_motor_gives(
-    engine: str, tmp_path: Path
-) -> None:
+def test_a_string_that_stretches_carries_at_rest_what_its_motor_gives(engine, tmp_path) -> None:
     """F = k_t u V / (R r), with u of the angle reported: spool and string balance each other."""
     model = model_of(BENCH, "pwm_servo", "tendon_compliance")
     run = run_of(np.concatenate([np.full((4, 1), 0.5), np.full((76, 1), 1.5)]), bench=BENCH)

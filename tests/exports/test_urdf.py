@@ -157,9 +157,7 @@ def test_a_string_can_pull_its_spool_and_not_push_it(tmp_path: Path) -> None:
         ("thumb", "pwm_servo", "routed"),
     ],
 )
-def test_what_bam_cannot_turn_is_refused(
-    bench: str, actuator: str, words: str, tmp_path: Path
-) -> None:
+def test_what_bam_cannot_turn_is_refused(bench, actuator, words, tmp_path) -> None:
     """The message says what it needs; no file is written."""
     model = model_of(bench, actuator)
     with pytest.raises(InvalidModelFile, match=words):

@@ -81,13 +81,7 @@ def verb_that_raises(error: BaseException) -> ModuleType:
         (ModuleNotFoundError("no", name="warp"), 2, "error: asset needs the package 'warp'"),
     ],
 )
-def test_no_traceback_reaches_the_user(
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    error: BaseException,
-    code: int,
-    said: str,
-) -> None:
+def test_no_traceback_reaches_the_user(monkeypatch, capsys, error, code, said) -> None:
     """Interrupts, the system's refusals and missing packages are one line each."""
     monkeypatch.setattr(cli.importlib, "import_module", lambda path: verb_that_raises(error))
     assert main(["asset", "1"]) == code

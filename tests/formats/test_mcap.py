@@ -68,9 +68,7 @@ def test_a_slow_load_cell_is_drawn_linearly_between_its_readings(tmp_path: Path)
     assert set(log.force[157:, 0]) == {8.0}, "held after the last reading"
 
 
-def test_rows_without_force_are_left_out_and_told(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_rows_without_force_are_left_out_and_told(tmp_path, caplog) -> None:
     """Nothing is drawn through a silence of the load cell: there the recording has a gap."""
     log = read(write_session(tmp_path / "run.mcap", silence=(0.5, 1.0)))
     (gap,) = np.flatnonzero(np.diff(log.time) > 0.02)
@@ -104,9 +102,7 @@ def test_the_last_metadata_record_holds(tmp_path: Path) -> None:
     assert read_session(killed) == {"bench": "finger", "seed": "7"}
 
 
-def test_a_file_of_a_killed_process_is_read_up_to_its_last_chunk(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_file_of_a_killed_process_is_read_up_to_its_last_chunk(tmp_path, caplog) -> None:
     """Without an index all but the last 4 kB of messages, 0.3 s here, come back."""
     whole = read(write_session(tmp_path / "whole.mcap", rows=1600))
     killed = read(write_session(tmp_path / "killed.mcap", rows=1600, finish=False))
@@ -130,9 +126,7 @@ def outcome(path: Path, whole: Recording) -> str:
     return "whole" if log.sample_count == whole.sample_count else "in part"
 
 
-def test_a_file_cut_anywhere_is_read_in_part_or_refused(
-    tmp_path: Path, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_file_cut_anywhere_is_read_in_part_or_refused(tmp_path, rng, caplog) -> None:
     """At any byte: what is read is what was written, the more the later it was cut."""
     caplog.set_level(logging.CRITICAL)
     path = write_session(tmp_path / "run.mcap", rows=320)
@@ -148,9 +142,7 @@ def test_a_file_cut_anywhere_is_read_in_part_or_refused(
     assert set(outcomes) == set(order)
 
 
-def test_flipped_bits_never_change_what_is_read(
-    tmp_path: Path, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_flipped_bits_never_change_what_is_read(tmp_path, rng, caplog) -> None:
     """A check sum guards every chunk, so a damaged one is left out and the others stay true."""
     caplog.set_level(logging.CRITICAL)
     path = write_session(tmp_path / "run.mcap", rows=320)
@@ -257,9 +249,7 @@ def test_an_obstacle_survives_where_the_session_does_not(tmp_path: Path) -> None
     assert (tmp_path / "csv" / "dataset.toml").read_text().count("obstacle") == 1
 
 
-def test_many_files_are_read_side_by_side(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_many_files_are_read_side_by_side(tmp_path, monkeypatch, caplog) -> None:
     """Two processes give the recordings of one, in their order, and what they warn of is told."""
     names = [f"run_{k}.mcap" for k in range(5)]
     for k, name in enumerate(names):
@@ -287,9 +277,7 @@ def test_many_files_are_read_side_by_side(
         np.testing.assert_array_equal(one.force, other.force)
 
 
-def test_a_file_that_another_process_cannot_read_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_another_process_cannot_read_is_named(tmp_path, monkeypatch) -> None:
     """The same refusal as in one process."""
     monkeypatch.setattr(datasets, "WORTH_A_PROCESS", 1)
     for name in ("train.mcap", "test.mcap"):
@@ -302,9 +290,7 @@ def test_a_file_that_another_process_cannot_read_is_named(
         load_dataset(tmp_path, jobs=2)
 
 
-def test_a_missing_package_is_named_with_its_extra(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_package_is_named_with_its_extra(tmp_path, monkeypatch) -> None:
     """Without mcap a user is told what to install."""
     path = write_session(tmp_path / "run.mcap")
     monkeypatch.setitem(sys.modules, "mcap.stream_reader", None)

@@ -26,13 +26,7 @@ values = st.dictionaries(names, numbers, max_size=4)
     tolerances=st.dictionaries(names, st.just(0.0) | st.floats(1e-6, 1.0), max_size=2),
 )
 def test_a_model_file_keeps_every_bit(
-    tmp_path_factory: pytest.TempPathFactory,
-    kind: str,
-    actuator: dict[str, float],
-    effects: dict[str, dict[str, float]],
-    fit: list[str],
-    masses: dict[str, float],
-    tolerances: dict[str, float],
+    tmp_path_factory, kind, actuator, effects, fit, masses, tolerances
 ) -> None:
     """Written and read again, names, order and every float64 are the same."""
     model = Model(

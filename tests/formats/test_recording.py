@@ -99,13 +99,7 @@ def test_tendons_must_match() -> None:
     start=st.floats(-1e3, 1e3),
     steps=arrays(np.float64, ROWS, elements=st.floats(1e-3, 0.4)),
 )
-def test_a_csv_file_keeps_every_bit(
-    tmp_path_factory: pytest.TempPathFactory,
-    width: int,
-    data: st.DataObject,
-    start: float,
-    steps: np.ndarray,
-) -> None:
+def test_a_csv_file_keeps_every_bit(tmp_path_factory, width, data, start, steps) -> None:
     """Written and read again, every number is the same float64, unknown columns included."""
     log = recording(
         time=start + np.cumsum(steps),

@@ -19,9 +19,7 @@ def calibrated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
     return path
 
 
-def test_the_operator_is_led_through_and_shown_what_came_of_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_operator_is_led_through_and_shown_what_came_of_it(tmp_path, capsys) -> None:
     """Nine steps, nine points with their errors, and the identifier that logs will name."""
     path = tmp_path / "cell.toml"
     assert main(["calibrate", *VIRTUAL, *MASSES, "--out", str(path)]) == 0
@@ -34,9 +32,7 @@ def test_the_operator_is_led_through_and_shown_what_came_of_it(
     assert "good up to 19.6 N" in out
 
 
-def test_a_cell_on_a_serial_port_is_measured_in_real_time(
-    calibrated: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cell_on_a_serial_port_is_measured_in_real_time(calibrated, capsys) -> None:
     """What comes out of the pseudo-terminal without load is what the calibration says."""
     words = ["--port", "virtual:finger:1", "--retare", str(calibrated)]
     assert main(["calibrate", *words]) == 0
@@ -44,9 +40,7 @@ def test_a_cell_on_a_serial_port_is_measured_in_real_time(
 
 
 @pytest.mark.slow
-def test_a_cell_on_a_serial_port_is_calibrated_in_real_time(
-    calibrated: Path, tmp_path: Path
-) -> None:
+def test_a_cell_on_a_serial_port_is_calibrated_in_real_time(calibrated, tmp_path) -> None:
     """Three masses up and down, each measured as it comes out of the pseudo-terminal."""
     path = tmp_path / "in_real_time.toml"
     words = ["--port", "virtual:finger:1", "--masses", "0.2,0.5,1", "--out", str(path)]
@@ -57,9 +51,7 @@ def test_a_cell_on_a_serial_port_is_calibrated_in_real_time(
     )
 
 
-def test_the_same_cell_has_not_drifted_and_another_has(
-    calibrated: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_same_cell_has_not_drifted_and_another_has(calibrated, capsys) -> None:
     """Re-taring says by how much zero has moved; code 1 where that is too much."""
     assert main(["calibrate", *VIRTUAL, "--retare", str(calibrated)]) == 0
     assert "zero has moved by" in capsys.readouterr().out
@@ -83,13 +75,7 @@ def test_the_same_cell_has_not_drifted_and_another_has(
         ([*VIRTUAL, "--retare", "none.toml"], "a calibration is a TOML file"),
     ],
 )
-def test_misuse_is_one_line(
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    words: list[str],
-    said: str,
-) -> None:
+def test_misuse_is_one_line(capsys, tmp_path, monkeypatch, words, said) -> None:
     """Code 2, before anybody has hung anything."""
     monkeypatch.chdir(tmp_path)
     assert main(["calibrate", *words]) == 2
@@ -97,9 +83,7 @@ def test_misuse_is_one_line(
     assert said in line
 
 
-def test_a_calibration_is_not_written_over(
-    calibrated: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_calibration_is_not_written_over(calibrated, capsys) -> None:
     """Recordings name it."""
     before = calibrated.read_bytes()
     assert main(["calibrate", *VIRTUAL, *MASSES, "--out", str(calibrated)]) == 2
@@ -107,9 +91,7 @@ def test_a_calibration_is_not_written_over(
     assert calibrated.read_bytes() == before
 
 
-def test_an_operator_who_is_not_there_is_missed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_operator_who_is_not_there_is_missed(tmp_path, capsys, monkeypatch) -> None:
     """A real cell needs somebody at the keyboard."""
     from tendon_hardware.virtual_bench import VirtualPorts
 

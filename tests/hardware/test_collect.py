@@ -358,9 +358,7 @@ def test_a_folder_keeps_to_one_plan_and_seed(tmp_path: Path) -> None:
         (SafetyLimits(position=(-0.5, 1.5)), "spool must stay within -0.50 to 1.50 rad"),
     ],
 )
-def test_a_limit_ends_the_run_and_keeps_its_rows(
-    tmp_path: Path, limits: SafetyLimits, said: str
-) -> None:
+def test_a_limit_ends_the_run_and_keeps_its_rows(tmp_path, limits, said) -> None:
     """Past a limit the motor is off, the file is closed, and the reason stands in it."""
     settings = CollectSettings(limits=limits, settle=0.0)
     trial = Trial(path=tmp_path / "run.mcap", excitation="contact_ramp", settings=settings)
@@ -444,9 +442,7 @@ def test_what_cannot_be_recorded_is_refused(build: Callable[[], object], said: s
         build()
 
 
-def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(tmp_path, capsys) -> None:
     """Before its first recording is made, and the word that fits all three is told."""
     words = [
         "--port",
@@ -475,13 +471,7 @@ def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(
         (["--port", "virtual:finger:x"], "seed"),
     ],
 )
-def test_misuse_is_answered_in_one_line(
-    words: list[str],
-    said: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_misuse_is_answered_in_one_line(words, said, tmp_path, capsys, monkeypatch) -> None:
     """The verb names what it does not know, with what it knows, and exits with 2."""
     monkeypatch.setattr("builtins.input", lambda: "")
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)

@@ -83,9 +83,7 @@ def test_a_bench_is_examined_from_the_clock_to_the_load_cell(ports: VirtualPorts
     assert {found[subject] for subject in found.keys() - touched} == {"good"}
 
 
-def test_the_verb_prints_a_table_and_the_exit_code_tells(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_verb_prints_a_table_and_the_exit_code_tells(capsys) -> None:
     """What is not there is one row with its remedy, and code 1."""
     assert main(["doctor", "--port", "/dev/no_such_port"]) == 1
     out = capsys.readouterr().out
@@ -94,9 +92,7 @@ def test_the_verb_prints_a_table_and_the_exit_code_tells(
     assert out.splitlines()[-1] == "1 to mend"
 
 
-def test_a_virtual_bench_is_well_however_busy_this_computer_is(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_virtual_bench_is_well_however_busy_this_computer_is(capsys) -> None:
     """In lockstep the bench waits: no verdict depends on the load, and all is said to be well."""
     assert main(["doctor", "--port", "virtual:finger:3"]) == 0
     first = capsys.readouterr().out

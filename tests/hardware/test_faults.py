@@ -276,9 +276,7 @@ for child in children:
 """Twenty processes that log a row every 12.5 ms until they are killed."""
 
 
-def test_killed_processes_lose_less_than_a_second(
-    tmp_path: Path, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_killed_processes_lose_less_than_a_second(tmp_path, rng, caplog) -> None:
     """``kill -9`` at twenty random moments: of all rows older than 1 s, 99 % are in the file."""
     moments = np.sort(rng.uniform(1.5, 4.5, 20))
     parent = subprocess.Popen(
@@ -312,9 +310,7 @@ def first_stamp(path: Path) -> float:
 
 
 @pytest.mark.slow
-def test_killed_runs_on_a_bench_lose_less_than_a_second(
-    tmp_path: Path, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_killed_runs_on_a_bench_lose_less_than_a_second(tmp_path, rng, caplog) -> None:
     """The same with the whole program beside a bench in real time."""
     for place, moment in enumerate(rng.uniform(6.0, 10.0, 20)):
         out = tmp_path / str(place)

@@ -172,22 +172,14 @@ def test_a_growing_file_waits_for_what_is_not_there_yet(tmp_path: Path) -> None:
         (["view"], "a view needs a log"),
     ],
 )
-def test_what_cannot_be_shown_is_one_line(
-    words: list[str],
-    said: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_what_cannot_be_shown_is_one_line(words, said, tmp_path, monkeypatch, capsys) -> None:
     """It names the path."""
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2
     assert said in capsys.readouterr().err
 
 
-def test_without_rerun_the_extra_is_named(
-    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_rerun_the_extra_is_named(log, tmp_path, monkeypatch, capsys) -> None:
     """Before a bench is opened, and before a file is written."""
     monkeypatch.setitem(sys.modules, "rerun", None)
     for words in ([*RUN, "--out", str(tmp_path / "out"), "--view", "file"], ["view", str(log)]):

@@ -51,9 +51,7 @@ WAVE = steps_and_waves()
 
 @pytest.mark.parametrize("radius", [None, 0.0125, RADIUS])
 @pytest.mark.parametrize("bench", ["finger", "finger_routed", "spring_weak", "spring_strong"])
-def test_on_the_nominal_benches_every_range_is_as_declared(
-    bench: str, radius: float | None
-) -> None:
+def test_on_the_nominal_benches_every_range_is_as_declared(bench, radius) -> None:
     """To the bit, with a load cell, with a strong one, without one, and gently pulled."""
     for force in (GAIN * np.clip(WAVE, 0.0, 5.0), 1.2 * np.minimum(GAIN * WAVE, 21.0), None):
         assert found(moved(bench, 0.4 * WAVE, force), model(radius)) == BenchScale()

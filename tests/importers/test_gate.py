@@ -85,9 +85,7 @@ def test_sound_logs_are_held_out_by_recording_and_the_next_command_is_told(
     assert [len(loaded.train), len(loaded.test)] == [1, 1]
 
 
-def test_one_run_alone_is_cut_by_the_diagnosis(
-    logs: Logs, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_run_alone_is_cut_by_the_diagnosis(logs, tmp_path, capsys) -> None:
     """There is no second run to hold out: the command that is told cuts this one."""
     del logs.runs[1]
     assert said(logs, tmp_path, capsys).splitlines()[-1].endswith("_diagnosis --hold-out 0.3")
@@ -100,9 +98,7 @@ def test_one_run_alone_is_cut_by_the_diagnosis(
         (0.12, "first_row", "rests +120 mrad from where it would without friction"),
     ],
 )
-def test_the_first_rows_say_where_a_simulation_starts(
-    away: float, start: str, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_first_rows_say_where_a_simulation_starts(away, start, why, tmp_path, capsys) -> None:
     """Friction that holds a finger beside its rest is seen, written and said."""
     text = said(Logs(runs=[run(0, away), run(1, away)]), tmp_path, capsys)
     assert load_dataset(tmp_path / "out").train[0].start == start
@@ -197,9 +193,7 @@ def test_two_files_that_say_a_radius_differently_are_refused(
         assert "that of the asset 'finger', 0.0125 m; [model] says 0.02 m" in line
 
 
-def test_an_unknown_bench_names_the_folders_variable(
-    logs: Logs, tmp_path: Path, capsys, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unknown_bench_names_the_folders_variable(logs, tmp_path, capsys, monkeypatch) -> None:
     """And where the folder lies at hand, the very value that makes it known."""
     logs.bench = "lab_finger"
     words = logs.write(tmp_path)
@@ -214,9 +208,7 @@ def test_an_unknown_bench_names_the_folders_variable(
     assert f"./lab_finger is found with TENDON_NEWTON_ASSETS={tmp_path}" in capsys.readouterr().err
 
 
-def test_a_force_that_the_asset_does_not_allow_is_a_defect(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_force_that_the_asset_does_not_allow_is_a_defect(tmp_path, capsys) -> None:
     """A servo that pulls with ten times as much would end at 21 N in every simulation."""
     strong = {**run(0), "f": 10.0 * run(0)["f"]}
     assert main(Logs(runs=[strong, run(1)]).write(tmp_path)) == 0
@@ -226,9 +218,7 @@ def test_a_force_that_the_asset_does_not_allow_is_a_defect(
     assert "mend the defects, then:" in said
 
 
-def test_a_cart_beyond_its_rail_is_a_defect(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_cart_beyond_its_rail_is_a_defect(tmp_path, capsys, monkeypatch) -> None:
     """`asset new` puts a cart's zero into the middle of 1 m; a log with its zero at an end says."""
     assert main(["asset", "new", "gate_cart", "--kind", "slider", "--folder", str(tmp_path)]) == 0
     monkeypatch.setenv("TENDON_NEWTON_ASSETS", str(tmp_path))

@@ -82,9 +82,7 @@ def test_bags_and_mcap_files_become_one_dataset(bags: Path) -> None:
         ("gain = 3.0", "gain = true", "must be an object of finite numbers"),
     ],
 )
-def test_a_wrong_mapping_of_topics_is_one_line(
-    bags: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, words: str
-) -> None:
+def test_a_wrong_mapping_of_topics_is_one_line(bags, capsys, old, new, words) -> None:
     """Exit code 2 and a message that names the fault; no traceback."""
     assert old in MAPPING
     assert run_import(bags, MAPPING.replace(old, new)) == 2

@@ -88,9 +88,7 @@ def test_a_unit_that_cannot_be_seen_is_asked_for(tmp_path: Path, capsys) -> None
         (("--unit", "percent"), "needs --calibration"),
     ],
 )
-def test_a_wrong_option_says_what_there_is(
-    options: tuple[str, str], said: str, tmp_path: Path, capsys
-) -> None:
+def test_a_wrong_option_says_what_there_is(options, said, tmp_path, capsys) -> None:
     """One line each."""
     source = lerobot_dataset(tmp_path / "arm", scale=60.0)
     assert run_import(source, tmp_path / "out", *options) == 2
@@ -167,9 +165,7 @@ def test_rows_of_another_length_are_refused(tmp_path: Path, capsys) -> None:
     ("rows", "width", "said"),
     [(3_000_000, 1, "at most 2000000 rows"), (100_000, 400, "lists of at most 64 numbers")],
 )
-def test_a_file_that_unpacks_to_gigabytes_is_refused(
-    rows: int, width: int, said: str, tmp_path: Path, capsys
-) -> None:
+def test_a_file_that_unpacks_to_gigabytes_is_refused(rows, width, said, tmp_path, capsys) -> None:
     """A few hundred kilobytes of one repeated number: too many rows, or rows too long."""
     source = lerobot_dataset(tmp_path / "arm")
     flat = pa.array(np.zeros(rows * width, np.float32))

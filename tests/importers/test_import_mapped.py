@@ -231,9 +231,7 @@ def test_rows_that_are_left_out_leave_their_time(lab: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(("delimiter", "quote"), [(";", ""), ("\t", ""), ("|", ""), (",", '"')])
-def test_any_delimiter_goes_with_decimal_commas(
-    delimiter: str, quote: str, lab: Path, tmp_path: Path
-) -> None:
+def test_any_delimiter_goes_with_decimal_commas(delimiter, quote, lab, tmp_path) -> None:
     """Where commas separate cells as well, a spreadsheet quotes the numbers; a mark leads it."""
     for path in lab.glob("*.csv"):
         rows = [[f"{quote}{cell}{quote}" for cell in line.split(";")] for line in LAB.splitlines()]
@@ -253,9 +251,7 @@ def test_any_delimiter_goes_with_decimal_commas(
         ('delimiter = ","', LAB_COLUMNS, "no column named 'Zeit [ms]'"),
     ],
 )
-def test_what_cannot_be_guessed_is_said(
-    head: str, columns: str, said: str, lab: Path, tmp_path: Path, capsys
-) -> None:
+def test_what_cannot_be_guessed_is_said(head, columns, said, lab, tmp_path, capsys) -> None:
     """A missing column is called that, a word is no number, and what is stated wins."""
     path = mapping(tmp_path, columns, f'bench = "spring_weak"\n{head}')
     assert run_import(lab, path, tmp_path / "out") == 2
@@ -311,9 +307,7 @@ joint_load = {column = "load", unit = "mN m"}
         ("comment = 3", "comment must be a word; it is 3"),
     ],
 )
-def test_a_form_that_cannot_be_is_refused(
-    logs: Path, tmp_path: Path, head: str, message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_form_that_cannot_be_is_refused(logs, tmp_path, head, message, capsys) -> None:
     """One line says what was expected and what came."""
     path = mapping(tmp_path, head=f'bench = "spring_weak"\n{head}')
     assert run_import(logs, path, tmp_path / "out") == 2

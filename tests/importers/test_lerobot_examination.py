@@ -82,9 +82,7 @@ def examined(
     ("delay", "lag", "play", "offset"),
     [(0.033, 0.077, 0.0, 17.0), (0.060, 0.040, 2.0, -1.0), (0.100, 0.020, 6.0, 0.0)],
 )
-def test_what_was_planted_in_a_joint_is_told(
-    delay: float, lag: float, play: float, offset: float, tmp_path: Path, rng: np.random.Generator
-) -> None:
+def test_what_was_planted_in_a_joint_is_told(delay, lag, play, offset, tmp_path, rng) -> None:
     """Delay and lag to 5 ms, a sixth of a row; angles to a third of a degree, four counts."""
     command = teleoperated(rng)
     position = servo(command, delay, lag, play * DEGREE, offset * DEGREE)
@@ -105,9 +103,7 @@ def test_a_sound_joint_passes(tmp_path: Path, rng: np.random.Generator) -> None:
     assert (joint.faults, joint.dropped, joint.late) == ((), 0, 0)
 
 
-def test_rows_that_are_missing_or_late_are_counted(
-    tmp_path: Path, rng: np.random.Generator
-) -> None:
+def test_rows_that_are_missing_or_late_are_counted(tmp_path, rng) -> None:
     """Twelve rows left out, ten stamped half a period late, and no row is both."""
     command = teleoperated(rng)
     position = servo(command, 0.03, 0.06, 0.0, 0.0)
@@ -138,9 +134,7 @@ def test_a_joint_that_is_held_fails(tmp_path: Path, rng: np.random.Generator) ->
     assert joint.following.delay + joint.following.lag == pytest.approx(0.09, abs=0.01)
 
 
-def test_a_calibration_that_drifts_is_seen_in_its_episode(
-    tmp_path: Path, rng: np.random.Generator
-) -> None:
+def test_a_calibration_that_drifts_is_seen_in_its_episode(tmp_path, rng) -> None:
     """Nine episodes of 100 rows, the last with 12 degrees more; most of them are sound."""
     command = teleoperated(rng)
     position = servo(command, 0.03, 0.06, 0.0, 0.0)
@@ -181,9 +175,7 @@ def test_the_verb_examines_all_joints_and_says_what_comes_next(
     assert main(words) == 0
 
 
-def test_a_folder_of_joints_names_one_command_for_all(
-    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_of_joints_names_one_command_for_all(tmp_path, rng, capsys) -> None:
     """A LeRobotDataset is no dataset: the import is named, which tells the command for all joints.
 
     It tells once what all joints have in common. The joints' folder is one diagnosis, to which each

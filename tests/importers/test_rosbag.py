@@ -198,13 +198,7 @@ def test_a_message_of_ones_own_is_read_where_the_bag_defines_it(tmp_path: Path) 
 
 @pytest.mark.parametrize("damage", ["cut", "flip"])
 @pytest.mark.parametrize("plugin", PLUGINS)
-def test_a_damaged_bag_is_read_or_refused(
-    tmp_path: Path,
-    rng: np.random.Generator,
-    caplog: pytest.LogCaptureFixture,
-    plugin: str,
-    damage: str,
-) -> None:
+def test_a_damaged_bag_is_read_or_refused(tmp_path, rng, caplog, plugin, damage) -> None:
     """Whatever bytes are wrong, there is a recording or an error of ours, never a library's."""
     caplog.set_level(logging.CRITICAL)
     path = Bag(plugin=plugin).write(tmp_path / "bag")
@@ -231,9 +225,7 @@ def test_a_damaged_bag_is_read_or_refused(
         ("a: 1", "must be a ROS 2 bag that rosbags can read; it says"),
     ],
 )
-def test_a_broken_description_of_a_bag_is_refused(
-    tmp_path: Path, content: str | None, said: str
-) -> None:
+def test_a_broken_description_of_a_bag_is_refused(tmp_path, content, said) -> None:
     """Without metadata.yaml the file in the folder is offered instead."""
     path = Bag().write(tmp_path / "bag")
     (path / "metadata.yaml").unlink()
@@ -243,9 +235,7 @@ def test_a_broken_description_of_a_bag_is_refused(
         read(path)
 
 
-def test_a_missing_package_is_named_with_its_extra(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_package_is_named_with_its_extra(tmp_path, monkeypatch) -> None:
     """Without rosbags a user is told what to install."""
     path = Bag().write(tmp_path / "bag")
     monkeypatch.setitem(sys.modules, "rosbags", None)
@@ -317,9 +307,7 @@ def test_the_mapping_of_the_documentation_is_a_mapping(tmp_path: Path) -> None:
         ('"data[1]"', '"layout"', "must hold numbers"),
     ],
 )
-def test_a_mapping_that_does_not_fit_is_named(
-    tmp_path: Path, old: str, new: str, said: str
-) -> None:
+def test_a_mapping_that_does_not_fit_is_named(tmp_path, old, new, said) -> None:
     """A field or joint that messages lack is answered with what they have."""
     path = Bag().write(tmp_path / "bag")
     with pytest.raises(InvalidRecording, match=said):

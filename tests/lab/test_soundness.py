@@ -37,9 +37,7 @@ def test_the_check_reaches_a_stop_and_sticks(reference: np.ndarray) -> None:
     assert (np.abs(np.diff(reference, axis=0)) < 1.0e-6).mean() > 0.1
 
 
-def test_a_diverging_engine_is_refused_and_never_timed(
-    reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_diverging_engine_is_refused_and_never_timed(reference, monkeypatch) -> None:
     """Featherstone throws the links through their stops at 2 ms, as it is known to."""
     monkeypatch.setattr(soundness, "LADDER", (26,))
     monkeypatch.setattr(mechanics, "best_time", lambda *_: pytest.fail("it was timed"))
@@ -48,9 +46,7 @@ def test_a_diverging_engine_is_refused_and_never_timed(
         mechanics.timed_when_sound("SolverFeatherstone", WORLDS, make, reference)
 
 
-def test_an_engine_that_forgets_friction_is_refused(
-    reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_engine_that_forgets_friction_is_refused(reference, monkeypatch) -> None:
     """It stays finite, and is 0.07 rad off."""
     monkeypatch.setattr(soundness, "LADDER", (50, 100))
     with pytest.raises(UnsoundEngine, match=r"1 ms: 0\.0\d+ rad, 0 worlds escaped; 0\.5 ms"):
@@ -67,9 +63,7 @@ def test_one_world_that_escapes_is_enough(reference: np.ndarray) -> None:
         assert not verdict.sound
 
 
-def test_the_longest_sound_step_is_taken(
-    reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_longest_sound_step_is_taken(reference, monkeypatch) -> None:
     """Shorter ones are not tried, and MuJoCo in C has the same motion as our solver."""
     monkeypatch.setattr(soundness, "LADDER", (6, 64, 100))
     make = partial(PlainMujocoEngine, WORLDS, friction=JOINT_FRICTION)
@@ -108,9 +102,7 @@ def test_a_servo_that_plays_and_lags_ends_half_its_play_short() -> None:
         ("viscous_friction", 0.9, ["coulomb_friction"], True),
     ],
 )
-def test_an_answer_is_right_by_name_and_number(
-    name: str, value: float, alike: list[str], right: bool, tmp_path: Path
-) -> None:
+def test_an_answer_is_right_by_name_and_number(name, value, alike, right, tmp_path) -> None:
     """Its own name within a tenth or inside the interval, or a class that holds the name."""
     number = {"value": value, "ci95": [value - 0.01, value + 0.01]}
     effect = {"name": name, "parameters": {"force": number}, "indistinguishable_from": alike}

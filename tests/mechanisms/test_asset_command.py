@@ -243,9 +243,7 @@ def test_oblique_frames_and_strange_names_come_in(tmp_path: Path) -> None:
         (MJCF.replace('axis="0 1 0" range="0 1.75"', 'type="ball"'), {}, "ball joint"),
     ],
 )
-def test_a_file_that_is_no_finger_is_refused(
-    text: str, more: dict, message: str, tmp_path: Path
-) -> None:
+def test_a_file_that_is_no_finger_is_refused(text, more, message, tmp_path) -> None:
     """Each with what is missing."""
     with pytest.raises(InvalidAsset, match=message):
         imported(tmp_path, "xml", text, **more)
@@ -332,9 +330,7 @@ def test_the_export_has_short_names_shapes_and_the_servos_limit(tmp_path: Path) 
         write_mujoco(tmp_path / "nowhere" / "out.xml", load_mechanism("finger"))
 
 
-def test_the_command_imports_and_exports(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_imports_and_exports(tmp_path, capsys) -> None:
     """What it prints names the files; a name that is taken is refused."""
     source = tmp_path / "finger.xml"
     source.write_text(MJCF, encoding="utf-8")

@@ -165,9 +165,7 @@ def test_a_shaft_holds_its_weight(tmp_path: Path) -> None:
         (("--kind", "shaft", "--moment-arm", "0.01"), "moment_arm belongs to a finger"),
     ],
 )
-def test_numbers_of_no_such_bench_are_refused(
-    words: tuple[str, ...], said: str, tmp_path: Path, capsys
-) -> None:
+def test_numbers_of_no_such_bench_are_refused(words, said, tmp_path, capsys) -> None:
     """One line says what was expected."""
     assert main(["asset", "new", "bench", "--folder", str(tmp_path), *words]) == 2
     assert said in capsys.readouterr().err

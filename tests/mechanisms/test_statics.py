@@ -1,7 +1,6 @@
 """Equilibria against formulas derived by hand."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -233,9 +232,7 @@ def mujoco_arms(model: mujoco.MjModel, posture: np.ndarray) -> tuple[np.ndarray,
 
 @pytest.mark.parametrize("oblique", [False, True])
 @pytest.mark.parametrize("height", [-0.0165, -0.0155, -0.0135])
-def test_a_string_meets_and_leaves_its_pulley_where_mujoco_says(
-    height: float, oblique: bool, tmp_path: Path
-) -> None:
+def test_a_string_meets_and_leaves_its_pulley_where_mujoco_says(height, oblique, tmp_path) -> None:
     """Free, wrapped and both; around an axis across the string and an oblique one."""
     above = SIDE.replace("-0.0105", f"{height + 0.006}")
     changes = [(PULLEY, PULLEY.replace("-0.0165", f"{height}")), (SIDE, above)]

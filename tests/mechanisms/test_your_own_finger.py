@@ -50,9 +50,7 @@ def edit(path: Path, diff: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def test_the_guide_works_to_the_letter(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_guide_works_to_the_letter(tmp_path, monkeypatch, capsys) -> None:
     """New, two numbers edited, checked, shown, simulated, a policy: every line, in a minute."""
     monkeypatch.chdir(tmp_path)
     seconds = 0.0
@@ -87,9 +85,7 @@ def test_the_guide_names_every_rule() -> None:
     assert rules - told == set()
 
 
-def test_a_new_asset_has_the_numbers_that_it_was_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_new_asset_has_the_numbers_that_it_was_given(tmp_path, monkeypatch) -> None:
     """Read back from Newton's model, in SI, they are those of the command line."""
     words = "asset new claw --joints a b --length 0.04 0.03 --mass 0.02 --moment-arm 0.01 0.006"
     assert main([*words.split(), "--folder", str(tmp_path)]) == 0
@@ -122,18 +118,14 @@ def test_a_new_asset_has_the_numbers_that_it_was_given(
         ("a --spool-radius 12.5", "spool_radius must lie in [0.001, 0.1] m; it is 12.5"),
     ],
 )
-def test_numbers_of_no_finger_are_refused(
-    words: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_numbers_of_no_finger_are_refused(words, said, tmp_path, capsys) -> None:
     """The unit that most likely slipped stands in the message, and nothing is written."""
     assert main(["asset", "new", *words.split(), "--folder", str(tmp_path)]) == 2
     assert said in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_new_asset_never_overwrites_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_new_asset_never_overwrites_one(tmp_path, capsys) -> None:
     """The second run of the same command refuses and leaves the files alone."""
     command = ["asset", "new", "claw", "--folder", str(tmp_path)]
     assert main(command) == 0
@@ -144,9 +136,7 @@ def test_a_new_asset_never_overwrites_one(
     assert path.read_text() == "mine"
 
 
-def test_a_users_folder_may_not_shadow_an_asset(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_users_folder_may_not_shadow_an_asset(tmp_path, monkeypatch, capsys) -> None:
     """Else the nominal finger would silently be another one; a missing folder is named too."""
     (tmp_path / "finger").mkdir()
     (tmp_path / "finger/finger.usda").write_bytes(asset_path("finger").read_bytes())

@@ -136,18 +136,14 @@ def assert_balanced(books: Books) -> None:
 )
 @pytest.mark.parametrize("actuator", ACTUATORS)
 @pytest.mark.parametrize("path", BY_PATH)
-def test_after_a_step_the_cell_reads_what_moves_the_slider(
-    path: str, actuator: str, bench: str, model_of: Callable[[str], Model]
-) -> None:
+def test_after_a_step_the_cell_reads_what_moves_the_slider(path, actuator, bench, model_of) -> None:
     """Within 0.02 N in every row, and 1e-4 of the work."""
     assert_balanced(BY_PATH[path](bench, one_step(ROWS), model_of(actuator)))
 
 
 @pytest.mark.parametrize("bench", STIFFNESS)
 @pytest.mark.parametrize("actuator", ACTUATORS)
-def test_in_random_steps_the_cell_reads_what_moves_the_slider(
-    actuator: str, bench: str, model_of: Callable[[str], Model]
-) -> None:
+def test_in_random_steps_the_cell_reads_what_moves_the_slider(actuator, bench, model_of) -> None:
     """Within as much over 12 s of a replay."""
     assert_balanced(simulated("tendon", bench, random_steps(ROWS), model_of(actuator)))
 
@@ -156,9 +152,7 @@ def test_in_random_steps_the_cell_reads_what_moves_the_slider(
 @pytest.mark.parametrize("bench", STIFFNESS)
 @pytest.mark.parametrize("actuator", ACTUATORS)
 @pytest.mark.parametrize("path", BY_PATH)
-def test_other_paths_keep_their_books_in_random_steps(
-    path: str, actuator: str, bench: str, model_of: Callable[[str], Model]
-) -> None:
+def test_other_paths_keep_their_books_in_random_steps(path, actuator, bench, model_of) -> None:
     """The same over 12 s of the other paths."""
     assert_balanced(BY_PATH[path](bench, random_steps(ROWS), model_of(actuator)))
 

@@ -91,9 +91,7 @@ def test_every_effect_of_the_table_is_found_when_it_is_planted(hidden: str, tmp_
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_an_encoder_on_the_joint_tells_the_spool_where_no_cell_does(
-    seed: int, tmp_path: Path
-) -> None:
+def test_an_encoder_on_the_joint_tells_the_spool_where_no_cell_does(seed, tmp_path) -> None:
     """The motor's angle alone names nothing, or leaves the servo's gain open beside the spool."""
     plain = Recipe(
         effects=("spool_radius_error",), seed=seed, mix="W", duration=SHORT, without_force=True
@@ -109,9 +107,7 @@ def test_an_encoder_on_the_joint_tells_the_spool_where_no_cell_does(
 @pytest.mark.slow
 @pytest.mark.parametrize("hidden", ["spool_radius_error", "gain_error"])
 @pytest.mark.parametrize("seed", range(2, 8))
-def test_an_encoder_on_the_joint_names_spool_and_gain_alone(
-    hidden: str, seed: int, tmp_path: Path
-) -> None:
+def test_an_encoder_on_the_joint_names_spool_and_gain_alone(hidden, seed, tmp_path) -> None:
     """Without a load cell they are a class, or nothing is named; the joint tells them apart."""
     recipe = Recipe(
         effects=(hidden,), seed=seed, mix="W", duration=SHORT, without_force=True, on_joint=True

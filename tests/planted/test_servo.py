@@ -1,14 +1,12 @@
 """The plant's servo with a rotor, its gear and the causes in both, against closed forms."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
 from tests.planted.physics.bench import BENCHES, GAIN, SPOOL_RADIUS
 from tests.planted.physics.causes import Causes
-from tests.planted.physics.commands import COMMANDS, Array
+from tests.planted.physics.commands import COMMANDS
 from tests.planted.physics.disturbances import Knock
 from tests.planted.physics.plant import Run, simulate
 from tests.planted.physics.servo import DcServo
@@ -58,9 +56,7 @@ def test_a_free_rotor_nears_the_speed_at_which_its_emf_is_the_voltage() -> None:
 
 @pytest.mark.parametrize("commands", [one_step, random_steps])
 @pytest.mark.parametrize("bench", STIFFNESS)
-def test_the_string_carries_what_moves_the_slider(
-    bench: str, commands: Callable[[float], Array]
-) -> None:
+def test_the_string_carries_what_moves_the_slider(bench, commands) -> None:
     """F = m x'' + c x' + k x in every row, and the string's work is stored or lost: 1e-4."""
     command = commands(RATE)
     time = np.arange(command.size) / RATE
@@ -101,9 +97,7 @@ def test_the_gear_keeps_its_share_before_the_string(rate: float) -> None:
 
 @pytest.mark.parametrize("servo", [None, SERVO])
 @pytest.mark.parametrize("rate", [0.8, -0.8])
-def test_a_loaded_gear_keeps_a_share_of_what_presses_its_teeth(
-    rate: float, servo: DcServo | None
-) -> None:
+def test_a_loaded_gear_keeps_a_share_of_what_presses_its_teeth(rate, servo) -> None:
     """F = F_m (1 - K) / (1 + K) driving, F_m (1 + K) / (1 - K) driven (BAM's K |F_m + F|)."""
     share, command = 0.1, 4.0 + rate * (RAMP - 1.0)
     motion = run("spring_weak", Causes(gear_load=share), RAMP, command, servo=servo)

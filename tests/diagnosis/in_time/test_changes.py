@@ -78,9 +78,7 @@ def test_errors_that_no_number_accounts_for_are_doubted() -> None:
         ),
     ],
 )
-def test_what_moved_is_found_with_its_size_and_nothing_else(
-    worn: Model, cause: str, truth: float, said: str
-) -> None:
+def test_what_moved_is_found_with_its_size_and_nothing_else(worn, cause, truth, said) -> None:
     """One number moved: it alone is told, its interval holds the truth, its step is in words."""
     changes = changes_to(worn)
     (moved,) = changes.moved

@@ -35,9 +35,7 @@ def test_a_folder_of_days_gives_every_number_its_course(tmp_path: Path) -> None:
     assert {number["cause"] for number in numbers} >= {"tendon_slack", "viscous_friction"}
 
 
-def test_the_doctor_holds_one_recording_against_a_day(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_doctor_holds_one_recording_against_a_day(tmp_path, capsys) -> None:
     """The same recording: nothing to mend; one that a dataset does not list is one line."""
     first = small_dataset(tmp_path / "first")
     file, *_ = listed_files(first)
@@ -60,9 +58,7 @@ def test_the_doctor_holds_one_recording_against_a_day(
         (["{here}/first", "--against", "{here}/first", "--budget", "1min"], "takes no --hold-out"),
     ],
 )
-def test_days_that_are_none_are_one_line(
-    words: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_days_that_are_none_are_one_line(words, says, tmp_path, capsys) -> None:
     """What was expected, what came, and where."""
     small_dataset(tmp_path / "first")
     (small_dataset(tmp_path / "bare") / "model.toml").unlink()

@@ -1,6 +1,5 @@
 """A slip, a skip, a knock and a dip are found with time and size, and nothing where nothing was."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -83,9 +82,7 @@ def dipped() -> Recording:
         (dipped, "dip", 1.0 / 3.0, "The supply fell by 33 % at 6.50 s to 6.99 s in log_4."),
     ],
 )
-def test_an_event_is_found_with_its_time_and_size(
-    recording: Callable[[], Recording], kind: str, size: float, said: str
-) -> None:
+def test_an_event_is_found_with_its_time_and_size(recording, kind, size, said) -> None:
     """One event of the right kind: within four rows, its size within a tenth."""
     (event,) = find_events(nothing(), [recording()], FIRST)
     assert event.kind == kind

@@ -78,9 +78,7 @@ def test_the_proposed_run_settles_a_class(tmp_path: Path, rng: np.random.Generat
     assert settled["indistinguishable_from"] == []
 
 
-def test_a_command_file_stays_inside_the_servos_range(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_command_file_stays_inside_the_servos_range(tmp_path, capsys) -> None:
     """Two columns, even steps from 0, and angles that the servo accepts; what is expected is said.
 
     A weak spring cannot tell these two: the run is one of the finger.
@@ -102,9 +100,7 @@ def test_a_command_file_stays_inside_the_servos_range(
     assert "1.0 bits about names are open" in capsys.readouterr().out
 
 
-def test_a_diagnosis_that_leaves_one_set_needs_no_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_diagnosis_that_leaves_one_set_needs_no_run(tmp_path, capsys) -> None:
     """One line that says what there is; nothing is written, and nothing went wrong."""
     write_open_sets(tmp_path, TILT)
     assert main(["experiment", str(tmp_path), "--out", str(tmp_path / "run.csv")]) == 0

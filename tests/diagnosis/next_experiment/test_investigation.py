@@ -142,9 +142,7 @@ def diagnosing(monkeypatch: pytest.MonkeyPatch, killed: int | None = None) -> li
 
 
 @pytest.mark.parametrize("killed", [1, 2, 3])
-def test_it_goes_on_where_it_was_killed(
-    killed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_goes_on_where_it_was_killed(killed, tmp_path, monkeypatch) -> None:
     """Sets are carried on from run to run, and the last answer is a diagnosis of all recordings.
 
     The call is killed in the first diagnosis, while sets are carried on, or in the last diagnosis:
@@ -261,9 +259,7 @@ def virtual(folder: Path, **changes: Any) -> InvestigateOptions:
         ({"calibration": Path("cell.toml")}, "cell.toml: a calibration is a TOML file"),
     ],
 )
-def test_an_investigation_that_cannot_be_leaves_nothing_behind(
-    changes: dict[str, Any], words: str, tmp_path: Path
-) -> None:
+def test_an_investigation_that_cannot_be_leaves_nothing_behind(changes, words, tmp_path) -> None:
     """Each option is refused in its own words before the folder is made."""
     with pytest.raises(TendonNewtonError, match=words):
         investigation.investigate(virtual(tmp_path, **changes), SilentOperator(), budget=60.0)
@@ -300,9 +296,7 @@ def test_a_folder_without_a_recording_holds_nothing_to_go_on_with(tmp_path: Path
 
 
 @pytest.mark.parametrize(("reason", "goes_on"), [(SPENT, True), ("nothing is open", False)])
-def test_a_larger_budget_takes_up_what_ended_for_want_of_time(
-    reason: str, goes_on: bool, tmp_path: Path
-) -> None:
+def test_a_larger_budget_takes_up_what_ended_for_want_of_time(reason, goes_on, tmp_path) -> None:
     """What ended for another reason stays ended."""
     options = virtual(tmp_path)
     list_run(tmp_path / "out" / "recordings")
@@ -371,9 +365,7 @@ def test_a_fault_ends_a_run_as_in_collect_and_the_same_call_goes_on(
     assert len(opened) == 4
 
 
-def test_an_adapter_that_comes_back_soon_leaves_a_gap(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_adapter_that_comes_back_soon_leaves_a_gap(tmp_path, monkeypatch) -> None:
     """Two seconds out of its socket: the run pauses, goes on, and is listed."""
     spoil_first_bench(monkeypatch, let("unplug", duration=2.0))
     with pytest.raises(KeyboardInterrupt):

@@ -161,9 +161,7 @@ def test_the_first_screen_is_a_table_of_causes(pages: dict[str, str]) -> None:
     ]
 
 
-def test_suspected_causes_and_rivals_have_tables_of_their_own(
-    with_force: Evidence, tmp_path: Path
-) -> None:
+def test_suspected_causes_and_rivals_have_tables_of_their_own(with_force, tmp_path) -> None:
     """Each suspect with its reason; each rival with its held-out error, in their order."""
     quiet, loud = (
         Errors(force_rmse=size, theta_rmse=size, theta_mae=size) for size in (0.0123, 0.5)
@@ -285,9 +283,7 @@ def test_a_dataset_speaks_for_itself(with_force: Evidence, tmp_path: Path) -> No
     assert "synthetic" not in path.read_text(encoding="utf-8")
 
 
-def test_the_same_diagnosis_gives_the_same_page(
-    with_force: Evidence, pages: dict[str, str], tmp_path: Path
-) -> None:
+def test_the_same_diagnosis_gives_the_same_page(with_force, pages, tmp_path) -> None:
     """To the letter: no date, no chance."""
     write_report(tmp_path / "b.html", diagnosis("explained"), with_force)
     assert (tmp_path / "b.html").read_text(encoding="utf-8") == pages["explained"]

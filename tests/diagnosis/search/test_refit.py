@@ -189,9 +189,7 @@ def test_what_a_part_holds_does_not_move_its_own_refit(worlds: SearchWorlds) -> 
     assert not np.allclose(seen.place, found[1].place, rtol=1e-2)
 
 
-def test_a_cause_pays_on_left_out_parts_that_have_it_and_costs_on_others(
-    worlds: SearchWorlds,
-) -> None:
+def test_a_cause_pays_on_left_out_parts_that_have_it_and_costs_on_others(worlds) -> None:
     """Two recordings of three have friction: left out, each gains by it, and the third loses."""
     friction = {"viscous_friction": {"coefficient": 1.2}}
     logs = [log(0, **friction), log(1, **friction), log(2)]

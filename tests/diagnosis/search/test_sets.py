@@ -189,9 +189,7 @@ def test_a_change_below_the_error_of_form_is_no_cause() -> None:
     assert pool.excess(less) < PRICE
 
 
-def test_only_where_something_sticks_is_a_law_that_sticks_expected_to_miss(
-    worlds: SearchWorlds,
-) -> None:
+def test_only_where_something_sticks_is_a_law_that_sticks_expected_to_miss(worlds) -> None:
     """A third of its error of form is enough to name the first dry friction, not the second."""
     plain, dry = form_of(worlds, ("viscous_friction",)), form_of(worlds, ("coulomb_friction",))
     assert dry.theta == pytest.approx(FORM_THETA * worlds.study.scale.turn)
@@ -229,9 +227,7 @@ def test_two_conditions_are_left_out_whole() -> None:
     assert parts("pendulum", "pendulum", gains=(0.6, 2.3)) == [{0, 1, 2, 3, 4}] * 2
 
 
-def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(monkeypatch) -> None:
     """A set may cost least and yet hold a cause that changes too little to be named."""
     one: Any = SimpleNamespace(names=("viscous_friction",))
     more: Any = SimpleNamespace(names=("viscous_friction", "coulomb_friction"))
@@ -457,9 +453,7 @@ def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: SearchWor
     assert pool.floors.theta > 2.0 * plain.theta
 
 
-def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(
-    worlds: SearchWorlds,
-) -> None:
+def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(worlds) -> None:
     """The sets without them saw all parts: refits that did not see a part do worse there."""
     pool = pool_of(worlds)
     start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)

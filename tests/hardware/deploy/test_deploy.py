@@ -43,9 +43,7 @@ def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
 
 
-def test_a_command_deploys_and_its_folder_is_a_dataset(
-    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_command_deploys_and_its_folder_is_a_dataset(policy, tmp_path, capsys) -> None:
     """Two deployments make a dataset that loads; replaying a log gives the same actions."""
     out, state = tmp_path / "runs", tmp_path / "model.toml"
     write_model(state, ideal_model(tendon_slack={"length": 0.002}))
@@ -69,9 +67,7 @@ def test_a_command_deploys_and_its_folder_is_a_dataset(
     assert "outputs differ by 0.00e+00 rad" in capsys.readouterr().out
 
 
-def test_stairs_end_by_themselves_without_an_alarm(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_stairs_end_by_themselves_without_an_alarm(tmp_path, capsys) -> None:
     """The packaged policy, by its name: 16.5 s at 80 Hz, and no line that cries out."""
     words = [*WORDS, "--policy", "finger-stairs", "--out", str(tmp_path), "--goals", "stairs"]
     assert main(words) == 0
@@ -97,9 +93,7 @@ def test_a_command_that_is_cut_is_no_alarm(tmp_path: Path) -> None:
     assert not [line for line in flight.operator.told if "cut" in line.lower()]
 
 
-def test_a_run_that_nothing_ends_is_refused(
-    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_that_nothing_ends_is_refused(policy, tmp_path, capsys) -> None:
     """Faster than real time and without keys it would fill the disk."""
     words = [*WORDS, "--policy", str(policy), "--out", str(tmp_path)]
     for goals in ("keyboard", "0.8"):
@@ -279,9 +273,7 @@ def test_a_picture_needs_no_display(policy: Path, tmp_path: Path) -> None:
     assert main(["plot", str(out / "closing_0.mcap"), "--out", str(tmp_path / "a.png")]) == 2
 
 
-def test_another_policy_is_noticed_in_a_replay(
-    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_another_policy_is_noticed_in_a_replay(policy, tmp_path, capsys) -> None:
     """The verb ends with an error where actions differ, and the report says by how much."""
     path = tmp_path / "run.mcap"
     Flight(path=path, policy=load_policy(policy)).fly()
@@ -310,9 +302,7 @@ def test_another_policy_is_noticed_in_a_replay(
         (["--policy", "{policy}", "--replay", "{policy}"], "MCAP"),
     ],
 )
-def test_misuse_is_answered_in_one_line(
-    policy: Path, words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_misuse_is_answered_in_one_line(policy, words, said, tmp_path, capsys) -> None:
     """Nothing moves, one line says what was promised, and the exit code is 2."""
     words = [word.format(policy=policy) for word in words]
     assert main(["deploy", *words, "--out", str(tmp_path / "out")]) == 2

@@ -81,9 +81,7 @@ def test_a_network_of_train_force_can_guard(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "said"), [({"rate": 80.0}, "runs at 80 Hz"), ({"streaming": True}, "keeps a state")]
 )
-def test_a_network_for_another_use_is_refused(
-    tmp_path: Path, changes: dict[str, Any], said: str
-) -> None:
+def test_a_network_for_another_use_is_refused(tmp_path, changes, said) -> None:
     """It must take windows at the policy's rate."""
     path = write_estimate(tmp_path / "force.onnx", Spring(), **changes)
     with pytest.raises(InvalidNetworkFile, match=said):

@@ -155,9 +155,7 @@ def test_a_torchscript_policy_must_be_trusted(tmp_path: Path) -> None:
     load_policy(path)
 
 
-def test_a_torchscript_policy_without_torch_says_what_to_do(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_torchscript_policy_without_torch_says_what_to_do(tmp_path, monkeypatch) -> None:
     """On a Pi there is no torch: the message points to the ONNX file."""
     from tendon_newton.errors import MissingDependency
 

@@ -58,9 +58,7 @@ def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
 
 
-def test_two_servos_are_deployed_and_their_log_is_a_recording(
-    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_servos_are_deployed_and_their_log_is_a_recording(policy, tmp_path, capsys) -> None:
     """Columns for both tendons, load cells included; the replay gives the same actions."""
     words = [*WORDS, "--policy", str(policy), "--out", str(tmp_path), "--goals", "stairs"]
     assert main([*words, "--duration", "6", "--split", "test"]) == 0

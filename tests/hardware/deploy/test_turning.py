@@ -97,9 +97,7 @@ def sightings(path: Path) -> list[tuple[float, tuple[float, ...]]]:
         ]
 
 
-def test_a_ball_is_turned_from_the_command_line(
-    gait: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_ball_is_turned_from_the_command_line(gait, tmp_path, capsys) -> None:
     """The summary, the log as a recording of four tendons, the replay and the plot."""
     words = ["deploy", "--policy", str(gait), "--port", "virtual:hand_ball:3", "--goals", "1.0"]
     words += ["--duration", "4", "--faster-than-real-time", "--out", str(tmp_path)]
@@ -123,9 +121,7 @@ def test_a_ball_is_turned_from_the_command_line(
     assert "goal angle" not in drawn
 
 
-def test_a_policy_sees_the_latest_place_that_the_camera_told(
-    policy: Policy, tmp_path: Path
-) -> None:
+def test_a_policy_sees_the_latest_place_that_the_camera_told(policy, tmp_path) -> None:
     """Each sample's coordinates are those of the last line before it, and the rate is the goal."""
     path = tmp_path / "run.mcap"
     outcome, _, watch = turn(policy, path, 3.0)
@@ -157,9 +153,7 @@ def test_the_true_pose_stands_in_the_log(policy: Policy, tmp_path: Path) -> None
     assert figures.drops_per_minute == 0.0
 
 
-def test_a_ball_that_is_lost_is_put_back_between_open_fingers(
-    policy: Policy, tmp_path: Path
-) -> None:
+def test_a_ball_that_is_lost_is_put_back_between_open_fingers(policy, tmp_path) -> None:
     """The fingers open, a hand puts the virtual ball back, and the policy goes on."""
     path = tmp_path / "run.mcap"
 

@@ -128,9 +128,7 @@ def bent() -> list[CalibrationPoint]:
         (points(hysteresis=0.5), "loading and unloading must agree within 2 %"),
     ],
 )
-def test_points_that_support_no_line_are_refused(
-    measured: list[CalibrationPoint], said: str
-) -> None:
+def test_points_that_support_no_line_are_refused(measured, said) -> None:
     """With the reason, and with what to do."""
     with pytest.raises(InvalidCalibration, match=said):
         fit(measured)

@@ -3,7 +3,6 @@
 import random
 from collections.abc import Iterator
 from math import pi
-from pathlib import Path
 
 import pytest
 
@@ -86,9 +85,7 @@ def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, dou
 @pytest.mark.parametrize(
     ("others", "doubted"), [(-0.5, False), (-0.1, True), (0.0, True), (0.5, True)]
 )
-def test_a_servo_that_lets_out_keeps_the_tension_of_one_that_winds_in(
-    others: float, doubted: bool
-) -> None:
+def test_a_servo_that_lets_out_keeps_the_tension_of_one_that_winds_in(others, doubted) -> None:
     """A finger between two tendons turns under one tension, and its cell is believed."""
     rng = random.Random(5)
     doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
@@ -168,9 +165,7 @@ def test_a_motor_that_pulls_has_a_tension(force: float, voltage: float, doubted:
 @pytest.mark.parametrize("bench", ["finger", "spring_weak", "spring_strong"])
 @pytest.mark.parametrize("excitation", ["random_steps", "sine", "ramps", "contact_ramp"])
 @pytest.mark.parametrize("rate", [80, 20, 10])
-def test_no_recording_is_ended_by_a_live_cell(
-    bench: str, excitation: str, rate: int, tmp_path: Path
-) -> None:
+def test_no_recording_is_ended_by_a_live_cell(bench, excitation, rate, tmp_path) -> None:
     """A minute of every kind of command on every bench, at every rate of the cell."""
     trial = Trial(
         path=tmp_path / "run.mcap",

@@ -263,9 +263,7 @@ def test_a_chip_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize("counts", [0, 1_234_567, -1, -0x800000])
-def test_conversions_are_shifted_out_with_their_sign(
-    monkeypatch: pytest.MonkeyPatch, counts: int
-) -> None:
+def test_conversions_are_shifted_out_with_their_sign(monkeypatch, counts) -> None:
     """24 bits, highest first, and one pulse more."""
     pins = Pins(counts)
     monkeypatch.setitem(sys.modules, "lgpio", pins)
@@ -344,9 +342,7 @@ def test_no_bytes_raise_or_become_a_reading_with_a_wrong_checksum(pieces: list[b
     soup=st.lists(st.one_of(frames, st.binary(max_size=30).filter(lambda b: b"\n" not in b))),
     cuts=st.lists(st.integers(1, 40), min_size=1),
 )
-def test_whole_lines_are_found_in_garbage_however_it_is_cut(
-    soup: list[Frame | bytes], cuts: list[int]
-) -> None:
+def test_whole_lines_are_found_in_garbage_however_it_is_cut(soup, cuts) -> None:
     """Garbage costs the line that it stands in and no other."""
     stream = b"".join(encode_frame(x) if isinstance(x, Frame) else x + b"\n" for x in soup)
     splitter, found, at, turn = LineSplitter(), [], 0, 0
@@ -450,9 +446,7 @@ def readings_of(
 
 
 @pytest.mark.parametrize("error", [-80e-6, 0.0, 200e-6])
-def test_readings_are_dated_to_a_fifth_of_a_millisecond(
-    rng: np.random.Generator, error: float
-) -> None:
+def test_readings_are_dated_to_a_fifth_of_a_millisecond(rng, error) -> None:
     """A minute at 80 Hz with delays of 0.6 ms in the mean and now and then 8 ms."""
     true = PERIOD * np.arange(4800.0)
     delay = rng.exponential(0.6e-3, true.size) + 8e-3 * (rng.random(true.size) < 0.01)

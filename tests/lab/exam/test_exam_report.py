@@ -162,9 +162,7 @@ def scored(*effects: dict[str, Any], suspected: tuple[dict[str, Any], ...] = ())
         (cause("gear_load_friction", "coefficient", (0.1, 0.2)), None),
     ],
 )  # fmt: skip
-def test_a_name_is_deserved_by_plant_null_and_numbers(
-    given: dict[str, Any], fault: str | None
-) -> None:
+def test_a_name_is_deserved_by_plant_null_and_numbers(given, fault) -> None:
     """It fails by the one thing that is wrong with it; a fourth classmate is not heard."""
     (name,) = scored(given).named
     failed = [k for k in ("in_plant", "leaves_null", "holds_truth") if not getattr(name, k)]
@@ -201,9 +199,7 @@ def test_what_matters_is_worth_a_tenth_and_suspects_count_apart() -> None:
 
 
 @pytest.mark.parametrize("bench", ["finger", "spring_weak"])
-def test_each_fault_that_is_mended_is_one_that_the_plant_file_tells(
-    bench: str, tmp_path: Path
-) -> None:
+def test_each_fault_that_is_mended_is_one_that_the_plant_file_tells(bench, tmp_path) -> None:
     """A mend changes the unit, and its first name is in the file; a calibrated cell has no gain."""
     unit = worn(draw_unit(bench, 40), "planted")
     write_plant_file(tmp_path / "plant.toml", unit)
@@ -280,9 +276,7 @@ def recipe_of(*effects: str) -> OtherRecipe:
     return OtherRecipe(effects=effects, seed=1, benches=("spring_weak", "spring_strong"))
 
 
-def test_an_exam_that_broke_off_draws_and_diagnoses_what_is_left(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_exam_that_broke_off_draws_and_diagnoses_what_is_left(tmp_path, monkeypatch) -> None:
     """What has an answer is neither drawn nor diagnosed again, and sums stand in one file."""
     drawn: list[str] = []
 

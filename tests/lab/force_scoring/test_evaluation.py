@@ -84,9 +84,7 @@ def held_steps(at: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("of_changes", [False, True])
 @pytest.mark.parametrize("late", [-0.1, 0.0, 0.03, 0.055, 0.2])
-def test_a_lag_is_found_to_a_tenth_of_a_row(
-    late: float, of_changes: bool, rng: np.random.Generator
-) -> None:
+def test_a_lag_is_found_to_a_tenth_of_a_row(late, of_changes, rng) -> None:
     """A smooth signal against itself, shifted by a known time: 1.25 ms is a tenth of a row."""
     pace, phase = rng.uniform(1.0, 8.0, 12), rng.uniform(0.0, 6.0, 12)
 
@@ -99,9 +97,7 @@ def test_a_lag_is_found_to_a_tenth_of_a_row(
 
 
 @pytest.mark.parametrize("late", [-0.05, 0.0, 0.025])
-def test_a_release_that_is_guessed_too_steep_moves_forces_and_not_their_changes(
-    late: float, rng: np.random.Generator
-) -> None:
+def test_a_release_that_is_guessed_too_steep_moves_forces_and_not_their_changes(late, rng) -> None:
     """A network that falls 3 N at once, where a motor gives way in 2 s, is not ahead of time.
 
     Its noise is 0.2 N. Within a row, 12.5 ms, the edges tell the shift that is there; the whole

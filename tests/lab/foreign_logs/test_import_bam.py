@@ -129,9 +129,7 @@ def test_a_servo_that_a_current_drives_is_refused(tmp_path: Path, capsys) -> Non
         ("m6", (), {"stribeck_friction", "load_dependent_friction"}),
     ],
 )
-def test_a_parameter_file_becomes_a_model(
-    model: str, absent: tuple[str, ...], effects: set[str], tmp_path: Path
-) -> None:
+def test_a_parameter_file_becomes_a_model(model, absent, effects, tmp_path) -> None:
     """Motor, delay, offset, gain and the frictions that a model of theirs has."""
     from tests.lab.foreign_logs.bam_files import M6
 
@@ -172,9 +170,7 @@ def test_a_parameter_file_becomes_a_model(
         ),
     ],
 )
-def test_one_coefficient_of_load_is_the_gears(
-    changes: dict[str, float], expected: tuple[str, dict], tmp_path: Path
-) -> None:
+def test_one_coefficient_of_load_is_the_gears(changes, expected, tmp_path) -> None:
     """m3 and m4 weigh motor and load alike."""
     one = {"load_friction_motor": None, "load_friction_external": None, "load_friction_base": 0.1}
     path = bam_parameters(tmp_path / "m4.json", model="m4", **one, **changes)
@@ -211,9 +207,7 @@ def test_what_no_effect_says_is_said(tmp_path: Path) -> None:
         ({"alpha": "two"}, "alpha must be a number"),
     ],
 )
-def test_a_broken_parameter_file_is_refused(
-    changes: dict, said: str, tmp_path: Path, capsys
-) -> None:
+def test_a_broken_parameter_file_is_refused(changes, said, tmp_path, capsys) -> None:
     """One line names the file and what is wrong with it."""
     path = bam_parameters(tmp_path / "p.json", **changes)
     assert main(["import", "bam", str(path), "--out", str(tmp_path / "out")]) == 2

@@ -100,9 +100,7 @@ def test_an_angle_that_was_scaled_tells_by_how_much(tmp_path: Path) -> None:
         ('a,timestamp,positions\nCONTROL,7,"[0.0, 1.0]"\n', "same timestamps"),
     ],
 )
-def test_a_broken_log_is_one_line_that_says_so(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], control: str, words: str
-) -> None:
+def test_a_broken_log_is_one_line_that_says_so(tmp_path, capsys, control, words) -> None:
     """Exit code 2 and a message that names file and fault."""
     write_motion(tmp_path / "logs" / "one", control=control)
     code = main(["import", "so101", str(tmp_path / "logs"), "--out", str(tmp_path / "out")])

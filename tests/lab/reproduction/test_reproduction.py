@@ -92,9 +92,7 @@ def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_
     assert run_stages(later, ["ramp"]) == found  # and all that is there is told
 
 
-def test_a_fitted_model_is_a_file_for_other_verbs(
-    recorded: Path, causes: Path, tmp_path: Path
-) -> None:
+def test_a_fitted_model_is_a_file_for_other_verbs(recorded, causes, tmp_path) -> None:
     """The physical model of a bench has the causes that were given, and fitted numbers."""
     reproduction = Reproduction(
         settings=SETTINGS, out=tmp_path, folders=(recorded,), causes=causes, executor=InTurn()
@@ -290,9 +288,7 @@ def test_stages_bring_what_they_need() -> None:
     assert set(REPRODUCTION_STAGES) == with_needs(tuple(REPRODUCTION_STAGES))
 
 
-def test_an_unknown_stage_is_one_line(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_stage_is_one_line(recorded, tmp_path, capsys) -> None:
     """Exit code 2, and the stages are listed."""
     words = ["reproduce", "--out", str(tmp_path), "--recordings", str(recorded), "--only", "tips"]
     assert main(words) == 2

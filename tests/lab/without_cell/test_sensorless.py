@@ -170,9 +170,7 @@ def test_recordings_of_one_bench_with_different_springs_are_refused() -> None:
         imply_forces(dataset_of((*logs, other)), FEW)
 
 
-def test_a_network_without_a_load_cell_is_nearly_as_good_as_one_with_it(
-    implied: ImpliedForces, tmp_path: Path
-) -> None:
+def test_a_network_without_a_load_cell_is_nearly_as_good_as_one_with_it(implied, tmp_path) -> None:
     """Trained alike on the same motions, on runs that neither saw: within a quarter."""
     test = pulled_logs("steps_held_2s", first_seed=9)
     config = TrainingConfig(
@@ -187,9 +185,7 @@ def test_a_network_without_a_load_cell_is_nearly_as_good_as_one_with_it(
     assert error["without"] < 1.25 * error["with"]
 
 
-def test_a_user_trains_a_network_without_a_load_cell(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_user_trains_a_network_without_a_load_cell(tmp_path, capsys) -> None:
     """From a dataset without a force column to a network whose card says what its force is."""
     logs = pulled_logs("random_steps", "sine", duration=10.0)
     write_dataset(tmp_path / "data", [with_force(r, None) for r in logs], [])
@@ -205,9 +201,7 @@ def test_a_user_trains_a_network_without_a_load_cell(
     assert network.card.held_out is None
 
 
-def test_a_dataset_that_tells_nothing_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_dataset_that_tells_nothing_is_one_line(tmp_path, capsys) -> None:
     """Fingers without a tip: exit code 2 and what is needed."""
     logs = [replace(pulled_log("finger", seed=seed), tip=None) for seed in (0, 1)]
     write_dataset(tmp_path / "data", [replace(r, name=f"{i}.csv") for i, r in enumerate(logs)], [])

@@ -146,9 +146,7 @@ CASES: dict[str, tuple[Damage, int, str]] = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_file_that_is_no_asset_is_answered_quickly(
-    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_is_no_asset_is_answered_quickly(case, tmp_path, capsys) -> None:
     """Exit code 2 and one line, or 1 and a finding where USD could open it."""
     damage, code, said = CASES[case]
     path = damage(tmp_path)

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -86,9 +85,7 @@ def line_changes(draw: st.DrawFn) -> Change:
 
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(changes=st.lists(line_changes(), min_size=1, max_size=4))
-def test_a_spoiled_asset_is_checked_and_read_or_refused(
-    tmp_path: Path, changes: list[Change]
-) -> None:
+def test_a_spoiled_asset_is_checked_and_read_or_refused(tmp_path, changes) -> None:
     """A finding or an InvalidAsset, and nothing else; what has no error loads."""
     lines = flat_text("finger").split("\n")
     for change in changes:

@@ -115,9 +115,7 @@ def test_a_marked_shape_with_a_mass_moves(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_cannot_be_an_obstacle_is_named(
-    more: str, wrong: str, words: str, tmp_path: Path
-) -> None:
+def test_what_cannot_be_an_obstacle_is_named(more, wrong, words, tmp_path) -> None:
     """The prim, and what one is."""
     with pytest.raises(InvalidAsset, match=words):
         load_mechanism(layer(tmp_path, more=more, wrong=wrong))
@@ -232,9 +230,7 @@ def test_links_that_may_meet_are_simulated_whole(tmp_path: Path) -> None:
         ([LinkObstacle(link="left/distal_phalanx")] * 2, InvalidParameter, "obstacle twice"),
     ],
 )
-def test_wrong_names_of_links_are_refused(
-    obstacles: list[LinkObstacle], kind: type[Exception], words: str, tmp_path: Path
-) -> None:
+def test_wrong_names_of_links_are_refused(obstacles, kind, words, tmp_path) -> None:
     """What came, and what there is."""
     with pytest.raises(kind, match=words):
         load_mechanism(write_pinch(tmp_path)).with_obstacles(*obstacles)

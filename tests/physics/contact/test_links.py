@@ -16,7 +16,6 @@ from tests.physics.contact.bodies import RADIUS, ground, marble
 from tests.physics.contact.pinches import (
     CROSSED,
     FACING,
-    Place,
     carriages,
     motion_energy,
     pinch,
@@ -60,9 +59,7 @@ def exact(values: Tensor) -> Array:
     [(FACING, PRESSED), pytest.param(CROSSED, (2.0, 0.6), marks=pytest.mark.slow)],
     ids=["in a plane", "in space"],
 )
-def test_two_links_push_each_other_as_hard(
-    place: Place, pressed: tuple[float, float], tmp_path: Path
-) -> None:
+def test_two_links_push_each_other_as_hard(place, pressed, tmp_path) -> None:
     """Each finger is in balance with its springs, its tendon and one force, opposite for both.
 
     The force is found by hand from where the axes come closest.

@@ -118,9 +118,7 @@ def test_gradients_by_the_weights(rollout: DifferentiableRollout, seeds: dict[st
     assert largest > 1.0
 
 
-def test_gradients_by_effects_bench_and_actions(
-    rollout: DifferentiableRollout, seeds: dict[str, Array]
-) -> None:
+def test_gradients_by_effects_bench_and_actions(rollout, seeds) -> None:
     """To 1e-3, and not zero: every number of the effects, springs, masses, arms, commands."""
     rollout.forward()
     inputs = rollout.backward(**seeds)
@@ -151,9 +149,7 @@ def test_gradients_by_effects_bench_and_actions(
             assert float(taped[name][place]) == pytest.approx(expected, rel=1e-3), (name, place)
 
 
-def test_many_substeps_at_once_give_the_same(
-    rollout: DifferentiableRollout, seeds: dict[str, Array], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_many_substeps_at_once_give_the_same(rollout, seeds, monkeypatch) -> None:
     """What a GPU does between two queries, against one substep after the other."""
     found = []
     for at_once in (False, True):
@@ -189,9 +185,7 @@ def test_a_taped_run_is_a_replay(rollout: DifferentiableRollout) -> None:
     assert read.force.numpy() == pytest.approx(expected, abs=1e-4)
 
 
-def test_torch_reaches_weights_numbers_and_actions(
-    rollout: DifferentiableRollout, seeds: dict[str, Array]
-) -> None:
+def test_torch_reaches_weights_numbers_and_actions(rollout, seeds) -> None:
     """`backward` of a torch loss gives the same gradients, also after another run in between."""
     parameters = torch.tensor(rollout.inputs.parameters.numpy(), requires_grad=True)
     command = torch.tensor(rollout.inputs.command.numpy(), requires_grad=True)

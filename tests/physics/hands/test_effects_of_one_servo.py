@@ -69,9 +69,7 @@ def run(*effects: NamedValues, actuator: NamedValues = IDEAL) -> Trajectory:
 @pytest.mark.parametrize(
     ("actuator", "causes"), [(IDEAL, CAUSES), (MOTOR, OF_MOTOR)], ids=["source", "motor"]
 )
-def test_the_same_at_each_servo_is_the_same_at_all(
-    actuator: NamedValues, causes: dict[str, dict[str, float]]
-) -> None:
+def test_the_same_at_each_servo_is_the_same_at_all(actuator, causes) -> None:
     """To the last bit; and one servo's alone is neither that nor nothing."""
     names = [*causes, *(name_of(name, d) for name, d in product(causes, (0, 1)))]
     rollout = Rollout(

@@ -116,9 +116,7 @@ def test_recordings_of_a_hand_are_replayed_finger_by_finger() -> None:
             assert getattr(whole[r], name) == pytest.approx(expected, abs=tolerance)
 
 
-def test_space_and_plane_give_the_same_finger(
-    monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
-) -> None:
+def test_space_and_plane_give_the_same_finger(monkeypatch, rng) -> None:
     """The general equations, told nothing of the plane, lead to the same motion."""
     runs = [run_of(stairs(rng, 81, 0.5, 3.0, 20))]
     planar = simulate(runs, ideal_model(), time_step=5e-4)[0]

@@ -48,9 +48,7 @@ def follow(solver: TendonSolver, model: newton.Model, command: np.ndarray) -> np
 
 
 @pytest.mark.parametrize(("precision", "tolerance"), [("float64", 1e-6), ("float32", 1e-4)])
-def test_control_steps_are_the_rollout(
-    precision: str, tolerance: float, rng: np.random.Generator
-) -> None:
+def test_control_steps_are_the_rollout(precision, tolerance, rng) -> None:
     """Row by row the solver is the rollout, but for rounding to float32, Newton's or its own."""
     command = stairs(rng, 101, 0.5, 3.0, 20)
     (run,) = simulate([run_of(command)], MODEL, time_step=5e-4)

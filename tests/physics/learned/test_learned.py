@@ -1,7 +1,6 @@
 """The learned actuator in the simulators: the force that its network gives, at the right rows."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,11 +74,7 @@ def recordings(rng: np.random.Generator) -> list[Recording]:
 @pytest.mark.parametrize("hold", [PLAIN_HOLD, HOLD], ids=["plain", "answering"])
 @pytest.mark.parametrize("solver", SIMULATORS)
 def test_the_force_is_what_the_network_says_of_the_log(
-    solver: str,
-    hold: HoldLaw,
-    recordings: list[Recording],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    solver, hold, recordings, tmp_path, monkeypatch
 ) -> None:
     """Fed with the log's own rows at its rate, the module gives the log's force: 1e-5 N.
 
@@ -131,9 +126,7 @@ def motor_run(recording: Recording, hold: HoldLaw, strength: float) -> Trajector
 
 
 @pytest.mark.parametrize("strength", [1.0, 0.7])
-def test_a_motor_that_is_asked_now_and_then_moves_like_one_that_always_acts(
-    strength: float, rng: np.random.Generator
-) -> None:
+def test_a_motor_that_is_asked_now_and_then_moves_like_one_that_always_acts(strength, rng) -> None:
     """Where the law is the motor's own, queries change nothing, and no longer step does.
 
     To a fifteenth of an encoder's count. Held as it is, the same motor jerks a light finger about:
@@ -219,9 +212,7 @@ def test_effects_on_the_error_change_what_the_network_is_shown() -> None:
 
 
 @pytest.mark.parametrize(("bias", "force"), [(100.0, LIMIT), (-100.0, 0.0)])
-def test_the_servo_gives_no_more_than_it_can_and_a_string_never_pushes(
-    bias: float, force: float
-) -> None:
+def test_the_servo_gives_no_more_than_it_can_and_a_string_never_pushes(bias, force) -> None:
     """Whatever the network says, the force stays in [0, limit]."""
     query = force_query()
     query.module.force_mean.fill_(bias)
@@ -233,9 +224,7 @@ def test_the_servo_gives_no_more_than_it_can_and_a_string_never_pushes(
     assert float(loop.step(torch.tensor([[2.0]])).force) == pytest.approx(force, abs=1e-5)
 
 
-def test_simulate_runs_a_learned_model(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recordings: list[Recording]
-) -> None:
+def test_simulate_runs_a_learned_model(tmp_path, monkeypatch, recordings) -> None:
     """The network's file lies beside the model file, from wherever the program is called."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     (tmp_path / "data").mkdir()
@@ -263,9 +252,7 @@ def test_simulate_runs_a_learned_model(
     assert main([*words, "--network", "other"]) == 2
 
 
-def test_a_model_without_its_file_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], recordings: list[Recording]
-) -> None:
+def test_a_model_without_its_file_is_refused(tmp_path, capsys, recordings) -> None:
     """In one line that says what is missing."""
     write_csv(tmp_path / "a.csv", recordings[0])
     (tmp_path / "dataset.toml").write_text(

@@ -1,7 +1,5 @@
 """Faults of a hand's fingers are named with their owner; data come from a plant of its own."""
 
-from pathlib import Path
-
 import pytest
 
 from tests.planted.hand.bench import FINGER, HAND
@@ -79,9 +77,7 @@ def test_plant_and_simulator_do_the_same_with_faults_of_one_finger() -> None:
     ("fault", "servo"),
     [QUICK, *(pytest.param(*kind, marks=pytest.mark.slow) for kind in OTHERS if kind != QUICK)],
 )
-def test_a_fault_is_named_with_its_finger_and_no_other(
-    fault: str, servo: int | None, tmp_path: Path
-) -> None:
+def test_a_fault_is_named_with_its_finger_and_no_other(fault, servo, tmp_path) -> None:
     """Or as that of all; with its number in the extended model too; a clean set is silent."""
     duration = 2.0 if (fault, servo) == QUICK else 4.0
     check_answer(tmp_path, Recipe(bench=HAND, fault=fault, servo=servo, seed=5, duration=duration))

@@ -106,9 +106,7 @@ def recipe(fault: str, servo: int | None, seed: int = 5) -> Recipe:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("fault", "servo"), TWO_STRINGS.kinds)
-def test_a_fault_is_named_with_its_owner_and_no_other(
-    fault: str, servo: int | None, tmp_path: Path
-) -> None:
+def test_a_fault_is_named_with_its_owner_and_no_other(fault, servo, tmp_path) -> None:
     """With its number within 10 % in the extended model too; a clean set is silent."""
     check_answer(tmp_path, recipe(fault, servo))
 

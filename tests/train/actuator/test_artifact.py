@@ -42,9 +42,7 @@ class Constant(nn.Module):
         return torch.full((window.shape[0], self.columns), self.value)
 
 
-def test_a_strange_file_does_not_run_until_it_is_trusted(
-    tmp_path: Path, own_trust: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_strange_file_does_not_run_until_it_is_trusted(tmp_path, own_trust, monkeypatch) -> None:
     """Made elsewhere, a file is refused with its hash; --trust is remembered, the variable not."""
     path = write_file(tmp_path / "network.pt")
     trust_file().unlink()
@@ -119,9 +117,7 @@ def test_a_file_cut_short_is_named(tmp_path: Path) -> None:
             load_network(path, trust=True)
 
 
-def test_an_archive_that_claims_more_than_it_has_is_refused_before_it_is_unpacked(
-    tmp_path: Path,
-) -> None:
+def test_an_archive_that_claims_more_than_it_has_is_refused_before_it_is_unpacked(tmp_path) -> None:
     """16 MB of zeros packed a thousandfold: 90 s of unpacking, before the question of trust."""
     path = write_file(tmp_path / "network.pt")
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
@@ -135,9 +131,7 @@ def test_an_archive_that_claims_more_than_it_has_is_refused_before_it_is_unpacke
 
 
 @pytest.mark.slow  # a process reads each file
-def test_flipped_bytes_never_give_a_traceback_of_another_library(
-    tmp_path: Path, rng: np.random.Generator
-) -> None:
+def test_flipped_bytes_never_give_a_traceback_of_another_library(tmp_path, rng) -> None:
     """Eight files with one wrong byte: each loads, or is an error of ours."""
     path = write_file(tmp_path / "network.pt", "rnn")
     content = path.read_bytes()
@@ -163,9 +157,7 @@ def test_flipped_bytes_never_give_a_traceback_of_another_library(
         (Constant(1.0, 1), card_of("transformer").to_json(), "transformer has last_query"),
     ],
 )
-def test_a_foreign_file_is_refused(
-    tmp_path: Path, module: nn.Module, card: str | None, said: str
-) -> None:
+def test_a_foreign_file_is_refused(tmp_path, module, card, said) -> None:
     """TorchScript of other programs has no card, or not the network that the card promises."""
     path = write_foreign(tmp_path / "foreign.pt", module, card)
     with pytest.raises(InvalidNetworkFile, match=said):
@@ -197,9 +189,7 @@ def test_a_foreign_file_is_refused(
         ("held_out", {"force_rmse": 1.0}, "wrong type|missing"),
     ],
 )
-def test_a_card_that_cannot_be_kept_is_refused(
-    tmp_path: Path, key: str, value: object, said: str
-) -> None:
+def test_a_card_that_cannot_be_kept_is_refused(tmp_path, key, value, said) -> None:
     """Each promise of the card is checked, and the message names the key."""
     path = write_file(tmp_path / "network.pt")
     with_card(path, json.dumps(json.loads(card_of().to_json()) | {key: value}))

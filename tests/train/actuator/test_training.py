@@ -314,9 +314,7 @@ def train(dataset: Path, out: Path, network: str, seed: int) -> int:
     return main(["train-force", str(dataset), *words])
 
 
-def test_a_user_trains_and_compares_networks(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_user_trains_and_compares_networks(dataset, tmp_path, capsys) -> None:
     """Two seeds of one network and another one: every number in JSON, tables, and four figures."""
     nets = tmp_path / "nets"
     assert [train(dataset, nets, "mlp", 0), train(dataset, nets, "mlp", 1)] == [0, 0]
@@ -343,9 +341,7 @@ def test_a_user_trains_and_compares_networks(
     assert "| finger: steps, held 2 s |" in tables
 
 
-def test_a_network_is_not_tested_on_what_it_was_trained_on(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_network_is_not_tested_on_what_it_was_trained_on(dataset, tmp_path, capsys) -> None:
     """A dataset whose test recording was a train recording of the network is refused."""
     assert train(dataset, tmp_path / "nets", "mlp", 0) == 0
     listing = dataset / "dataset.toml"
@@ -369,14 +365,7 @@ def test_a_network_is_not_tested_on_what_it_was_trained_on(
         (["--networks", "."], "no force network (*.safetensors, *.pt) in this folder"),
     ],
 )
-def test_a_wrong_file_is_one_line(
-    dataset: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: list[str],
-    said: str,
-) -> None:
+def test_a_wrong_file_is_one_line(dataset, tmp_path, monkeypatch, capsys, words, said) -> None:
     """Exit code 2 and one line on stderr."""
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate-force", str(dataset), *words, "--out", "out"]) == 2
@@ -384,9 +373,7 @@ def test_a_wrong_file_is_one_line(
     assert said in line
 
 
-def test_a_dataset_that_cannot_train_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_dataset_that_cannot_train_is_one_line(tmp_path, capsys) -> None:
     """No such folder."""
     assert train(tmp_path / "none", tmp_path / "nets", "mlp", 0) == 2
     (line,) = capsys.readouterr().err.splitlines()

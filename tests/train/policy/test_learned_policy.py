@@ -161,9 +161,7 @@ def test_training_and_deployment_see_the_same_in_one_recording(learned: Learned)
     assert len(seen) == 200
 
 
-def test_a_user_compares_policies_in_simulation_and_on_a_bench(
-    learned: Learned, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_user_compares_policies_in_simulation_and_on_a_bench(learned, tmp_path, capsys) -> None:
     """Numbers, a table and a figure; on the virtual bench the policy runs as it is deployed."""
     words = [
         "--out",
@@ -200,9 +198,7 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert line.startswith(f"error: {file}")
 
 
-def test_what_cannot_be_compared_is_one_line(
-    learned: Learned, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_compared_is_one_line(learned, tmp_path, capsys) -> None:
     """No policy, no place, and stairs without a length."""
     file, out = str(learned.exported.onnx), ["--out", str(tmp_path)]
     for words, said in (

@@ -136,9 +136,7 @@ def test_tendons_that_close_together_share_the_goal_path() -> None:
         assert own == pytest.approx(alone.joint_position, abs=1e-6)  # float32 of the assets
 
 
-def test_a_card_of_two_servos_says_what_each_may_do(
-    antagonist: Trained, exported: ExportedPolicy
-) -> None:
+def test_a_card_of_two_servos_says_what_each_may_do(antagonist, exported) -> None:
     """Its files give two actions; the first servo stands where that of one servo does."""
     card = exported.card
     assert (card.servo_count, card.observation) == (2, sample_of(2))
@@ -157,9 +155,7 @@ def test_a_card_of_two_servos_says_what_each_may_do(
         climb_stairs([runnable], goals, EnvironmentConfig(worlds=1))
 
 
-def test_a_policy_of_two_servos_is_deployed_on_its_bench(
-    exported: ExportedPolicy, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_policy_of_two_servos_is_deployed_on_its_bench(exported, tmp_path, capsys) -> None:
     """A policy of seconds drives both servos of the virtual bench up its stairs.
 
     Its log gives the same actions again.
@@ -184,9 +180,7 @@ def test_a_policy_of_two_servos_is_deployed_on_its_bench(
         ('"servo": "xc330_t288_t"', '"servo": ""', "the name of a servo"),
     ],
 )
-def test_a_wrong_card_of_two_servos_is_named(
-    exported: ExportedPolicy, found: str, changed: str, said: str
-) -> None:
+def test_a_wrong_card_of_two_servos_is_named(exported, found, changed, said) -> None:
     """The last servo's numbers are checked as the first one's are."""
     before, mark, after = exported.card.to_json().rpartition(found)
     assert mark

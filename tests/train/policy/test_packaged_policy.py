@@ -1,7 +1,6 @@
 """The policy that comes with the program."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,9 +27,7 @@ def test_it_says_what_it_was_trained_for() -> None:
 
 
 @pytest.mark.parametrize(("state", "worst"), [("new", 8.0), ("friction", 9.0)])
-def test_it_climbs_the_stairs_on_a_bench_that_it_never_met(
-    tmp_path: Path, state: str, worst: float
-) -> None:
+def test_it_climbs_the_stairs_on_a_bench_that_it_never_met(tmp_path, state, worst) -> None:
     """Unit 1, new and with a gear run dry, in mm; at home the motor stops, and no rule acts."""
     words = ["--port", f"virtual:finger:1:{state}", "--faster-than-real-time", "--no-plots"]
     out = tmp_path / "climbed"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -126,9 +125,7 @@ def test_balls_and_cameras_differ_and_the_critic_knows_how() -> None:
     assert torch.equal(height.argsort(), radius.argsort())
 
 
-def test_a_policy_that_turns_is_trained_written_and_watched(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_policy_that_turns_is_trained_written_and_watched(tmp_path, capsys) -> None:
     """Two rounds of PPO; the card says what it is for, and evaluate-policy what the balls did."""
     config = PolicyTrainingConfig(
         environment=replace(HANDS, turning=TurningConfig()),

@@ -156,9 +156,7 @@ def turning(loop: Any, **changes: Any) -> Turning:
 @pytest.mark.parametrize(
     ("rate", "pay"), [(0.5, 0.5), (1.0, 1.0), (1.5, 0.5), (0.0, 0.0), (-0.5, -0.5)]
 )
-def test_a_hand_is_paid_for_turning_its_ball_as_fast_as_it_was_told(
-    rate: float, pay: float
-) -> None:
+def test_a_hand_is_paid_for_turning_its_ball_as_fast_as_it_was_told(rate, pay) -> None:
     """A steady turn about the axis for ten time constants; beyond the command pay falls again."""
     loop = StillHands()
     task = turning(loop)

@@ -71,9 +71,7 @@ def test_a_long_training_says_so_before_it_starts(capsys: pytest.CaptureFixture[
     assert replace(asked, seconds=130.0).text.startswith("about 2 min for")
 
 
-def test_a_finger_of_ones_own_is_evaluated_as_that_finger(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_finger_of_ones_own_is_evaluated_as_that_finger(tmp_path, monkeypatch, capsys) -> None:
     """The card decides; another finger is refused, and one that is not found is named."""
     monkeypatch.chdir(tmp_path)
     shape = ["--length", "0.04", "0.03", "--moment-arm", "0.008", "0.0055"]
@@ -96,9 +94,7 @@ def test_a_finger_of_ones_own_is_evaluated_as_that_finger(
     assert "policies of one finger can be compared" in capsys.readouterr().err
 
 
-def test_a_policy_trains_on_a_model_file_and_its_network(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> None:
     """A learned actuator with friction; what only a load cell sees is left out; hashes are kept."""
     network = write_force_network(tmp_path / "force.pt", force_network("mlp"), "mlp")
     effects = {"coulomb_friction": {"force": 0.4}, "load_cell_lag": {"time_constant": 0.02}}
@@ -133,9 +129,7 @@ def test_a_policy_trains_on_a_model_file_and_its_network(
         (["--finger", "pendulum"], "a goal angle must mean one point"),
     ],
 )
-def test_what_cannot_be_trained_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str
-) -> None:
+def test_what_cannot_be_trained_is_one_line(tmp_path, capsys, words, said) -> None:
     """Exit code 2 and one line on stderr."""
     assert train(tmp_path, *words) == 2
     (line,) = capsys.readouterr().err.splitlines()

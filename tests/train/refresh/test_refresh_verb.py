@@ -74,9 +74,7 @@ def test_a_log_knows_the_policy_that_flew_it(bench: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_verb_goes_from_a_log_to_a_new_policy(
-    bench: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_verb_goes_from_a_log_to_a_new_policy(bench, capsys) -> None:
     """All files are there; a second call does nothing anew; more iterations go on."""
     asked = words(bench, "--anyway", "--iterations", "1", "--suspects", "spool_radius_error")
     port = ["--port", "virtual:finger:0:friction", "--faster-than-real-time"]
@@ -123,9 +121,7 @@ def test_the_verb_goes_from_a_log_to_a_new_policy(
         (["--reference", "nowhere.mcap"], "nowhere.mcap"),
     ],
 )
-def test_words_that_make_no_sense_are_refused(
-    more: list[str], message: str, bench: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_words_that_make_no_sense_are_refused(more, message, bench, capsys) -> None:
     """One line and exit code 2."""
     assert main(words(bench, *more)) == 2
     error = capsys.readouterr().err

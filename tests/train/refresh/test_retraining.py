@@ -46,9 +46,7 @@ def test_a_training_is_found_beside_its_policy(earlier: Path) -> None:
     assert found.checkpoint == earlier.parent / "checkpoints" / "000002.pt"
 
 
-def test_a_training_from_before_the_pay_out_rule_goes_on_without_it(
-    earlier: Path, tmp_path: Path
-) -> None:
+def test_a_training_from_before_the_pay_out_rule_goes_on_without_it(earlier, tmp_path) -> None:
     """Its settings do not name the rule, and its range counted everywhere."""
     table = json.loads((earlier.parent / "policy.json").read_text())
     del table["config"]["environment"]["pay_out"]
@@ -75,9 +73,7 @@ def test_the_new_training_begins_with_the_old_weights(earlier: Path) -> None:
     assert not torch.equal(before["mlp.0.weight"], runner.alg.actor.state_dict()["mlp.0.weight"])
 
 
-def test_a_retraining_that_was_interrupted_goes_on(
-    earlier: Path, model: Path, tmp_path: Path
-) -> None:
+def test_a_retraining_that_was_interrupted_goes_on(earlier, model, tmp_path) -> None:
     """One iteration and then two are two, to the last bit; the card names the new model."""
     found = find_training(earlier)
     learned = []
@@ -101,9 +97,7 @@ def test_a_retraining_that_was_interrupted_goes_on(
 
 
 @pytest.mark.parametrize("fitted", ["cause", "all"])
-def test_fingers_differ_by_what_a_worn_bench_leaves_open(
-    fitted: str, earlier: Path, model: Path, tmp_path: Path
-) -> None:
+def test_fingers_differ_by_what_a_worn_bench_leaves_open(fitted, earlier, model, tmp_path) -> None:
     """A cause is drawn from the bench's own diagnosis, and all else as before."""
     (tmp_path / "diagnosis").mkdir()
     force = open_number("coulomb_friction", "force", 1.2, 10.0)

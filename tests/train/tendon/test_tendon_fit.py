@@ -118,9 +118,7 @@ def test_a_dataset_that_does_not_show_the_string_is_refused() -> None:
             fit_tendon(dataset_of(unfit), IDEAL)
 
 
-def test_a_user_completes_a_force_network(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_user_completes_a_force_network(tmp_path, capsys) -> None:
     """The verb writes a model on which fingers rest as their string says: r theta = l + s + F / k.
 
     By rows at rest in the loop of the training, with the network as actuator; in float32.
@@ -148,9 +146,7 @@ def test_a_user_completes_a_force_network(
     )  # a thousandth of the motion: the finger still creeps
 
 
-def test_a_string_that_does_not_give_leaves_the_model_as_it_was(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_string_that_does_not_give_leaves_the_model_as_it_was(tmp_path, capsys) -> None:
     """The bundled example has a rigid string: what noise suggests must not enter a model."""
     example = Path(__file__).parents[3] / "examples" / "hidden_friction"
     assert main(["fit-tendon", str(example), "--out", str(tmp_path / "fitted")]) == 0
