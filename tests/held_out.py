@@ -32,10 +32,11 @@ from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
 from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear, Ledger
+from tests.diagnosis.in_time.test_changes import FIRST as FITTED
+from tests.diagnosis.in_time.test_changes import log_of
 from tests.lab.without_cell.pulled_benches import pulled_log
 from tests.physics.runs import ideal_model
 from tests.train.actuator.servo_logs import write_servo_dataset
-from tests.train.refresh.test_drift import FITTED, log_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
 SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")

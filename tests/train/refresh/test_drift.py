@@ -1,6 +1,5 @@
 """Wear on a bench that the model fitted: named if it is there, and nothing if it is not."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +8,9 @@ import pytest
 from tendon_hardware.control.operator import SilentOperator
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, load_model, write_model
-from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
 from tendon_newton.diagnosis.in_time.walks import walk_of
 from tendon_newton.errors import InvalidDiagnosis
-from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
@@ -30,29 +27,13 @@ from tendon_train.refresh.refresh_outcome import (
     told_drift,
     write_page,
 )
+from tests.diagnosis.in_time.test_changes import ENCODER, log_of
+from tests.diagnosis.in_time.test_changes import FIRST as FITTED
 from tests.diagnosis.in_time.test_changes_report import SLACK, STRETCHY, day
-from tests.effect_bench import commanded
-from tests.physics.runs import ideal_model, stairs
+from tests.physics.runs import ideal_model
 
-ENCODER, CELL = 1.5e-3, 0.02  # Noise of encoder [rad] and load cell [N]
 FEW = ("coulomb_friction", "tendon_slack", "gain_error")
 """Suspects of these tests: all twelve take half a minute to compile."""
-FITTED = ideal_model(coulomb_friction={"force": 0.6})  # The model of the bench when it was new
-
-
-def log_of(model: Model, seed: int) -> Recording:
-    """Return what a bench logs in 12 s of random steps, with noise."""
-    rng = np.random.default_rng(seed)
-    asked = replace(
-        commanded(stairs(rng, 960, 0.4, 2.6, 60), bench="finger"), force=np.zeros((960, 1))
-    )
-    log = simulated_recording(asked, replay([asked], model, time_step=5e-4)[0])
-    return replace(
-        log,
-        name=f"log_{seed}",
-        motor_position=log.motor_position + rng.normal(0.0, ENCODER, log.motor_position.shape),
-        force=log.force + rng.normal(0.0, CELL, log.force.shape),
-    )
 
 
 def dataset_of(model: Model, seed: int) -> Dataset:

@@ -8,9 +8,10 @@ import pytest
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_train.refresh.slip import SlipComparison, best_offset, slip_since, taut_from, with_slip
+from tests.diagnosis.in_time.test_changes import FIRST as FITTED
+from tests.diagnosis.in_time.test_changes import log_of
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model
-from tests.train.refresh.test_drift import FITTED, log_of
 
 
 def offset_of(model: Model) -> float:
