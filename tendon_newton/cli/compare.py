@@ -1,4 +1,7 @@
-"""Run one command through several simulators, and draw how far they lie apart."""
+"""Run one command through several simulators, and draw how far they lie apart.
+
+Writes compare.png and compare.md. All are measured against our own solver.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +12,7 @@ import tyro
 
 @dataclass(frozen=True, kw_only=True)
 class CompareConfig:
-    """Run one command through several simulators, and draw how far they lie apart.
-
-    Writes compare.png and compare.md. All are measured against our own solver.
-    """
+    """Which model, and which simulators."""
 
     model: Annotated[Path, tyro.conf.Positional]
     """Model file, or a diagnosis: its folder or its diagnosis.json."""

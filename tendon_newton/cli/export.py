@@ -1,4 +1,8 @@
-"""Carry an identified model into another simulator."""
+"""Carry an identified model into another simulator.
+
+Writes the target's files, replay.json, and a README.md that says how to load them, how far they
+stray from our own simulation of the same commands, and what they leave out.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,11 +13,7 @@ import tyro
 
 @dataclass(frozen=True, kw_only=True)
 class ExportConfig:
-    """Carry an identified model into another simulator.
-
-    Writes the target's files, replay.json, and a README.md that says how to load them, how far they
-    stray from our own simulation of the same commands, and what they leave out.
-    """
+    """What to carry where."""
 
     model: Annotated[Path, tyro.conf.Positional]
     """Model file, or a diagnosis: its folder or its diagnosis.json; of an arm, that of

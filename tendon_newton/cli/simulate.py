@@ -1,4 +1,8 @@
-"""Replay a dataset's commands through a model in closed loop."""
+"""Replay a dataset's commands through a model in closed loop.
+
+Writes one CSV per recording (t, theta_d, theta, theta_dot, force and the tip where the bench has
+one) and, beside it, a picture of measured and simulated signals.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +22,7 @@ AT_ONCE = 8
 
 @dataclass(frozen=True, kw_only=True)
 class SimulateConfig:
-    """Replay a dataset's commands through a model in closed loop.
-
-    Writes one CSV per recording (t, theta_d, theta, theta_dot, force and the tip where the bench
-    has one) and, beside it, a picture of measured and simulated signals.
-    """
+    """Which recordings, which model, and where to."""
 
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings."""

@@ -1,4 +1,11 @@
-"""Write the command of the run that tells most about what a diagnosis leaves open."""
+"""Write the command of the run that tells most about what a diagnosis leaves open.
+
+This is one step of the verb investigate. Commands of the library, and others that are varied, are
+simulated on every bench with every set of causes that is left. A set may refit its numbers as far
+as the data at hand leave them open. Writes FILE (CSV: t, theta_d), and beside it .toml (bench, and
+what is expected) and .png. Record the command on that bench, add the recording to the dataset with
+split = "train", and diagnose again. Where one set is left the verb says so and writes nothing.
+"""
 
 from __future__ import annotations
 
@@ -16,15 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ExperimentConfig:
-    """Write the command file of the run that tells most about what a diagnosis leaves open.
-
-    This is one step of the verb investigate. Commands of the library, and others that are varied,
-    are simulated on every bench with every set of causes that is left. A set may refit its numbers
-    as far as the data at hand leave them open. Writes FILE (CSV: t, theta_d), and beside it .toml
-    (bench, and what is expected) and .png. Record the command on that bench, add the recording to
-    the dataset with split = "train", and diagnose again. Where one set is left the verb says so and
-    writes nothing.
-    """
+    """Which diagnosis, which benches, and how long."""
 
     diagnosis: Annotated[Path, tyro.conf.Positional]
     """Folder that the verb diagnose wrote."""
