@@ -64,11 +64,7 @@ class Measured(Curves, Protocol):
 
 
 def recording_figure(recording: Measured, simulated: Curves | None = None) -> Figure:
-    """Draw command, angle and tension of every tendon; with a simulation also what it misses.
-
-    Args:
-        simulated: What a model made of it, at the same rows.
-    """
+    """Draw command, angle and tension of every tendon, and what a simulation of the rows misses."""
     tendons = recording.motor_position.shape[1]
     signals = 1 if recording.force is None else 2
     heights = [2] if simulated is None else [2, 1]
@@ -108,11 +104,7 @@ def overview_figure(recordings: Sequence[Measured]) -> Figure:
 def plot_signal(
     panels: Any, recording: Measured, simulated: Curves | None, signal: str, tendon: int
 ) -> None:
-    """Draw one signal of a tendon and, of a simulation, its residual.
-
-    Args:
-        signal: ``motor_position`` or ``force``.
-    """
+    """Draw ``motor_position`` or ``force`` of a tendon and, of a simulation, its residual."""
     label, unit, factor = SIGNALS[signal]
     time, measured = recording.time, getattr(recording, signal)[:, tendon]
     if signal == "motor_position" and recording.command is not None:

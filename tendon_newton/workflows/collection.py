@@ -13,11 +13,7 @@ from tendon_newton.workflows.options import BenchOptions, CollectOptions
 
 
 def record(options: CollectOptions, operator: Operator) -> Collection:
-    """Record what is missing, and return what came of it.
-
-    Args:
-        options: What to record, and where.
-    """
+    """Record what is missing, and return what came of it."""
     plan = planned(options)
     settings = settings_of(options, seed=options.seed, command_rate=options.command_rate)
     address = address_of(

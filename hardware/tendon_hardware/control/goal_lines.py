@@ -12,11 +12,7 @@ PIECE = 4096  # Bytes taken at a time, so that a flood of lines cannot hold the 
 
 
 class Goals:
-    """Gives the goal that holds now.
-
-    Args:
-        length: Time after which no more goals come [s]; None where nothing says so.
-    """
+    """Gives the goal that holds now; none come after its length [s], where it has one."""
 
     def __init__(self, length: float | None = None) -> None:
         self.length = length

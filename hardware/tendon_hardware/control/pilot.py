@@ -47,11 +47,7 @@ class Pilot(Protocol):
 
 
 class PolicyPilot:
-    """Lets a policy decide, as it did in training.
-
-    Args:
-        see: Gives what a policy that turns a ball sees of it [m].
-    """
+    """Lets a policy decide, as in training; one that turns a ball is given where it is [m]."""
 
     def __init__(self, policy: Policy, see: Callable[[], tuple[float, ...]] = lambda: ()) -> None:
         card = policy.card

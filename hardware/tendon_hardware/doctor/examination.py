@@ -27,11 +27,7 @@ BUSY = 0.5 * TICK  # Lateness at which this computer is too busy for a loop at 8
 def ports_of(
     port: str | None, load_cell_port: str | None, servo: str
 ) -> tuple[Clock, str | PortHandler | None, str | ByteStream | None]:
-    """Return the clock and the ports to examine; a virtual bench brings its own.
-
-    Args:
-        port: Serial port of the servo, or the word for a virtual bench.
-    """
+    """Return clock and ports to examine; the word for a virtual bench brings its own."""
     if port is None or port.split(":")[0] != WORD:
         return MonotonicClock(), port, load_cell_port
     twin = lockstep_of(port, find_servo(servo).name)

@@ -40,11 +40,7 @@ class ByteStream(Protocol):
 
 
 class SerialStream:
-    """A serial port as a stream of dated bytes.
-
-    Args:
-        baud: Its rate [1/s]; a microcontroller's own USB port ignores it.
-    """
+    """A serial port as a stream of dated bytes, at a rate [1/s] that USB ignores."""
 
     def __init__(self, port: str, *, baud: int, clock: Clock) -> None:
         self.name = port

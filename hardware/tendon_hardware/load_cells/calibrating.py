@@ -37,11 +37,7 @@ class CalibrationOperator(Protocol):
 def await_steady(
     cell: LoadCell, clock: Clock, operator: CalibrationOperator, calm: float | None
 ) -> None:
-    """Wait until the readings neither drift nor swing.
-
-    Args:
-        calm: Scatter without load [counts], where it is known.
-    """
+    """Wait until readings neither drift nor swing; calm is their scatter without load [counts]."""
     deadline = clock.now() + STEADY_LIMIT
     window: deque[LoadCellReading] = deque()
     while clock.now() < deadline:

@@ -35,11 +35,7 @@ SYNC_PERIOD = 0.4  # Time between two waits for the disk [s]; what a power cut l
 
 
 class BackgroundLog:
-    """Takes messages without waiting and writes them in a thread of its own.
-
-    Args:
-        file: File of the messages.
-    """
+    """Takes messages without waiting and writes them in a thread of its own."""
 
     def __init__(self, file: McapFile) -> None:
         self._file = file
@@ -138,11 +134,7 @@ class Sink(Protocol):
 
 
 class SessionLog:
-    """Writes what happens; every instant is one of the bench's clock [s].
-
-    Args:
-        sink: Receiver of the messages.
-    """
+    """Writes what happens; every instant is one of the bench's clock [s]."""
 
     def __init__(self, sink: Sink, time_base: TimeBase, tendons: int = 1) -> None:
         self.sink = sink

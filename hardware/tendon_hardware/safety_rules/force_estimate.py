@@ -18,11 +18,7 @@ from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
 
 
 class ForceEstimate:
-    """Estimates tension from the latest samples of command, position and velocity.
-
-    Args:
-        run: Gives tensions [N] for a window (1, window, 3), oldest sample first.
-    """
+    """Estimates tension [N] from windows of command, position and velocity, (1, window, 3)."""
 
     def __init__(self, card: ForceNetworkCard, run: Callable[..., Any]) -> None:
         self.card = card

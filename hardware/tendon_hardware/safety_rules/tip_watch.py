@@ -7,11 +7,7 @@ PERIOD = 0.05  # Time between two looks on a bench in real time [s], where askin
 
 
 class TipWatch:
-    """Logs what a virtual bench knows; faster than real time at every tick, else now and then.
-
-    Args:
-        bench: An open bench.
-    """
+    """Logs what a virtual bench knows; faster than real time at every tick, else now and then."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench

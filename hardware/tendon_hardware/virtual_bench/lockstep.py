@@ -144,11 +144,7 @@ class LockstepServoPort:
 
 
 class LockstepStream:
-    """Lines of a sensor with the instants at which they arrived.
-
-    Args:
-        lines: Gives what the sensor has sent up to an instant [s].
-    """
+    """Lines of a sensor, sent up to an instant [s], with the instants at which they arrived."""
 
     def __init__(
         self, name: str, lines: Callable[[float], list[Reply]], clock: LockstepClock

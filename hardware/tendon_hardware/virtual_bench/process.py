@@ -70,11 +70,7 @@ def parse_wear(word: str) -> str:
 
 
 def lockstep_of(word: str, servo: str = XC330_T288_T.name) -> LockstepBench:
-    """Return the bench that a word such as ``virtual:finger:3`` names, as fast as its user.
-
-    Args:
-        word: Bench, unit and wear.
-    """
+    """Return the bench of a word such as ``virtual:finger:3:friction``, as fast as its user."""
     bench, seed = parse_word(word)
     return LockstepBench(bench, seed, model=SERVO_MODELS[servo], wear=parse_wear(word))
 

@@ -145,11 +145,7 @@ class BenchServer:
         self._start = time.monotonic()
 
     def serve(self, parent: int | None = None) -> None:
-        """Serve until a signal comes or the parent's pipe closes.
-
-        Args:
-            parent: Descriptor that ends with the parent process.
-        """
+        """Serve until a signal comes or the pipe closes that the parent process holds."""
         sources: list[Any] = [self._control] + ([] if parent is None else [parent])
         while True:
             now = self._now()

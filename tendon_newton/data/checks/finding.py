@@ -51,11 +51,7 @@ class Examined:
 
 
 def findings_text(findings: Iterable[Finding], most: int | None = None) -> list[str]:
-    """Write each kind of finding once, the worst first, with its evidence by recording.
-
-    Args:
-        most: Recordings of a kind whose evidence is written; all by default.
-    """
+    """Write each kind of finding once, the worst first, with evidence of so many recordings."""
     kinds: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in sorted(findings, key=lambda f: SEVERITIES.index(f.severity)):
         kind = (finding.severity, finding.channel, finding.consequence)

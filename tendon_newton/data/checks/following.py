@@ -47,11 +47,7 @@ class Following:
 
 
 def follow(motions: Sequence[FollowedMotion]) -> Following:
-    """Fit delay, lag and play; rows in which something holds the joint do not count.
-
-    Args:
-        motions: In some of which the joint moves.
-    """
+    """Fit delay, lag and play to motions; rows in which something holds the joint do not count."""
     used = [free_rows(motion) for motion in motions]
 
     def residual(numbers: Array) -> Array:

@@ -78,11 +78,7 @@ class MappedColumn:
 
 
 def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | TopicSource:
-    """Read the table of one column: a column or path of theirs, or a topic and a field.
-
-    Args:
-        where: File and column, for messages.
-    """
+    """Read the table of one column, a column or path of theirs or a topic and a field."""
     if name not in UNITS:
         raise InvalidMapping(f"{where}: {unknown_name('column', name, UNITS)}")
     by_topic = "topic" in row

@@ -167,11 +167,7 @@ def positive(path: Path, key: str, value: Any) -> float:
 
 
 def read_stated(where: str, pattern: str, table: Mapping[str, Any]) -> StatedNumbers:
-    """Read one table.
-
-    Args:
-        where: File and table, for messages.
-    """
+    """Read what is stated of the logs whose names match a pattern."""
     refuse_unknown_keys(table, STATED_KEYS, where, InvalidMapping)
     start = table.get("start")
     if start not in (None, "equilibrium", "first_row"):

@@ -58,11 +58,7 @@ class ForcePrediction:
 def predict(
     network: Any, card: ForceNetworkCard, recordings: Sequence[Recording]
 ) -> tuple[ForcePrediction, ...]:
-    """Ask a network for the tension of every tendon at every row that ends a window.
-
-    Args:
-        network: A trained network or the module of a network file.
-    """
+    """Ask a network, or its file's module, for tensions at every row that ends a window."""
     windows = extract_windows(recordings, WindowShape(window=card.window, rate=card.rate))
     tension = ask_streaming(network, windows) if card.streaming else ask(network, windows)
     tension = np.clip(tension, 0.0, card.force_limit)

@@ -63,11 +63,7 @@ def shows_string(recording: Recording) -> bool:
 
 
 def pieces_of(recordings: Sequence[Recording], finger: str, model: Model) -> list[TautRows]:
-    """Return the rows with a taut tendon, piece by piece of each recording of a finger.
-
-    Args:
-        recordings: Recordings of any benches; those that do not show the string are left out.
-    """
+    """Return the rows with a taut tendon, by pieces, of a finger's recordings that show it."""
     bench, radius = bench_of(finger, model), spool_radius_of(model)
     out = []
     for recording in recordings:

@@ -23,17 +23,6 @@ ACCELERATION_UNIT = 100.0  # Unit of the acceleration [counts/s^2]
 class FeetechFirmware:
     """Turns goals into duty and watches voltage, warmth and load; nothing watches the bus."""
 
-    __slots__ = (
-        "_encoder",
-        "_motor",
-        "_overload",
-        "_registers",
-        "_side",
-        "_target",
-        "_target_rate",
-        "silent",
-    )
-
     def __init__(self, registers: FeetechRegisters, motor: Motor, encoder: Encoder) -> None:
         self._registers = registers
         self._motor = motor

@@ -33,19 +33,6 @@ ACCELERATION_UNIT = 214.577 * 2.0 * pi / 3600.0  # [rad/s^2]
 class Firmware:
     """Turns goals into duty and watches voltage, warmth, load and the bus."""
 
-    __slots__ = (
-        "_encoder",
-        "_integral",
-        "_last_error",
-        "_motor",
-        "_overload",
-        "_registers",
-        "_running",
-        "_target",
-        "_target_rate",
-        "silent",
-    )
-
     def __init__(self, registers: Registers, motor: Motor, encoder: Encoder) -> None:
         self._registers = registers
         self._motor = motor

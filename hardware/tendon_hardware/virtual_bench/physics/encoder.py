@@ -18,18 +18,6 @@ class Encoder:
     the register is.
     """
 
-    __slots__ = (
-        "_amplitude",
-        "_blend",
-        "_noise",
-        "_phase",
-        "_random",
-        "_scale",
-        "count",
-        "home",
-        "rate",
-    )
-
     def __init__(self, constants: ServoConstants, rng: random.Random, tick: float) -> None:
         self._amplitude = constants.encoder_eccentricity
         self._phase = constants.encoder_phase

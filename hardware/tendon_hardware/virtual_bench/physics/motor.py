@@ -24,18 +24,6 @@ class Motor:
     Source: Duclusaud et al. (2025), model M5 without what its load terms have more at rest.
     """
 
-    __slots__ = (
-        "_constants",
-        "angle",
-        "current",
-        "duty",
-        "enabled",
-        "rate",
-        "supply",
-        "temperature",
-        "voltage",
-    )
-
     def __init__(self, constants: ServoConstants) -> None:
         self._constants = constants
         self.angle = 0.0  # [rad]

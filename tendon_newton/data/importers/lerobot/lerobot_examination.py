@@ -130,11 +130,7 @@ def motions_of(
 def examine_joint(
     name: str, size: float, motions: Sequence[FollowedMotion], *, dropped: int, late: int
 ) -> JointExamination:
-    """Examine one joint.
-
-    Args:
-        size: Size of its unit [rad].
-    """
+    """Examine one joint, whose unit has a size [rad]."""
     count = sum(len(motion.time) for motion in motions)
     held = sum(int(held_rows(motion).sum()) for motion in motions) / count
     late += sum(repeated_rows(motion.position) for motion in motions)

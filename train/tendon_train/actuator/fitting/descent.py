@@ -44,11 +44,7 @@ class Descent:
             )
 
     def step(self, loss: torch.Tensor, share: float) -> None:
-        """Take one step down.
-
-        Args:
-            share: Share of all steps that were taken before this one [1].
-        """
+        """Take one step down; ``share`` of all steps were taken before it [1]."""
         for optimizer, rate in zip(self._optimizers, self._rates, strict=True):
             for group in optimizer.param_groups:
                 group["lr"] = rate * cycle(share)

@@ -114,11 +114,7 @@ def train_network(
 def run_epoch(
     state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int, law: ServoLaw
 ) -> float:
-    """Take one step per batch of an epoch's windows; return the error [N] that they had.
-
-    Args:
-        done: Epochs before this one.
-    """
+    """Take one step per batch of an epoch's windows; return the error [N] that they had."""
     network, total, count = state.network, 0.0, 0
     network.train()
     batches = list(epoch_batches(state.generator, data.rows.shape[0], config))

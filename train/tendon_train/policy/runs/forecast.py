@@ -40,11 +40,7 @@ class Forecast:
 
 
 def timed(environment: FingerEnvironment, steps: int) -> Forecast:
-    """Time some steps of all worlds; whoever trains must let the environment begin anew.
-
-    Args:
-        steps: Policy steps that are left, of all worlds.
-    """
+    """Forecast so many steps of all worlds by timing some; the environment must begin anew then."""
     device = torch.device(environment.device)
     actions = torch.zeros(environment.num_envs, environment.num_actions)
     environment.step(actions)

@@ -39,11 +39,7 @@ class ExportedPolicy:
 
 
 class PolicyNetwork(nn.Module):
-    """What a policy is in use: observations in SI units, a row each, to actions (W, D) [rad].
-
-    Args:
-        unit: Action that an output of 1 of the model means [rad].
-    """
+    """A policy in use: observations in SI units to actions (W, D) in a unit of its own [rad]."""
 
     def __init__(self, actor: Any, unit: float) -> None:
         super().__init__()

@@ -160,11 +160,7 @@ class Turning:
 
 
 class SimulatedCamera:
-    """What W cameras give at each policy step; noise and delay differ by world and episode.
-
-    Args:
-        worlds: Number of worlds W.
-    """
+    """What W cameras give at each policy step; noise and delay differ by world and episode."""
 
     def __init__(self, config: TurningConfig, worlds: int, draws: WorldDraws) -> None:
         self._config, self._draws = config, draws
