@@ -69,7 +69,7 @@ MODELS: dict[str, tuple[Damage, tuple[str, ...]]] = {
 @pytest.fixture
 def read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     """Arguments that read the dataset and the model of a folder, and nothing else."""
-    monkeypatch.setitem(VERBS, "read", "tests.formats.reading")
+    monkeypatch.setitem(VERBS, "read", "tests.formats.sessions")
     return ["read", str(tmp_path), "--model", str(tmp_path / "model.toml")]
 
 

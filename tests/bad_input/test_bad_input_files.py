@@ -190,7 +190,7 @@ def test_a_strange_dataset_is_refused_in_one_short_line(
     case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Every fault is named with its file, quickly, and the line never repeats megabytes."""
-    monkeypatch.setitem(VERBS, "read", "tests.formats.reading")
+    monkeypatch.setitem(VERBS, "read", "tests.formats.sessions")
     damage, said = DATASETS[case]
     model(dataset(tmp_path) / "model.toml")
     damage(tmp_path)
@@ -213,7 +213,7 @@ def test_a_strange_dataset_is_refused_in_one_short_line(
 )
 def test_a_dataset_that_is_not_there_is_refused(path, said, tmp_path, monkeypatch, capsys) -> None:
     """What stands in the place of the folder is said."""
-    monkeypatch.setitem(VERBS, "read", "tests.formats.reading")
+    monkeypatch.setitem(VERBS, "read", "tests.formats.sessions")
     dataset(tmp_path)
     line = refusal(["read", str(tmp_path / path), "--model", str(tmp_path / "model.toml")], capsys)
     assert said in line
@@ -222,7 +222,7 @@ def test_a_dataset_that_is_not_there_is_refused(path, said, tmp_path, monkeypatc
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
 def test_a_folder_without_permission_is_refused(tmp_path, monkeypatch, capsys) -> None:
     """The operating system's refusal becomes our line."""
-    monkeypatch.setitem(VERBS, "read", "tests.formats.reading")
+    monkeypatch.setitem(VERBS, "read", "tests.formats.sessions")
     folder = dataset(tmp_path / "locked")
     folder.chmod(0)
     line = refusal(["read", str(folder), "--model", str(tmp_path / "model.toml")], capsys)
