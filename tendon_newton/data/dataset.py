@@ -85,25 +85,11 @@ SPLITS = ("train", "test")
 LOG_SUFFIXES = (".csv", ".json", ".jsonl", ".ndjson", ".mcap", ".db3")
 """Endings of logs that a mapping explains."""
 REQUIRED_KEYS = ("file", "bench", "split")
-KNOWN_KEYS = (
-    *REQUIRED_KEYS,
-    "mapping",
-    "start",
-    "bench_overrides",
-    "actuator_overrides",
-    "load_cell_rate",
-    "obstacle",
-)
+WORD, TABLE = (str, "a string"), (dict, "a table")
 KEY_TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
-    "file": (str, "a string"),
-    "bench": (str, "a string"),
-    "split": (str, "a string"),
-    "mapping": (str, "a string"),
-    "start": (str, "a string"),
-    "bench_overrides": (dict, "a table"),
-    "actuator_overrides": (dict, "a table"),
+    **dict.fromkeys((*REQUIRED_KEYS, "mapping", "start", "obstacle"), WORD),
+    **dict.fromkeys(("bench_overrides", "actuator_overrides"), TABLE),
     "load_cell_rate": ((int, float), "a number"),
-    "obstacle": (str, "a string"),
 }
 
 Entry = dict[str, Any]  # One ``[[recordings]]`` table as TOML gives it; never leaves this file
@@ -281,7 +267,7 @@ def refuse_other_folder(path: Path) -> None:
 
 def check_entry(entry: Entry, where: str) -> None:
     """Refuse an entry with missing, unknown or mistyped keys."""
-    refuse_unknown_keys(entry, KNOWN_KEYS, where, InvalidDataset)
+    refuse_unknown_keys(entry, KEY_TYPES, where, InvalidDataset)
     for key in REQUIRED_KEYS:
         if key not in entry:
             raise InvalidDataset(f"{where}: key {key!r} is missing; there are {listed(entry)}")

@@ -5,6 +5,7 @@ a model is fitted to and section IV for what it is tested on.
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -58,24 +59,12 @@ def long_holds(time: Array, rng: np.random.Generator) -> Array:
     return rng.uniform(0.5, LARGEST_COMMAND, int(time[-1] / 4.0) + 2)[(time / 4.0).astype(int)]
 
 
-def steps_held(time: Array, hold: float) -> Array:
-    """Return steps to 0, 2, 4 and 1 rad, held for ``hold`` seconds each, again and again."""
+def steps_held(time: Array, rng: np.random.Generator, hold: float) -> Array:
+    """Return steps to 0, 2, 4 and 1 rad, held for ``hold`` seconds each, again and again.
+
+    The paper's networks see 1.5 s: what lies within, just beyond, or far beyond.
+    """
     return np.array(TEST_ANGLES)[(time / hold).astype(int) % len(TEST_ANGLES)]
-
-
-def steps_held_1s(time: Array, rng: np.random.Generator) -> Array:
-    """Return the test steps held for 1 s, within the 1.5 s that the paper's networks see."""
-    return steps_held(time, 1.0)
-
-
-def steps_held_2s(time: Array, rng: np.random.Generator) -> Array:
-    """Return the test steps held for 2 s, just beyond what the paper's networks see."""
-    return steps_held(time, 2.0)
-
-
-def steps_held_3s(time: Array, rng: np.random.Generator) -> Array:
-    """Return the test steps held for 3 s, far beyond what the paper's networks see."""
-    return steps_held(time, 3.0)
 
 
 def contact_ramp(time: Array, rng: np.random.Generator) -> Array:
@@ -99,9 +88,7 @@ EXCITATIONS: dict[str, Excitation] = {
 """Commands to fit a model to, and to tell causes apart by."""
 
 TEST_EXCITATIONS: dict[str, Excitation] = {
-    "steps_held_1s": steps_held_1s,
-    "steps_held_2s": steps_held_2s,
-    "steps_held_3s": steps_held_3s,
+    **{f"steps_held_{hold}s": partial(steps_held, hold=float(hold)) for hold in (1, 2, 3)},
     "contact_ramp": contact_ramp,
     "closing_sine": closing_sine,
 }

@@ -80,20 +80,12 @@ def refuse_mismatch(card: PolicyCard, settings: DeploySettings, address: BenchAd
     """
     servos = servo_count(address.bench) if address.virtual else len(address.drives)
     agreements = [
-        (
-            "rate_hz",
-            card.rate == settings.policy_rate,
-            f"{card.rate:g}",
-            f"{settings.policy_rate:g}",
-        ),
-        (
-            "servo_rate_hz",
-            card.servo_rate == settings.rate,
-            f"{card.servo_rate:g}",
-            f"{settings.rate:g}",
-        ),
+        ("rate_hz", card.rate == settings.policy_rate, f"{card.rate:g}",
+            f"{settings.policy_rate:g}"),
+        ("servo_rate_hz", card.servo_rate == settings.rate, f"{card.servo_rate:g}",
+            f"{settings.rate:g}"),
         ("servos", card.servo_count == servos, f"{card.servo_count}", f"{servos}"),
-    ]
+    ]  # fmt: skip
     if card.turning is not None:
         asset = card.turning.asset
         agreements.append(("turning.asset", asset == address.bench, asset, address.bench))
@@ -125,22 +117,10 @@ def servo_agreements(
     radius = servo.spool_radius
     return (
         ("servo", servo.servo == address.servo, servo.servo, address.servo),
-        (
-            "spool_radius_m",
-            abs(radius / settings.spool_radius - 1.0) <= RADIUS_TOLERANCE,
-            f"{radius:g}",
-            f"{settings.spool_radius:g}",
-        ),
-        (
-            "command_range_rad",
-            low <= least and greatest <= high,
-            f"{least:.3f} to {greatest:.3f}",
-            f"{low:.3f} to {high:.3f} at most",
-        ),
-        (
-            "force_limit_n",
-            servo.force_limit <= limits.force,
-            f"{servo.force_limit:g}",
-            f"{limits.force:g} at most",
-        ),
-    )
+        ("spool_radius_m", abs(radius / settings.spool_radius - 1.0) <= RADIUS_TOLERANCE,
+            f"{radius:g}", f"{settings.spool_radius:g}"),
+        ("command_range_rad", low <= least and greatest <= high, f"{least:.3f} to {greatest:.3f}",
+            f"{low:.3f} to {high:.3f} at most"),
+        ("force_limit_n", servo.force_limit <= limits.force, f"{servo.force_limit:g}",
+            f"{limits.force:g} at most"),
+    )  # fmt: skip

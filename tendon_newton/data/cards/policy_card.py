@@ -127,12 +127,8 @@ class PolicyCard:
         sample = sample_of(self.servo_count, self.task)
         promises = (
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
-            (
-                "observation",
-                self.observation,
-                self.observation == sample,
-                json.dumps([list(pair) for pair in sample]),
-            ),
+            ("observation", self.observation, self.observation == sample,
+                json.dumps([list(pair) for pair in sample])),
             ("history", self.history, 1 <= self.history <= 10_000, "1 to 10000 samples"),
             ("rate_hz", self.rate, 0.1 <= self.rate <= 1000.0, "0.1 to 1000 Hz"),
             (
@@ -143,40 +139,20 @@ class PolicyCard:
                 "a whole multiple of rate_hz",
             ),
             ("action.unit", self.action_unit, self.action_unit == ACTION_UNIT, repr(ACTION_UNIT)),
-            (
-                "action.meaning",
-                self.action_meaning,
-                self.action_meaning == ACTION_MEANING,
-                repr(ACTION_MEANING),
-            ),
+            ("action.meaning", self.action_meaning, self.action_meaning == ACTION_MEANING,
+                repr(ACTION_MEANING)),
             ("action.clip", self.action_clip, 0.0 < self.action_clip <= 100.0, "up to 100 rad"),
             *drive_promises(self),
-            (
-                "pay_out_rad",
-                self.pay_outs,
-                len({each is None for each in self.pay_outs}) == 1,
-                "on the card of every servo, or of none",
-            ),
-            (
-                GOAL_RANGES[self.task],
-                self.goal_range,
-                is_range(self.goal_range),
-                "[least, greatest] within 1000",
-            ),
+            ("pay_out_rad", self.pay_outs, len({each is None for each in self.pay_outs}) == 1,
+                "on the card of every servo, or of none"),
+            (GOAL_RANGES[self.task], self.goal_range, is_range(self.goal_range),
+                "[least, greatest] within 1000"),
             *(() if self.turning is None else self.turning.promises),
-            (
-                "normalisation",
-                self.normalisation,
-                self.normalisation in NORMALISATIONS,
-                f"one of {', '.join(NORMALISATIONS)}",
-            ),
-            (
-                "model",
-                self.model,
-                self.model is None or HASH.fullmatch(self.model) is not None,
-                "the SHA-256 of a model file, or null",
-            ),
-        )
+            ("normalisation", self.normalisation, self.normalisation in NORMALISATIONS,
+                f"one of {', '.join(NORMALISATIONS)}"),
+            ("model", self.model, self.model is None or HASH.fullmatch(self.model) is not None,
+                "the SHA-256 of a model file, or null"),
+        )  # fmt: skip
         refuse_broken(promises, InvalidPolicyFile)
         for place, servo in enumerate(self.further_servos, start=1):
             refuse_broken(drive_promises(servo), InvalidPolicyFile, f" of servo {place}")

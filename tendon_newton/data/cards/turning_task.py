@@ -28,19 +28,11 @@ class TurningTask:
         length = sqrt(sum(each * each for each in self.axis))
         return (
             ("turning.asset", self.asset, bool(self.asset), "the name of an asset"),
-            (
-                "turning.axis",
-                self.axis,
-                isclose(length, 1.0, abs_tol=1e-6),
-                "a direction of length 1",
-            ),
-            (
-                "turning.drop_distance_m",
-                self.drop_distance,
-                0.0 < self.drop_distance <= LONGEST_DROP,
-                f"up to {LONGEST_DROP:g} m",
-            ),
-        )
+            ("turning.axis", self.axis, isclose(length, 1.0, abs_tol=1e-6),
+                "a direction of length 1"),
+            ("turning.drop_distance_m", self.drop_distance,
+                0.0 < self.drop_distance <= LONGEST_DROP, f"up to {LONGEST_DROP:g} m"),
+        )  # fmt: skip
 
     def to_table(self) -> dict[str, Any]:
         """Return the numbers as they stand in JSON."""
