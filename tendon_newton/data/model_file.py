@@ -28,16 +28,6 @@ KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit", "tolerances")
 SERVO = "servo"  # Key of an effect that is about one servo
 
 
-def no_benches() -> Mapping[str, BenchOverrides]:
-    """Make the empty table of benches."""
-    return MappingProxyType({})
-
-
-def no_tolerances() -> Mapping[str, float]:
-    """Make the empty table of tolerances."""
-    return MappingProxyType({})
-
-
 @dataclass(frozen=True, kw_only=True)
 class NamedValues:
     """An actuator or an effect by name, with its numbers (and file names)."""
@@ -81,11 +71,11 @@ class Model:
     """The actuator model and its numbers."""
     effects: tuple[NamedValues, ...] = ()
     """Effects already in the model, each once; that of one servo stands there for that of all."""
-    bench_overrides: Mapping[str, BenchOverrides] = field(default_factory=no_benches)
+    bench_overrides: Mapping[str, BenchOverrides] = field(default_factory=dict[str, BenchOverrides])
     """Nominal numbers that differ, by bench."""
     fit: tuple[str, ...] = ()
     """Numbers of the actuator or a bench that are unknown and refitted with every candidate."""
-    tolerances: Mapping[str, float] = field(default_factory=no_tolerances)
+    tolerances: Mapping[str, float] = field(default_factory=dict[str, float])
     """Effect, or number of the actuator -> standard deviation of what states it, in place of the
     catalogue's: a share where it cannot be zero, else in its unit. What has none is exact, and no
     cause, such as a limit that a servo's register holds."""

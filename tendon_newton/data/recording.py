@@ -34,16 +34,6 @@ FREE = "free"  # Obstacle of a recording in which nothing touches the mechanism
 BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def no_extra() -> Mapping[str, NDArray[Any]]:
-    """Make the empty table of unknown columns."""
-    return MappingProxyType({})
-
-
-def no_overrides() -> Mapping[str, float]:
-    """Make the empty table of actuator numbers."""
-    return MappingProxyType({})
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Recording:
     """One uninterrupted log of a bench under a known command or a known force."""
@@ -76,13 +66,13 @@ class Recording:
     """Motor temperature [degC], shape (T,)."""
     enabled: Mask = field(default_factory=lambda: np.ones(0, dtype=np.bool_))
     """False where the motor gives neither torque nor back-EMF, shape (T,); all true by default."""
-    extra: Mapping[str, NDArray[Any]] = field(default_factory=no_extra)
+    extra: Mapping[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
     """Columns that the format does not know, numbers or words, shape (T,) each."""
     start: Literal["equilibrium", "first_row"] = "equilibrium"
     """State from which a simulation starts."""
     bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
     """Bench numbers of this recording alone."""
-    actuator_overrides: Mapping[str, float] = field(default_factory=no_overrides)
+    actuator_overrides: Mapping[str, float] = field(default_factory=dict[str, float])
     """Actuator numbers of this recording alone, in the actuator's own units."""
     load_cell_rate: float | None = None
     """Rate of the load cell where it is slower than the rows [Hz]."""

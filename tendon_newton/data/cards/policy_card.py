@@ -40,11 +40,6 @@ USD_ENDINGS = (".usda", ".usd", ".usdc", ".usdz")
 HASH = re.compile(r"[0-9a-f]{64}")
 
 
-def nothing() -> Mapping[str, Any]:
-    """Make an empty table."""
-    return MappingProxyType({})
-
-
 @dataclass(frozen=True, kw_only=True)
 class PolicyTraining:
     """Seed, program, samples and force model of a policy's training."""
@@ -55,9 +50,11 @@ class PolicyTraining:
     samples: int = 0  # Policy steps that it has learnt from
     force: str = ""  # Force model of the simulation, in words or as a file's name
     # Name -> least and greatest factor (or value) that a world could have
-    randomisation: Mapping[str, tuple[float, float]] = field(default_factory=nothing)
+    randomisation: Mapping[str, tuple[float, float]] = field(
+        default_factory=dict[str, tuple[float, float]]
+    )
     # Name -> SHA-256 of each further file that the training read
-    files: Mapping[str, str] = field(default_factory=nothing)
+    files: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
     def finger(self) -> str | None:

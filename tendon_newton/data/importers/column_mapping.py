@@ -21,7 +21,6 @@ from tendon_newton.data.formats.mapped_column import (
 )
 from tendon_newton.data.formats.topic_mapping import TopicMapping
 from tendon_newton.data.importers.csv_dialect import CsvDialect
-from tendon_newton.data.recording import no_overrides
 from tendon_newton.errors import InvalidMapping, TendonNewtonError, shown
 
 ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "header")
@@ -40,7 +39,7 @@ class StatedNumbers:
     start: Literal["equilibrium", "first_row"] | None = None
     bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)  # Numbers of the bench
     # Numbers of the actuator, in its own units
-    actuator_overrides: Mapping[str, float] = field(default_factory=no_overrides)
+    actuator_overrides: Mapping[str, float] = field(default_factory=dict[str, float])
     # Rate of the load cell [Hz], where it is slower than the rows
     load_cell_rate: float | None = None
 
