@@ -16,10 +16,9 @@ class StopRequest:
     """
 
     def __init__(self) -> None:
-        self.signal: str | None = None
-        """Name of the signal that came."""
+        self.signal: str | None = None  # Name of the signal that came
+        # Whether the program looks at this often; if not, a signal interrupts at once
         self.patient = False
-        """Whether the program looks at this often; if not, a signal interrupts at once."""
         self._before: dict[int, object] = {}
 
     def __enter__(self) -> Self:

@@ -51,8 +51,8 @@ class BenchScene:
         self._rerun = rerun
         self.stream: Any = rerun.RecordingStream("tendon-newton", recording_id=name)
         self.postures = postures_of(bench)
+        # The view's file; none of a window
         self.target: Path | None = file.with_suffix(".rrd") if to == "file" else None
-        """The view's file; none of a window."""
         blueprint = arrangement(layout, self.postures, goals=goals)
         if self.target is None:
             self.stream.spawn(default_blueprint=blueprint)

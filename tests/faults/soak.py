@@ -78,8 +78,7 @@ class Weather:
         self._end = end
         self._seen = seen
         self._next = rng.uniform(*PAUSE)
-        self.bad = ""
-        """How the policy goes wrong, if it does."""
+        self.bad = ""  # How the policy goes wrong, if it does
 
     def blow(self, bench: Bench, stop: StopRequest) -> None:
         """Let happen what is due."""

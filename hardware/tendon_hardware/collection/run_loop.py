@@ -42,10 +42,9 @@ class GapWatch:
         self.clock = clock
         self.limits = limits
         self.operator = operator
-        self.start = clock.now()
-        """Instant from which gaps are counted [s]."""
+        self.start = clock.now()  # Instant from which gaps are counted [s]
+        # First and last instant of each gap, since the start [s]
         self.gaps: list[tuple[float, float]] = []
-        """First and last instant of each gap, since the start [s]."""
         self._heard = clock.now()
         self._gap: float | None = None
 
@@ -109,10 +108,8 @@ class RunLoop:
         self.forces = ForceWatch(bench, settings.limits, operator, settings.spool_radius)
         self.tip = TipWatch(bench)
         self.ticker = Ticker(self.clock, settings.rate)
-        self.rows = 0
-        """Readings of the servo in the log."""
-        self.missed = 0
-        """Ticks of the run whose reading never came."""
+        self.rows = 0  # Readings of the servo in the log
+        self.missed = 0  # Ticks of the run whose reading never came
         self.gaps = GapWatch(self.clock, settings.limits, operator)
         self._log: SessionLog | None = None
         self._position = 0.0

@@ -16,8 +16,7 @@ class Goals:
 
     def __init__(self, length: float | None = None) -> None:
         self.length = length
-        self.notes: list[str] = []
-        """Messages for the operator; the teller empties the list."""
+        self.notes: list[str] = []  # Messages for the operator; the teller empties the list
 
     def value(self, now: float) -> float:
         """Return the goal [rad] at a time since the start [s]."""

@@ -48,8 +48,7 @@ class BallWatch:
         self._since: float | None = None
         self._inside = 0.0
         self._put_back = False
-        self.drops = 0
-        """Times that the ball has left its cup."""
+        self.drops = 0  # Times that the ball has left its cup
 
     @property
     def place(self) -> Place:

@@ -84,14 +84,11 @@ class DeployLoop:
         self.ticker = Ticker(self.clock, settings.rate)
         self.senses = DeploySenses(bench, settings, goals, keyboard, operator, stop, self.ticker)
         self.tip = TipWatch(bench)
-        self.steps = 0
-        """Steps of the pilot."""
+        self.steps = 0  # Steps of the pilot
+        # The latest trips, and when what they ask for had been done [s]
         self.acted: deque[tuple[Trip, float]] = deque(maxlen=100)
-        """The latest trips, and when what they ask for had been done [s]."""
-        self.first_command: float | None = None
-        """Instant of the first command [s]."""
-        self.ending: Trip | None = None
-        """Reason of the run's end; None after its full length."""
+        self.first_command: float | None = None  # Instant of the first command [s]
+        self.ending: Trip | None = None  # Reason of the run's end; None after its full length
         self._over = False
         self._log: DeployLog | None = None
         self._goal = self._policy_time = 0.0

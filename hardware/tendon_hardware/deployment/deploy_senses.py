@@ -39,15 +39,11 @@ class ServoSenses:
         self.servo = bench.drives[place].servo
         self.clock = bench.clock
         self.forces = ForceWatch(bench, None, operator, spool_radius, place)
-        self.state: ServoState | None = None
-        """Last reading of the servo."""
+        self.state: ServoState | None = None  # Last reading of the servo
         self.health: ServoHealth | None = None
-        self.estimated: float | None = None
-        """Tension by a force network [N]."""
-        self.stopped: str | None = None
-        """Reason why the servo does not drive."""
-        self.heard = self.clock.now()
-        """When it last answered [s]."""
+        self.estimated: float | None = None  # Tension by a force network [N]
+        self.stopped: str | None = None  # Reason why the servo does not drive
+        self.heard = self.clock.now()  # When it last answered [s]
         self._alerts = self.servo.counters.alerts
 
     @property
@@ -128,14 +124,10 @@ class DeploySenses:
             ServoSenses(bench, operator, settings.spool_radius, place)
             for place in range(len(bench.drives))
         )
-        self.rows = self.missed = 0
-        """Readings of all servos, and ticks in which one was missed."""
-        self.stop_reason: str | None = None
-        """Reason for an orderly end of the run."""
-        self.failure: str | None = None
-        """Reason why the log cannot be written."""
-        self.broken: str | None = None
-        """Reason why the pilot cannot decide."""
+        self.rows = self.missed = 0  # Readings of all servos, and ticks in which one was missed
+        self.stop_reason: str | None = None  # Reason for an orderly end of the run
+        self.failure: str | None = None  # Reason why the log cannot be written
+        self.broken: str | None = None  # Reason why the pilot cannot decide
         self._divider = settings.divider
         self._goals = goals
         self._keyboard = keyboard

@@ -76,8 +76,7 @@ class CellDoubt:
     def __init__(
         self, calibration: LoadCellCalibration | None, servo: ServoSpec, spool_radius: float
     ) -> None:
-        self.fault: str | None = None
-        """Reason not to believe the cell; None where there is none."""
+        self.fault: str | None = None  # Reason not to believe the cell; None where there is none
         sigma = 1.0 if calibration is None else calibration.noise / abs(calibration.slope)
         self._sigma = sigma
         self._equal_max = equal_max(sigma)

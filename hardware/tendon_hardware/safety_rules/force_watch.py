@@ -43,15 +43,12 @@ class ForceWatch:
         self.limits = limits
         self.operator = operator
         self.dates = ReadingDates()
-        self.force: float | None = None
-        """Last tension [N]."""
+        self.force: float | None = None  # Last tension [N]
+        # Second greatest of the latest tensions [N]: a single spike ends no run, and readings that
+        # are missing in between hide nothing.
         self.agreed: float | None = None
-        """Second greatest of the latest tensions [N]: a single spike ends no run, and readings that
-        are missing in between hide nothing."""
-        self.readings = 0
-        """Readings in the log."""
-        self.silences: list[tuple[float, float]] = []
-        """First and last instant of each silence [s]."""
+        self.readings = 0  # Readings in the log
+        self.silences: list[tuple[float, float]] = []  # First and last instant of each silence [s]
         self._servo = drive.servo
         self._doubt = CellDoubt(drive.calibration, drive.servo.spec, spool_radius)
         self._latest_forces: deque[float] = deque(maxlen=WINDOW)

@@ -37,10 +37,8 @@ class SafetyGuard:
 
     def __init__(self, limits: DeployLimits, rules: tuple[SafetyRule, ...] = SAFETY_RULES) -> None:
         self.limits = limits
-        self.mode: Mode = "run"
-        """Hardest action that the loop must take now."""
-        self.trips: dict[str, int] = {}
-        """Number of times that each rule came into effect."""
+        self.mode: Mode = "run"  # Hardest action that the loop must take now
+        self.trips: dict[str, int] = {}  # Number of times that each rule came into effect
         self._rules = [(rule, rule.bounds(limits)) for rule in rules]
         self._since: dict[str, float] = {}
         self._tripped: set[str] = set()

@@ -53,8 +53,7 @@ class Bus:
         retries: int,
     ) -> None:
         self.identifier = identifier
-        self.instant = 0.0
-        """Middle of the last transaction that succeeded [s]."""
+        self.instant = 0.0  # Middle of the last transaction that succeeded [s]
         self._port = port if isinstance(port, ServoPort) else ServoPort(port, baud=baud)
         self.table = family.table
         self._family = family
@@ -62,8 +61,8 @@ class Bus:
         self._clock = clock
         self._counters = counters
         self._retries = retries
+        # Lengths of answers that may still come, and until when [s]
         self._late: dict[int, float] = {}
-        """Lengths of answers that may still come, and until when [s]."""
         self._retried = True
         self._unasked = 0
 

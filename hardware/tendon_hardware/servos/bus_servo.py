@@ -74,14 +74,11 @@ class BusServo:
         self.identifier = identifier
         self.baud = baud
         self.counters = ServoCounters()
+        # Silence on the bus after which it stops [s]; None before it is configured
         self.watchdog: float | None = None
-        """Silence on the bus after which it stops [s]; None before it is configured."""
-        self.duty = 0.0
-        """Duty that it was last given [1]."""
-        self.duty_limit = 1.0
-        """Greatest duty that it is given [1]."""
-        self.voltage: float | None = None
-        """Supply when it was last looked at [V]."""
+        self.duty = 0.0  # Duty that it was last given [1]
+        self.duty_limit = 1.0  # Greatest duty that it is given [1]
+        self.voltage: float | None = None  # Supply when it was last looked at [V]
         self._clock: Clock = MonotonicClock() if clock is None else clock
         self._bus = Bus(
             port,
@@ -92,8 +89,7 @@ class BusServo:
             counters=self.counters,
             retries=retries,
         )
-        self.table = self._bus.table
-        """Registers of its family."""
+        self.table = self._bus.table  # Registers of its family
         self._spool = SpoolAngle(spec, counts_turns=self.table.counts_turns)
         self._velocity_unit = spec.velocity_unit
         self._keeper: Keeper | None = None

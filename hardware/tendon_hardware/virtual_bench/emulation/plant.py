@@ -156,8 +156,7 @@ class Plant:
         self.registers, self.firmware = first.registers, first.firmware
         self.load_cell = first.load_cell
         self.mechanism = Still(len(self.lines)) if still else mechanism_of(unit)
-        self.camera = camera_of(unit, seed)
-        """Looks at the ball, where there is one."""
+        self.camera = camera_of(unit, seed)  # Looks at the ball, where there is one
         self.obstacle = BenchObstacle()
         self.ticks = 0
         for _ in range(0 if still else REST_TICKS):

@@ -68,10 +68,8 @@ class AntagonistFinger(Phalanges):
             ],
         )
         self._strings = tuple((mcp, pip, mcp.at(0.0)[0] + pip.at(0.0)[0]) for mcp, pip in strings)
-        self.excursions: tuple[float, ...] = (0.0, 0.0)
-        """Line given to each string [m]."""
-        self.excursion_rates: tuple[float, ...] = (0.0, 0.0)
-        """[m/s]"""
+        self.excursions: tuple[float, ...] = (0.0, 0.0)  # Line given to each string [m]
+        self.excursion_rates: tuple[float, ...] = (0.0, 0.0)  # [m/s]
 
     def advance(
         self, pulls: Sequence[float], stiffnesses: Sequence[float], time_step: float

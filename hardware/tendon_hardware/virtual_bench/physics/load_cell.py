@@ -52,8 +52,7 @@ class LoadCellBoard:
         # [s] the board has run before: its clock of 32 bits wraps sooner or later
         self._boot = rng.uniform(0.0, 4e3)
         self._sequence = rng.randrange(0, 1000)
-        self.mass: float | None = None
-        """Hung on the hook in place of the tendon [kg]."""
+        self.mass: float | None = None  # Hung on the hook in place of the tendon [kg]
         self._fault = ""
         self._fault_until = 0.0
         self._fault_counts: int | None = None

@@ -60,10 +60,8 @@ class Scene:
         mujoco.mj_resetData(model, data)
         mujoco.mj_step1(model, data)
         self._open: list[float] = data.ten_length.tolist()  # [m] with straight fingers
-        self.excursions: tuple[float, ...]
-        """Line given to each string [m]."""
-        self.excursion_rates: tuple[float, ...]
-        """[m/s]"""
+        self.excursions: tuple[float, ...]  # Line given to each string [m]
+        self.excursion_rates: tuple[float, ...]  # [m/s]
         self._measure()
 
     def advance(

@@ -41,8 +41,8 @@ class DrawnSets:
         deck = posterior.sample(DECK, SEED)
         kept = {*causes_of(posterior), actuator}
         own = {key: drawn for key, drawn in deck.items() if key[0] in kept}
+        # Ends of 95 % of the draws of each number
         self.ranges = {f"{owner}.{name}": ends(drawn) for (owner, name), drawn in own.items()}
-        """Ends of 95 % of the draws of each number."""
         pairs: Iterable[tuple[Tensor, Array]] = [
             *((loop.numbers(*key), drawn) for key, drawn in own.items()),
             *built(loop, mechanism, deck),

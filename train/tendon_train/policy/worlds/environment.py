@@ -115,8 +115,8 @@ class FingerEnvironment(VecEnv):
             else Turning(config, self.loop, self.mechanism, self._draws)
         )
         """What the fingers are for."""
+        # Least and greatest command of each servo [rad]
         self.command_ranges = of_each_servo(self.mechanism, config.command_range, self.spool_radius)
-        """Least and greatest command of each servo [rad]."""
         self.pay_outs = (
             of_each_servo(self.mechanism, config.pay_out, self.spool_radius)
             if config.pays_out
@@ -131,10 +131,9 @@ class FingerEnvironment(VecEnv):
             config.worlds, config.history, self.device, self.num_actions, config.task
         )
         self.episode_length_buf = torch.zeros(config.worlds, dtype=torch.long, device=self.device)
-        self.steps = 0
-        """Steps since the environment was made."""
+        self.steps = 0  # Steps since the environment was made
+        # The last worlds that diverged
         self.divergences: deque[Divergence] = deque(maxlen=KEPT_DIVERGENCES)
-        """The last worlds that diverged."""
         self.divergence_count = 0
         self.reset(seed=seed)
 

@@ -29,8 +29,8 @@ class GoalPath:
 
     def __init__(self, mechanism: Mechanism, device: torch.device | str = "cpu") -> None:
         alpha, tip = tip_path(mechanism)
+        # Angles from the open to the closed finger [rad]
         self.range = (float(alpha[0]), float(alpha[-1]))
-        """Angles from the open to the closed finger [rad]."""
         grid = np.linspace(*self.range, POINTS)
         table = np.column_stack([np.interp(grid, alpha, tip[:, axis]) for axis in range(3)])
         self._table = torch.tensor(table, dtype=torch.float32, device=device)

@@ -74,12 +74,11 @@ class ObstaclePlacer:
         self._draws = draws
         names = ("position", "rotation", "size", "stiffness", "friction")
         self._numbers = {name: loop.bench_numbers(f"obstacle_{name}")[:, 0] for name in names}
+        # Radius of each world's thickest link [m], shape (W,)
         self._thickness = loop.bench_numbers("capsule_radius").amax(dim=1).float()
-        """Radius of each world's thickest link [m], shape (W,)."""
         open_tip = path.points(torch.full_like(self._thickness[:1], path.range[0]))
         shares = torch.linspace(0.0, 1.0, FINGER_POINTS, device=open_tip.device)
-        self._finger = shares[:, None] * open_tip
-        """Points along the open finger [m], shape (N, 3)."""
+        self._finger = shares[:, None] * open_tip  # Points along the open finger [m], shape (N, 3)
 
     def draw(self, worlds: Tensor) -> None:
         """Give some worlds, a mask of shape (W,), an obstacle anew, or none."""

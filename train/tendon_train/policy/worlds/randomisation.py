@@ -163,8 +163,7 @@ class Randomiser:
         joint_friction: float,
         draws: WorldDraws,
     ) -> None:
-        self.ranges = differences.ranges
-        """Numbers that differ by themselves."""
+        self.ranges = differences.ranges  # Numbers that differ by themselves
         overrides = model.bench_overrides.get(mechanism.name)
         bench = mechanism if overrides is None else override_mechanism(mechanism, overrides)
         self.sets = tuple(

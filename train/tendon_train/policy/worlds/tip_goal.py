@@ -29,8 +29,7 @@ class TipGoal:
         self, config: EnvironmentConfig, loop: ControlLoop, mechanism: Mechanism, draws: WorldDraws
     ) -> None:
         self._config, self._loop, self._draws = config, loop, draws
-        self.path = GoalPath(mechanism, draws.device)
-        """Goal points."""
+        self.path = GoalPath(mechanism, draws.device)  # Goal points
         self.path.require(config.goals)
         self._obstacle: ObstaclePlacer | None = None
         if config.obstacle != "none":
@@ -43,8 +42,7 @@ class TipGoal:
                 spread=config.spread,
                 draws=draws,
             )
-        self.goal = torch.zeros(config.worlds, device=draws.device)
-        """Goal angles [rad], shape (W,)."""
+        self.goal = torch.zeros(config.worlds, device=draws.device)  # Goal angles [rad], shape (W,)
 
     def place(self, worlds: Tensor) -> dict[str, Tensor]:
         """Draw obstacles."""

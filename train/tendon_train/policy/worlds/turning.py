@@ -61,10 +61,9 @@ class Turning:
         ball = ball_of(mechanism)
         self.greatest_start = own.start_command
         self.card = TurningTask(asset=mechanism.name, axis=AXIS, drop_distance=own.drop_distance)
-        self.goal = torch.zeros(worlds, device=device)
-        """Commanded rates [rad/s], shape (W,)."""
+        self.goal = torch.zeros(worlds, device=device)  # Commanded rates [rad/s], shape (W,)
+        # Mean rates of the balls [rad/s], shape (W,)
         self.rate = torch.zeros(worlds, device=device)
-        """Mean rates of the balls [rad/s], shape (W,)."""
         self._camera = SimulatedCamera(own, worlds, draws)
         self._axis = torch.tensor(AXIS, device=device)
         self._kept = exp(-1.0 / (own.rate_window * config.rate))
@@ -75,15 +74,13 @@ class Turning:
         self._nominal = mechanism.obstacles[ball]
         down = mechanism.gravity / np.linalg.norm(mechanism.gravity)
         self._up = torch.tensor(-down, dtype=torch.float32, device=device)
-        self._start = loop.body_pose.clone()
-        """Where the balls start, shape (W, 7)."""
+        self._start = loop.body_pose.clone()  # Where the balls start, shape (W, 7)
         self._home = self._start.clone()
         self._orientation = self._start[:, 3:].clone()
         self.judged_pose = self._start.clone()
+        # Where balls were when the last step was judged, from where they started, (W, 7)
         self.judged_pose[:, :3] = 0.0
-        """Where balls were when the last step was judged, from where they started, (W, 7)."""
-        self.judged_tension = loop.reading.force.clone()
-        """Tensions then [N], shape (W, D)."""
+        self.judged_tension = loop.reading.force.clone()  # Tensions then [N], shape (W, D)
 
     def place(self, worlds: Tensor) -> dict[str, Tensor]:
         """Draw mass, friction and size of balls, and put them into their cups."""
@@ -165,8 +162,8 @@ class SimulatedCamera:
     def __init__(self, config: TurningConfig, worlds: int, draws: WorldDraws) -> None:
         self._config, self._draws = config, draws
         kept = 1 + config.camera_delay[1]
+        # Latest places [m], the newest first
         self._places = torch.zeros(worlds, kept, 3, device=draws.device)
-        """Latest places [m], the newest first."""
         self._delay = torch.zeros(worlds, dtype=torch.long, device=draws.device)
         self._noise = torch.zeros(worlds, device=draws.device)
 
