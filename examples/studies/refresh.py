@@ -33,8 +33,7 @@ from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
-from tendon_train.refresh.drift import find_drift, growth, model_error
-from tendon_train.refresh.fit_all_numbers import tune
+from tendon_train.refresh.drift import find_drift, growth, model_error, tune
 from tendon_train.refresh.refresh_logs import (
     fitted_parts,
     logs_as_dataset,

@@ -32,8 +32,12 @@ from tendon_newton.workflows.packaged_policies import policy_file
 from tendon_newton.workflows.turning_comparison import compare_turning
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.scoring.bench_climb import climb_on_bench
-from tendon_train.policy.scoring.evaluation_figure import draw_climbs
-from tendon_train.policy.scoring.evaluation_scores import ClimbScore, score, to_markdown
+from tendon_train.policy.scoring.evaluation_scores import (
+    ClimbScore,
+    draw_climbs,
+    score,
+    to_markdown,
+)
 from tendon_train.policy.scoring.policy_evaluation import (
     Climb,
     RunnablePolicy,

@@ -22,8 +22,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.climbing import climbed, stair_levels
 from tendon_newton.workflows.options import RefreshOptions
 from tendon_train.policy.scoring.bench_climb import climb_on_bench
-from tendon_train.policy.scoring.evaluation_figure import draw_climbs
-from tendon_train.policy.scoring.evaluation_scores import ClimbScore, score
+from tendon_train.policy.scoring.evaluation_scores import ClimbScore, draw_climbs, score
 from tendon_train.policy.scoring.policy_evaluation import (
     Climb,
     RunnablePolicy,
@@ -31,8 +30,7 @@ from tendon_train.policy.scoring.policy_evaluation import (
     reachable_error,
 )
 from tendon_train.policy.worlds.force_model import hashes
-from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
-from tendon_train.refresh.fit_all_numbers import tune
+from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error, tune
 from tendon_train.refresh.refresh_logs import (
     fitted_parts,
     log_files,

@@ -22,10 +22,9 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.collect_plan import COLLECTION_FILE, collect
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
-from tendon_hardware.control.datagram_goals import DatagramGoals
+from tendon_hardware.control.datagram_goals import DatagramGoals, signed_goal
 from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.control.operator import SilentOperator
-from tendon_hardware.control.signed_goals import signed_goal
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.errors import RuleOutOfReach, SharedIdentifier
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits

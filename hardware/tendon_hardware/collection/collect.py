@@ -14,8 +14,7 @@ from tendon_hardware.logs.session import Session
 from tendon_hardware.logs.session_log import SessionLog, open_log
 from tendon_hardware.pacing import PacingReport
 from tendon_hardware.safety_rules.rule_limits import DeployLimits
-from tendon_hardware.safety_rules.rules import COLLECTION_RULES, refuse_unreachable
-from tendon_hardware.safety_rules.sensor_reach import reach_of
+from tendon_hardware.safety_rules.rules import COLLECTION_RULES, reach_of, refuse_unreachable
 from tendon_hardware.servos.base import ServoSettings
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.errors import TendonNewtonError

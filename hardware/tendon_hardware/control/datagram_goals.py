@@ -1,12 +1,109 @@
-"""Goals as UDP datagrams: the newest one counts, and from other computers only with a key."""
+"""Goals as UDP datagrams: the newest one counts, and from other computers only with a key.
 
+A signed datagram is text, ``GOAL SEQUENCE TIME SIGNATURE``, separated by single spaces. The four
+are the goal [rad], a number that grows with every datagram, the sender's clock [s since 1970], and
+the HMAC-SHA256 of the three before it, in hexadecimal. A copy that somebody sends again has no
+greater number, and an old one no present time; the two computers' clocks must agree to a second, as
+NTP makes them.
+"""
+
+import hashlib
+import hmac
 import ipaddress
 import socket
 import time
+from pathlib import Path
 
 from tendon_hardware.control.goal_lines import PIECE, LineGoals, parse_goal
-from tendon_hardware.control.signed_goals import SignedGoals
-from tendon_newton.errors import InvalidParameter, shown
+from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
+
+KEY_SIZES = (16, 1024)  # Least and greatest bytes of a key
+AGE_MAX = 1.0  # Difference between the sender's clock and ours beyond which a goal is too old [s]
+PARTS = 4
+
+
+def read_key(path: Path) -> bytes:
+    """Read a key that sender and receiver share.
+
+    Raises:
+        InvalidParameter: The key cannot be read, is too short, or others may read it.
+    """
+    try:
+        mode, size = path.stat().st_mode, path.stat().st_size
+        if not path.is_file() or not KEY_SIZES[0] <= size <= KEY_SIZES[1]:
+            raise InvalidParameter(
+                f"{path}: a key is a file of {KEY_SIZES[0]} to {KEY_SIZES[1]} random bytes; make "
+                "one: head -c 32 /dev/urandom > FILE"
+            )
+        if mode & 0o077:
+            raise InvalidParameter(f"{path}: a key is its owner's alone: chmod 600 {path}")
+        return path.read_bytes()
+    except OSError as error:
+        raise InvalidParameter(f"{path}: a key cannot be read: {error.strerror}") from error
+
+
+def signature(key: bytes, text: str) -> str:
+    """Return the signature of the first three parts of a datagram."""
+    return hmac.new(key, text.encode("ascii"), hashlib.sha256).hexdigest()
+
+
+def signed_goal(key: bytes, goal: float, sequence: int, time: float) -> bytes:
+    """Return a datagram.
+
+    Args:
+        goal: Angle [rad].
+        sequence: A number greater than that of any datagram before.
+        time: The sender's clock [s since 1970].
+    """
+    text = f"{goal:.9g} {sequence:d} {time:.6f}"
+    return f"{text} {signature(key, text)}".encode("ascii")
+
+
+class SignedGoals:
+    """Believes datagrams of whoever has the key, each once and only while it is young."""
+
+    def __init__(self, key: bytes) -> None:
+        self._key = key
+        self._sequence = -1
+
+    def goal(self, data: bytes, now: float) -> str:
+        """Return the text of the goal in a datagram that came now [s since 1970].
+
+        Raises:
+            InvalidGoal: The datagram has another form or signature, is a copy, or is too old.
+        """
+        parts = data.decode("ascii", errors="replace").strip().split(" ")
+        if len(parts) != PARTS:
+            raise InvalidGoal(
+                "a goal over the network is GOAL SEQUENCE TIME SIGNATURE; it is "
+                f"{shown(' '.join(parts))}"
+            )
+        text = " ".join(parts[:-1])
+        if not text.isascii() or not hmac.compare_digest(
+            signature(self._key, text).encode(), parts[-1].encode()
+        ):
+            raise InvalidGoal("a goal over the network must be signed with our key; one is not")
+        sequence, sent = self._numbers(parts)
+        if sequence <= self._sequence:
+            raise InvalidGoal(f"a goal counts once; number {sequence} comes after {self._sequence}")
+        if not abs(now - sent) <= AGE_MAX:
+            raise InvalidGoal(
+                f"a goal must be younger than {AGE_MAX:g} s; one is {now - sent:.1f} s old: do "
+                "both clocks agree?"
+            )
+        self._sequence = sequence
+        return parts[0]
+
+    @staticmethod
+    def _numbers(parts: list[str]) -> tuple[int, float]:
+        """Return sequence and time; whoever signs nonsense has the key, and is told."""
+        try:
+            return int(parts[1]), float(parts[2])
+        except ValueError:
+            raise InvalidGoal(
+                f"sequence and time must be numbers; they are {shown(' '.join(parts[1:3]))}"
+            ) from None
+
 
 WAITING_MAX = 1024
 """Datagrams taken at a time, so that a flood cannot hold the loop up: 2 ms. Linux keeps 277 short

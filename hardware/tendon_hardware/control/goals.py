@@ -9,9 +9,8 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from pathlib import Path
 
-from tendon_hardware.control.datagram_goals import DatagramGoals
+from tendon_hardware.control.datagram_goals import DatagramGoals, read_key
 from tendon_hardware.control.goal_lines import Goals, LineGoals, parse_goal
-from tendon_hardware.control.signed_goals import read_key
 from tendon_newton.data.files.text_file import read_text
 from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
 

@@ -23,9 +23,8 @@ from tendon_hardware.logs.session import Session, flattened
 from tendon_hardware.logs.session_log import open_log
 from tendon_hardware.pacing import PacingReport
 from tendon_hardware.safety_rules.force_estimate import ForceEstimate
-from tendon_hardware.safety_rules.rules import refuse_unreachable
+from tendon_hardware.safety_rules.rules import reach_of, refuse_unreachable
 from tendon_hardware.safety_rules.rules_applied import Trip
-from tendon_hardware.safety_rules.sensor_reach import reach_of
 from tendon_hardware.servos.base import ServoSettings
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.errors import TendonNewtonError

@@ -160,10 +160,14 @@ def diagnose_joints(
     config: DiagnoseConfig, folders: tuple[Path, ...], budget: float | None, start: float
 ) -> None:
     """Diagnose each joint's servo, and print what was found."""
-    from tendon_newton.cli.diagnosis.arm_diagnosis import arm_lines, error_lines
     from tendon_newton.data.model_file import load_model
     from tendon_newton.mechanisms.loading import load_mechanism
-    from tendon_newton.workflows.diagnosing_arm import arm_table, diagnose_arm_into
+    from tendon_newton.workflows.diagnosing_arm import (
+        arm_lines,
+        arm_table,
+        diagnose_arm_into,
+        error_lines,
+    )
 
     each = {folder.name: replace(config, dataset=folder) for folder in folders}
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)

@@ -9,7 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_hardware.control.datagram_goals import DatagramGoals, is_loopback
+from tendon_hardware.control.datagram_goals import (
+    AGE_MAX,
+    DatagramGoals,
+    SignedGoals,
+    is_loopback,
+    read_key,
+    signature,
+    signed_goal,
+)
 from tendon_hardware.control.goals import (
     FixedGoal,
     LineGoals,
@@ -19,13 +27,6 @@ from tendon_hardware.control.goals import (
     stairs,
 )
 from tendon_hardware.control.keyboard import Keyboard, split_keys
-from tendon_hardware.control.signed_goals import (
-    AGE_MAX,
-    SignedGoals,
-    read_key,
-    signature,
-    signed_goal,
-)
 from tendon_newton.errors import InvalidGoal, InvalidParameter
 
 BOUNDS = (0.0, pi / 2.0)

@@ -13,8 +13,7 @@ from tendon_newton.diagnosis.in_time.walks import walk_of
 from tendon_newton.errors import InvalidDiagnosis
 from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
-from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error
-from tendon_train.refresh.fit_all_numbers import tune
+from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error, tune
 from tendon_train.refresh.refresh_logs import logs_as_dataset
 from tendon_train.refresh.refresh_outcome import (
     AGREES,

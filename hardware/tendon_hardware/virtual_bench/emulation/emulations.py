@@ -9,7 +9,7 @@ from tendon_hardware.virtual_bench.emulation.feetech_emulator import FeetechEmul
 from tendon_hardware.virtual_bench.emulation.feetech_firmware import FeetechFirmware
 from tendon_hardware.virtual_bench.emulation.firmware import Firmware
 from tendon_hardware.virtual_bench.emulation.servo_emulator import ServoEmulator
-from tendon_hardware.virtual_bench.memory import addresses as dynamixel
+from tendon_hardware.virtual_bench.memory import control_table as dynamixel
 from tendon_hardware.virtual_bench.memory import feetech_table as feetech
 from tendon_hardware.virtual_bench.memory.control_table import (
     XC330_T288_T,

@@ -1,7 +1,7 @@
 """The servo's side of the bus: instructions in, status frames out."""
 
 from tendon_hardware.virtual_bench.emulation.emulated_servo import EmulatedServo
-from tendon_hardware.virtual_bench.memory import addresses as at
+from tendon_hardware.virtual_bench.memory import control_table as at
 from tendon_hardware.virtual_bench.memory.control_table import (
     CURRENT_UNIT,
     PWM_FULL,

@@ -1,6 +1,6 @@
 """The servo's memory: bytes, checks on writing, and the values that its loop reads every tick."""
 
-from tendon_hardware.virtual_bench.memory import addresses as at
+from tendon_hardware.virtual_bench.memory import control_table as at
 from tendon_hardware.virtual_bench.memory.control_table import (
     COUNTS_PER_TURN,
     GOALS,
