@@ -43,6 +43,10 @@ from tendon_newton.simulation.model.chain_copies import are_independent
 DOUBT = 3.0
 """Gain by which a change must be ahead of another to be told from it [nat]: evidence is strong from
 there, Kass and Raftery, Bayes factors (1995)."""
+CLEAR = 5.0
+"""Gain beyond its price by which a change is clear, however wide its interval [nat]: evidence is
+very strong from there, by the same authors. A law that fits a large change not quite has a wide
+one."""
 MINOR = 0.05
 """Share of what all numbers that moved gain that each must bring [1]: a law that fits a large
 change not quite leaves something for others."""
@@ -323,11 +327,18 @@ class Days:
         return sorted(others, key=lambda name: -point.gain(name))[:PROMISING]
 
     def sure(self, moved: Moved) -> Moved:
-        """Return a set less the causes whose intervals hold that nothing moved."""
+        """Return a set less the causes whose intervals hold that nothing moved, unless it is clear.
+
+        One goes after the other, the one that is missed least: several that make up for each other
+        have wide intervals, and yet not all of them stayed.
+        """
         point = self.around(moved)
-        kept = self.mended | {name for name in moved if not point.holds_before(name)}
-        self.fit([kept], moved)
-        return kept
+        fewer = [moved - {n} for n in moved - self.mended if point.holds_before(n)]
+        self.fit(fewer, moved)
+        best = max(fewer, key=self.worth, default=moved)
+        if best == moved or self.worth(moved) - self.worth(best) > CLEAR:
+            return moved
+        return self.sure(best)
 
     def numbers(self, moved: Moved) -> tuple[Change, ...]:
         """Return what a set of changes says of every number, those that moved first."""

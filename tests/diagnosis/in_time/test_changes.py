@@ -1,6 +1,8 @@
 """What moved between two days of a bench is found, measured and told; what did not is silent."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.in_time.changes import (
     Changes,
+    Days,
     EarlierDay,
     find_changes,
     meant,
@@ -134,6 +137,26 @@ def test_a_mend_means_the_law_that_the_model_has() -> None:
     assert meant("coulomb_friction", walks) == walks[:1]
     with pytest.raises(UnknownName, match="mended named 'load_cell_gain'"):
         meant("load_cell_gain", walks)
+
+
+def test_causes_that_make_up_for_each_other_are_not_all_dropped() -> None:
+    """Each of three may have stayed by its interval: what the recordings clearly miss is kept."""
+
+    class Alike(Days):
+        def __init__(self) -> None:
+            self.mended = frozenset[str]()
+
+        def around(self, moved: frozenset[str]) -> Any:
+            return SimpleNamespace(holds_before=lambda _: True)
+
+        def fit(self, sets: object, start: object = None) -> None:
+            pass
+
+        def worth(self, moved: frozenset[str]) -> float:
+            return sum({"spool": 9.0, "slack": 3.0, "offset": 1.0}[name] for name in moved)
+
+    assert Alike().sure(frozenset(("slack", "spool", "offset"))) == {"spool"}
+    assert Alike().sure(frozenset(("slack",))) == frozenset()  # and nothing is clear about it
 
 
 def test_an_answer_stands_for_the_recordings_of_its_day() -> None:
