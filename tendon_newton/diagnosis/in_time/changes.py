@@ -330,13 +330,15 @@ class Days:
         """Return a set less the causes whose intervals hold that nothing moved, unless it is clear.
 
         One goes after the other, the one that is missed least: several that make up for each other
-        have wide intervals, and yet not all of them stayed.
+        have wide intervals, and yet not all of them stayed. Where an answer is all that is left of
+        the first day, what it leaves open decides: nothing is clear then.
         """
         point = self.around(moved)
         fewer = [moved - {n} for n in moved - self.mended if point.holds_before(n)]
         self.fit(fewer, moved)
         best = max(fewer, key=self.worth, default=moved)
-        if best == moved or self.worth(moved) - self.worth(best) > CLEAR:
+        clear = self.first is not None and self.worth(moved) - self.worth(best) > CLEAR
+        if best == moved or clear:
             return moved
         return self.sure(best)
 

@@ -143,8 +143,8 @@ def test_causes_that_make_up_for_each_other_are_not_all_dropped() -> None:
     """Each of three may have stayed by its interval: what the recordings clearly miss is kept."""
 
     class Alike(Days):
-        def __init__(self) -> None:
-            self.mended = frozenset[str]()
+        def __init__(self, worlds: Any) -> None:
+            self.mended, self.first = frozenset[str](), worlds
 
         def around(self, moved: frozenset[str]) -> Any:
             return SimpleNamespace(holds_before=lambda _: True)
@@ -155,8 +155,9 @@ def test_causes_that_make_up_for_each_other_are_not_all_dropped() -> None:
         def worth(self, moved: frozenset[str]) -> float:
             return sum({"spool": 9.0, "slack": 3.0, "offset": 1.0}[name] for name in moved)
 
-    assert Alike().sure(frozenset(("slack", "spool", "offset"))) == {"spool"}
-    assert Alike().sure(frozenset(("slack",))) == frozenset()  # and nothing is clear about it
+    assert Alike("there").sure(frozenset(("slack", "spool", "offset"))) == {"spool"}
+    assert Alike("there").sure(frozenset(("slack",))) == frozenset()  # and it is not clear
+    assert Alike(None).sure(frozenset(("spool",))) == frozenset()
 
 
 def test_an_answer_stands_for_the_recordings_of_its_day() -> None:
