@@ -153,17 +153,20 @@ def unit_row(unit: int, days: Path, out: Path, runs: int) -> Row:
 
 
 def judged(truth: Row | None, found: Sequence[Event], name: str) -> Row:
-    """Hold what was found in a run against what happened."""
+    """Hold what was found in a run against what happened; a least size must not be too large."""
     row: Row = {"run": name, "truth": truth, "found": [asdict(event) for event in found]}
     if truth is None:
         return row | {"silent": not found}
     own = next((event for event in found if event.kind == truth["kind"]), None)
+    share = 0.0 if own is None else own.size / truth["size"]
+    least = own is not None and own.at_least
+    size = {"holds": share <= 1.0 + SHARE} if least else {"in_size": abs(share - 1.0) <= SHARE}
     return row | {
         "kind": truth["kind"],
         "detected": bool(found),
         "named": own is not None and len(found) == 1,
         "in_time": own is not None and abs(own.start - truth["start"]) <= NEAR,
-        "in_size": own is not None and abs(own.size / truth["size"] - 1.0) <= SHARE,
+        **size,
     }
 
 
@@ -172,10 +175,10 @@ def summary(runs: Sequence[Row]) -> Row:
     events = [run for run in runs if run["truth"] is not None]
     out: Row = {"silent": rate(sum(r["silent"] for r in runs if "silent" in r),
                                sum("silent" in r for r in runs))}  # fmt: skip
-    for key in ("detected", "named", "in_time", "in_size"):
+    for key in ("detected", "named", "in_time", "in_size", "holds"):
         for kind in ("all", *KINDS):
-            own = [run for run in events if kind in ("all", run["kind"])]
-            out[f"{key}, {kind}"] = rate(sum(run.get(key, False) for run in own), len(own))
+            own = [run[key] for run in events if kind in ("all", run["kind"]) and key in run]
+            out[f"{key}, {kind}"] = rate(sum(own), len(own))
     return out
 
 
