@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -36,8 +37,7 @@ def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:
     content = {
         "title": "Investigation",
         "headline": (answered[-1].verdict or "going on").replace("_", " ") if answered else "",
-        "ended": log.ended or "it goes on",
-        "seconds": f"{log.seconds:.0f}",
+        "ended": log.ended or f"{log.seconds:.0f} s were recorded, and it goes on",
         "runs": log.runs,
         "answer": next((row["link"] for row in reversed(rows) if row["link"]), None),
         "causes": [shown(name, share) for name, share in shares.items() if share >= SURE],
@@ -93,7 +93,10 @@ def numbers_of(steps: Sequence[Step]) -> list[tuple[str, str]]:
 
 
 def panel(steps: Sequence[Step], cause: str, name: str) -> str:
-    """Draw one number with its interval after each run; a run without it leaves a gap."""
+    """Draw one number with its interval after each run; a run without it leaves a gap.
+
+    An interval without end goes as far as the largest number that is shown.
+    """
     unit = next(p.unit for p in law_of(cause).parameters if p.name == name)
     places = [
         (k, step.causes[cause][name], (step.probabilities or {})[cause] < SURE)
@@ -101,10 +104,14 @@ def panel(steps: Sequence[Step], cause: str, name: str) -> str:
         if name in step.causes.get(cause, {})
     ]
 
+    top = max((u for _, own, _ in places for u in own if math.isfinite(u)), default=0.0)
+
     def draw(axes: Any) -> None:
         for k, (value, low, high), is_open in places:
             colour = BEFORE if is_open else AFTER
-            axes.plot([k, k], [low, high], color=colour, linewidth=5, alpha=0.35)
+            axes.plot(
+                [k, k], [min(low, top), min(high, top)], color=colour, linewidth=5, alpha=0.35
+            )
             axes.plot(k, value, "o", color=colour, markersize=5)
         axes.set_xlim(0.5, len(steps) + 0.5)
         axes.set_xticks(range(1, len(steps) + 1), [step.name for step in steps])
