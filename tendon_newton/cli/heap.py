@@ -8,17 +8,21 @@ import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 
-ARENAS = -8
-"""Number of the limit on heaps among those that glibc's ``mallopt`` sets, ``M_ARENA_MAX``."""
+HEAPS, MAPPED = -8, -3
+"""Numbers of what glibc's ``mallopt`` sets: ``M_ARENA_MAX`` and ``M_MMAP_THRESHOLD``."""
+LARGE = 1 << 20
+"""Size of an array [B] from which on it stands alone, and is given back once it is gone."""
 
 
 def share_heap() -> None:
-    """Let all threads take memory from one heap; each has its own else, and keeps what it took.
+    """Let all threads take memory from one heap, and give back what large arrays took.
 
-    Other C libraries than glibc are left as they are.
+    Each has its own heap else, and keeps what it took. Other C libraries than glibc are left as
+    they are.
     """
     if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
-        library.mallopt(ARENAS, 1)
+        library.mallopt(HEAPS, 1)
+        library.mallopt(MAPPED, LARGE)
 
 
 @contextmanager
