@@ -1,7 +1,5 @@
-"""The door: completion by a shell, --quiet, and what packages are loaded under."""
+"""The door: completion by a shell, and --quiet."""
 
-import gc
-import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.cli import VERBS, main
-from tendon_newton.cli.heap import loading
 
 COMPLETE = """
 source {script}
@@ -81,10 +78,3 @@ def test_a_start_does_not_look_through_all_that_it_loads_again_and_again() -> No
     )
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
     assert printed.stdout.split()[-2:] == [b"0", b"True"]
-
-
-def test_dead_objects_are_looked_for_again_once_packages_are_loaded() -> None:
-    """Also where one of them is missing."""
-    with pytest.raises(ModuleNotFoundError), loading():
-        importlib.import_module("a package that is missing")
-    assert gc.isenabled()

@@ -1,12 +1,9 @@
-"""Memory of a verb: one heap for all threads, and nothing looked for while packages load."""
+"""One heap for all threads of a verb."""
 
 from __future__ import annotations
 
 import ctypes
-import gc
 import sys
-from collections.abc import Generator
-from contextlib import contextmanager
 
 HEAPS, MAPPED = -8, -3
 """Numbers of what glibc's ``mallopt`` sets: ``M_ARENA_MAX`` and ``M_MMAP_THRESHOLD``."""
@@ -23,13 +20,3 @@ def share_heap() -> None:
     if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
         library.mallopt(HEAPS, 1)
         library.mallopt(MAPPED, LARGE)
-
-
-@contextmanager
-def loading() -> Generator[None]:
-    """Load packages without looking for dead objects: all that they make lives on."""
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()

@@ -81,7 +81,7 @@ class DiagnoseConfig:
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.duration import read_duration
-    from tendon_newton.cli.heap import loading, share_heap
+    from tendon_newton.cli.heap import share_heap
     from tendon_newton.data.dataset import dataset_folders
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.data.model_file import load_model
@@ -109,9 +109,8 @@ def main(config: DiagnoseConfig) -> None:
     model = load_model(model_file(config))
     out = make_folder(config.out)
 
-    with loading():
-        from tendon_newton.diagnosis.reporting.report import Origin
-        from tendon_newton.workflows.diagnosing import diagnose_into
+    from tendon_newton.diagnosis.reporting.report import Origin
+    from tendon_newton.workflows.diagnosing import diagnose_into
 
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     progress.show_findings(dataset)

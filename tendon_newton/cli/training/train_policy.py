@@ -57,18 +57,16 @@ class TrainPolicyConfig:
 
 def main(config: TrainPolicyConfig) -> None:
     """Train and write the policy."""
-    from tendon_newton.cli.heap import loading
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 
-    with loading():
-        from tendon_train.policy.runs.policy_export import export_policy
-        from tendon_train.policy.runs.policy_training import train_policy
-        from tendon_train.policy.runs.training_process import Process
-        from tendon_train.policy.worlds.force_model import trust_force
-        from tendon_train.policy.worlds.randomisation import on_diagnosed_finger
+    from tendon_train.policy.runs.policy_export import export_policy
+    from tendon_train.policy.runs.policy_training import train_policy
+    from tendon_train.policy.runs.training_process import Process
+    from tendon_train.policy.worlds.force_model import trust_force
+    from tendon_train.policy.worlds.randomisation import on_diagnosed_finger
 
     own = replace(config.training, environment=on_diagnosed_finger(config.training.environment))
     if own != config.training:
