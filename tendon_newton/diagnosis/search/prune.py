@@ -64,17 +64,13 @@ def near_sets(pool: Pool, fit: Fit) -> list[Fit]:
 
 
 def prune(pool: Pool, fit: Fit) -> Fit:
-    """Drop causes that do not pay, the least first; a set that was pruned before is not again.
-
-    Where a set without a cause leaves nothing to explain, the cause explains nothing.
-    """
+    """Drop causes that do not pay, the least first; a set that was pruned before is not again."""
     begun = frozenset(fit.names)
     if begun in pool.pruned:
         return pool.fits[pool.pruned[begun]]
     while fit.names:
         less = leave_out(pool, fit, KEPT)
-        worths = {n: 0.0 if pool.leaves_nothing(f) else pool.worth(fit, f, n)
-                  for n, f in less.items()}  # fmt: skip
+        worths = {n: pool.worth(fit, f, n) for n, f in less.items()}
         pool.log("    worth " + ", ".join(f"{n} {v:.2f}" for n, v in worths.items()))
         name = min(worths, key=lambda n: worths[n])
         if worths[name] >= 1.0:
