@@ -86,6 +86,8 @@ class Effect(DeviceCode):
     """Parameters that make a tendon stick where they are not zero."""
     undamped: ClassVar[bool] = False
     """Whether what damps its contact or its string is left out, or is known in one form alone."""
+    switches: ClassVar[tuple[str, ...]] = ()
+    """Parameters that decide when a force jumps, so that no slope tells where they are best."""
     includes: ClassVar[tuple[str, ...]] = ()
     """Effects that are special cases of this one: the simpler is named if both explain the data."""
     needs_string: ClassVar[bool] = False

@@ -26,6 +26,7 @@ class OverloadCut(Effect):
     name = "overload_cut"
     side = "actuator"
     memory = Stage.DUTY
+    switches = ("duty", "time")
     parameters = (
         Parameter("duty", "1", null=1.0, nominal=0.8, lower=0.05, upper=1.0).since(
             "80 of 100 from the factory"

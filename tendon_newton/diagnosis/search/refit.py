@@ -32,6 +32,8 @@ FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 seen before rows at a jump are left out."""
 FREEDOM = 3.0
 """Degrees of freedom of Student's density of what is stated [1]."""
+WAYS = tuple(side * 0.01 * 2.0**k for k in range(7) for side in (-1.0, 1.0))
+"""How far the numbers at which a law switches are looked at, as logarithms of their ratios [1]."""
 REACH = 2.0
 """Typical sizes by which one step changes a number that is never zero."""
 
@@ -151,7 +153,7 @@ def refit(
         worlds: Simulates candidates.
         fits: Where to start.
         floors: Least scale of each signal.
-        iterations: Steps at most.
+        iterations: Steps at most. Before several of them switches are set, see `switched`.
         tolerance: A step that lowers the loss per row by less [nat] is a fit's last.
         rows: Rows that the fit may see, shape (M,); all by default.
         coarse: Steps at the scale of all residuals before those of nearly all.
@@ -160,6 +162,8 @@ def refit(
         holds: Curvatures besides, which hold numbers where they are, shape (F, F) each.
     """
     current = list(fits)
+    if iterations > 1 and rows is None and jacobians is None:
+        current = [switched(worlds, fit, floors) for fit in current]
     active = [bool(f.columns) and (rows is not None or not f.settled) for f in current]
     for step in range(iterations):
         chosen = [i for i, on in enumerate(active) if on]
@@ -212,6 +216,25 @@ def refit(
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current
+
+
+def switched(worlds: SearchWorlds, fit: Fit, floors: Floors) -> Fit:
+    """Return a fit where the numbers at which its laws switch are best, others as they stand.
+
+    Slopes tell nothing of them: what switches a row earlier or later jumps.
+    """
+    table = worlds.study.table
+    for name in () if fit.settled else fit.names:
+        for c in (
+            c for c in table.columns(name) if table.owners[c][1].name in law_of(name).switches
+        ):
+            values = values_of(worlds, fit.columns, fit.place)
+            tried = [(fit.names, {**values, c: values[c] * np.exp(way)}) for way in WAYS]
+            best = min(start_fits(worlds, tried, floors), key=lambda f: f.score)
+            if best.score < fit.score:
+                fit = replace(fit, place=best.place, residual=best.residual, score=best.score,
+                              scales=best.scales)  # fmt: skip
+    return fit
 
 
 def strides(worlds: SearchWorlds, names: Sequence[str]) -> tuple[float, float]:

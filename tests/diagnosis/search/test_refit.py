@@ -201,3 +201,18 @@ def test_a_cause_pays_on_left_out_parts_that_have_it_and_costs_on_others(worlds)
     assert gains[0] > 0.0
     assert gains[1] > 0.0
     assert gains[2] < 0.0
+
+
+def test_a_switch_is_found_that_no_slope_leads_to() -> None:
+    """A servo cuts its force after 110 ms; a fit that begins at 180 ms finds that within 1 %."""
+    truth = {"duty": 0.15, "fraction": 0.05, "time": 0.11}
+    worlds = SearchWorlds(
+        Study([log(0, overload_cut=truth)], ideal_model(), ("overload_cut",), time_step=STEP)
+    )
+    columns, floors = worlds.study.table.columns("overload_cut"), floors_of(worlds, ())
+    begun = start_fits(
+        worlds, [(("overload_cut",), dict(zip(columns, (0.15, 0.05, 0.18), strict=True)))], floors
+    )
+    (fit,) = refit(worlds, begun, floors, iterations=4)
+    found = values_of(worlds, fit.columns, fit.place)
+    assert found[columns[2]] == pytest.approx(truth["time"], rel=0.01)
