@@ -7,13 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds, trimmed_size
 from tendon_newton.effects import law_of
-from tendon_newton.effects.base import Stage
 from tendon_newton.identification.objective import loss_terms, loss_weights
 
 DAMPING, BOLDER = 0.1, 0.03
@@ -382,8 +380,7 @@ def damped(
 def without(fit: Fit, name: str, worlds: SearchWorlds) -> tuple[tuple[str, ...], dict[int, float]]:
     """Return a fit's names and values less one effect.
 
-    What was found beside a wrong clock was found in its seconds: without it, numbers with a time in
-    their unit are those in the seconds of the log. What is stated goes back within its tolerance.
+    What is stated goes back within its tolerance.
     """
     own = worlds.study.table.columns(name)
     values = values_of(worlds, fit.columns, fit.place)
@@ -391,11 +388,6 @@ def without(fit: Fit, name: str, worlds: SearchWorlds) -> tuple[tuple[str, ...],
     for c in worlds.stated.intersection(own):
         number = worlds.coordinate(c)
         rest[c] = number.value(float(np.clip(number.place(values[c]), *worlds.as_built(c))))
-    if law_of(name).hook(Stage.PERIOD):
-        for c in rest:
-            number = worlds.study.parameter(c)
-            value = rest[c] * values[own[0]] ** -TIME_POWERS.get(number.unit, 0)
-            rest[c] = float(np.clip(value, number.lower, number.upper))
     return tuple(n for n in fit.names if n != name), rest
 
 

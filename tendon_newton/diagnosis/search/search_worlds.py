@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.posterior import Coordinate
 from tendon_newton.diagnosis.search.coordinates import coordinate_of
+from tendon_newton.effects import law_of
+from tendon_newton.effects.base import Stage
 from tendon_newton.identification.objective import BLOCK, TAIL, Scales, layout, stack
 from tendon_newton.identification.study import Study, compares_force, replacements
 from tendon_newton.identification.testable import stated_columns
@@ -96,6 +99,7 @@ class SearchWorlds:
         """Numbers of effects that something states, with a tolerance: free in every fit."""
         self.built_columns = (*study.tolerated_columns, *sorted(self.stated))
         """Numbers that differ a little on every bench, and are no cause for that."""
+        self._clock = clock_of(study)
         self._coordinates: dict[int, Coordinate] = {}
         self._stated_at: dict[int, tuple[float, float]] = {}
         self._rests = rests(study)
@@ -152,17 +156,36 @@ class SearchWorlds:
         """Return free numbers, column -> value, with those that are stated among them."""
         return {**{c: self.study.base_value(c) for c in self.stated}, **values}
 
+    def in_seconds(self, values: Mapping[int, float], way: int = 1) -> dict[int, float]:
+        """Return numbers, column -> value, that are in seconds of a log's clock in true ones.
+
+        Sets are fitted in the log's clock. So a wrong clock moves no event of the log, and causes
+        found beside it are what they are without it. What is stated is in true seconds.
+
+        Args:
+            values: Column -> value.
+            way: -1 for the way back.
+        """
+        out = dict(values)
+        if self._clock in values:
+            scale = (values[self._clock] / self.study.base_value(self._clock)) ** way
+            for c in values.keys() - self.stated:
+                out[c] *= scale ** TIME_POWERS.get(self.study.parameter(c).unit, 0)
+        return out
+
     def finest(self, model: Mapping[int, float]) -> Array:
         """Return measured minus simulated [rad, N] of one model at the finest step, shape (M,)."""
         step = FINEST * self.study.time_step
-        return stack(self.study.residuals(*replacements([model]), step), UNIT)[0]
+        return stack(self.study.residuals(*replacements([self.in_seconds(model)]), step), UNIT)[0]
 
     def residuals(self, models: Sequence[Mapping[int, float]]) -> Array:
         """Return measured minus simulated [rad, N] of candidates, shape (N, M).
 
         Args:
-            models: Column -> value in place of the starting model's, for each candidate.
+            models: Column -> value in place of the starting model's, for each candidate, in the
+                log's clock.
         """
+        models = [self.in_seconds(model) for model in models]
         width = max(1, MOST_NUMBERS // len(self.where.is_force))
         out = np.empty((len(models), len(self.where.is_force)))
         for at in range(0, len(models), width):
@@ -214,6 +237,14 @@ class SearchWorlds:
             value += np.log(scale / floor) + tail @ weight
             scales.append(scale)
         return WorldScore(value=value, scales=np.stack(scales, axis=1))
+
+
+def clock_of(study: Study) -> int:
+    """Return the place of the number of a wrong clock; -1 where the catalogue has none."""
+    owners = [owner for owner, _ in study.table.owners]
+    clocks = [c for c, owner in enumerate(owners) if owner in study.table.effects
+              and law_of(owner).hook(Stage.PERIOD)]  # fmt: skip
+    return next(iter(clocks), -1)
 
 
 def likely_scale(square: Array, weight: Array, floor: float) -> Array:

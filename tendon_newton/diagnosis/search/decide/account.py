@@ -161,6 +161,7 @@ def candidates(
 def named_values(pool: Pool, fit: Fit, name: str) -> dict[str, float]:
     """Return an effect's fitted numbers by name."""
     values, table = values_of(pool.worlds, fit.columns, fit.place), pool.worlds.study.table
+    values = pool.worlds.in_seconds(values)
     return {table.owners[c][1].name: float(values[c]) for c in table.columns(name)}
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.findings import Found
 from tendon_newton.diagnosis.posterior import SURE, FittedSet, OpenNumber, Posterior
 from tendon_newton.diagnosis.search.coordinates import is_shape
@@ -19,6 +20,7 @@ from tendon_newton.diagnosis.search.refit import (
     row_units,
     values_of,
 )
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.intervals import (
     LEAST_SHARE,
     SHARED_FORM,
@@ -31,6 +33,8 @@ from tendon_newton.identification.study import Study
 
 AT_END = 0.01
 """Share of a range that counts as its end [1]: a rigid string is written as the stiffest one."""
+NUDGE = 1.0e-6
+"""Change of a coordinate by which others in another clock are differentiated [1]."""
 LEAST_WEIGHT, MOST_SETS = 0.02, 8
 """Sets with a smaller share of the weight [1], and beyond so many, are no part of the posterior."""
 
@@ -51,11 +55,13 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     worlds = pool.worlds
     worlds.bench_slopes = {}
     (jacobian,) = linearise(worlds, [fit])
+    jacobian = jacobian @ clock_slopes(worlds, fit)
     unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
-    values = values_of(worlds, fit.columns, fit.place)
     spread = np.array([worlds.stated_at(column)[1] for column in fit.columns])
     half = half_widths(point, worlds.where, spread)
+    among, fit = [in_seconds(worlds, other) for other in among], in_seconds(worlds, fit)
+    values = values_of(worlds, fit.columns, fit.place)
     whole = np.hypot(half, [between(worlds.study, fit, c, among) for c in fit.columns])
     low, high = bounds_of(worlds, fit.columns, fit.names)
     intervals, numbers = {}, list[OpenNumber]()
@@ -103,6 +109,20 @@ def between(study: Study, fit: Fit, column: int, among: Collection[Fit]) -> floa
         if column in o.columns and (owner in o.names) == (owner in fit.names)
     ]  # fmt: skip
     return SURE * float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
+
+
+def in_seconds(worlds: SearchWorlds, fit: Fit) -> Fit:
+    """Return a fit with the coordinates of its numbers in seconds, not in the log's clock."""
+    values = worlds.in_seconds(values_of(worlds, fit.columns, fit.place))
+    return replace(fit, place=np.array([worlds.coordinate(c).place(v) for c, v in values.items()]))
+
+
+def clock_slopes(worlds: SearchWorlds, fit: Fit) -> Array:
+    """Return how a fit's coordinates change with those in seconds, shape (F, F)."""
+    nudges = NUDGE * np.eye(len(fit.columns))
+    moved = [in_seconds(worlds, replace(fit, place=fit.place + nudge)).place for nudge in nudges]
+    slopes = (np.reshape(moved, nudges.shape) - in_seconds(worlds, fit).place) / NUDGE
+    return np.linalg.inv(slopes.T).astype(np.float64)
 
 
 def holds_null(study: Study, found: Found, name: str) -> bool:

@@ -75,4 +75,4 @@ def start_of(worlds: SearchWorlds, own: FittedSet, base: Mapping[int, float]) ->
         for number in own.numbers
         if (key := (number.owner, number.name)) in places
     }
-    return own.causes, {**base, **stood}
+    return own.causes, worlds.in_seconds({**base, **stood}, -1)
