@@ -1,0 +1,109 @@
+"""Which planted causes could be named at all: ``python -m lab.exams.oracle OUT --jobs 30``.
+
+OUT is that of ``lab.exams.fresh``. Where an answer missed a cause, the same decision begins anew at
+the planted causes and their numbers, and no search comes before it. A cause that it does not keep
+is not in the data: it is worth less than a name costs. Writes OUT/oracle/NAME.json and counts.
+"""
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from lab.exams.fresh import say, truth_path
+from tendon_lab.exam.exam_score import Truth, judge
+from tendon_lab.exam.run_exam import ANSWER, read_answer
+from tendon_lab.exam.truth_file import read_truth
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.model_file import load_model
+from tendon_newton.diagnosis.search.decide.decision import tested
+from tendon_newton.diagnosis.search.decide.find_causes import MOST_CAUSES, part_of
+from tendon_newton.diagnosis.search.decide.rule import PRICE
+from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.prune import prune
+from tendon_newton.diagnosis.search.refit import refit, start_fits
+from tendon_newton.diagnosis.search.search_spans import deciding
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.study import Study
+from tendon_newton.identification.testable import testable_effects
+from tendon_newton.scheduler import JobOptions, completed
+
+STEPS = 12
+"""Steps of a refit at most."""
+
+
+def kept(folder: Path, effects: Mapping[str, Mapping[str, float]]) -> tuple[str, ...]:
+    """Return the planted causes that the decision names if it begins at them.
+
+    Args:
+        folder: Of the dataset.
+        effects: Planted causes with their numbers.
+    """
+    dataset, model = load_dataset(folder), load_model(folder / "model.toml")
+    study = Study(
+        dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
+    )
+    chosen = deciding(dataset.train, whole=study.kinematic)
+    worlds = SearchWorlds(part_of(study, chosen, model))
+    pool = Pool(
+        worlds=worlds, floors=floors_of(worlds, tuple(effects)), price=PRICE, most=MOST_CAUSES
+    )
+    free = (*study.fit_columns(model), *worlds.built_columns)
+    base = {c: study.base_value(c) for c in free}
+    own = {
+        c: effects[name].get(study.parameter(c).name, study.parameter(c).nominal)
+        for name in effects
+        for c in study.table.columns(name)
+    }
+    starts = [((), base), (tuple(effects), worlds.in_seconds({**base, **own}, -1))]
+    begun = start_fits(worlds, starts, pool.floors, near=True)
+    pool.add(refit(worlds, begun, pool.floors, iterations=STEPS, coarse=0))
+    fit = pool.fits[frozenset(effects)]
+    return tested(pool, prune(pool, fit), testable_effects(study)).fit.names
+
+
+def missed(truth: Truth, answer: Mapping[str, object]) -> tuple[str, ...]:
+    """Return the planted causes that an answer names neither exactly nor in a class."""
+    said = {name for names in judge(truth, answer).classes for name in names}
+    return tuple(name for name in truth.effects if name not in said)
+
+
+def ask(job: tuple[Path, str]) -> dict[str, bool]:
+    """Return for each missed cause of an answer whether it could be named, and keep that."""
+    out, name = job
+    file, truth = out / "oracle" / f"{name}.json", read_truth(truth_path(out, name))
+    if file.is_file():
+        return json.loads(file.read_text(encoding="utf-8"))
+    answer = read_answer(out / "answers" / name / ANSWER)
+    assert answer is not None, name
+    lost = missed(truth, answer)
+    seen = kept(out / "sets" / name, truth.effects) if lost else ()
+    found = {cause: cause in seen for cause in lost}
+    file.parent.mkdir(exist_ok=True)
+    write_json(file, found)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Ask for all answers of an exam."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--jobs", type=int, default=1)
+    chosen = parser.parse_args(arguments)
+    answered = sorted(path.parent.name for path in (chosen.out / "answers").glob(f"*/{ANSWER}"))
+    jobs, counts = [(chosen.out, name) for name in answered], dict[str, list[int]]()
+    for (_, name), found in completed(ask, jobs, JobOptions(jobs=chosen.jobs)):
+        own = counts.setdefault(name.rstrip("0123456789"), [0, 0])
+        own[0] += len(found)
+        own[1] += sum(found.values())
+        for cause, could in found.items():
+            say(f"{name}  {cause}  {'could be named' if could else 'is not in the data'}")
+    for section, (lost, could) in counts.items():
+        say(f"{section}: {lost} missed, {could} of them could be named")
+
+
+if __name__ == "__main__":
+    main()
