@@ -166,6 +166,15 @@ def test_what_acts_in_few_rows_is_left_even_where_something_sticks() -> None:
     assert not pool.leaves_nothing(less, anywhere=True)
 
 
+def test_a_cause_pays_though_less_than_the_error_of_form_is_left_without_it(monkeypatch) -> None:
+    """A tenth of the rows is off by four floors: less than a price, and yet a cause brings it."""
+    rows, fit, less = residuals(0.1, 4.0)
+    pool = Pool(worlds=rows, floors=FLOORS, price=PRICE, most=7)
+    assert pool.leaves_nothing(less)
+    monkeypatch.setattr(pruning, "leave_out", lambda *_: {"speed_limit": less})
+    assert pruning.prune(pool, fit) is fit
+
+
 def test_a_long_step_at_a_stop_is_no_gap() -> None:
     """A finger that hits its stops is off in some rows at the search's step alone."""
     asked = commanded(np.repeat([0.2, 6.0, 0.2, 5.0, 0.2], 40), bench="finger")
