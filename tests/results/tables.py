@@ -18,10 +18,11 @@ RATES = {
     "sure_names_deserved": "of names told at 0.9 or more, deserved",
     "in_plant_or_class": "named, and in the plant or with a class that is",
     "material_faults_named": "faults worth a tenth of the squared error: named or in a class",
+    "planted_found": "the two planted faults: named or in a class",
     "gear_by_one_name": "the gear's friction by load told by one name or class",
     "intervals_hold": "intervals that hold the plant's number",
 }
-"""Rates of the units' score, with their words."""
+"""Rates of the strict score, with their words."""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
@@ -192,22 +193,22 @@ def unit_rows(kept: Records) -> str:
     return table(heads, rows)
 
 
-def unit_rates(kept: Records) -> str:
-    """Return how often names and intervals of virtual units are right."""
-    total = kept["units"].figures["summary"]
+def strict_rates(record: Record) -> str:
+    """Return how often names and intervals on benches with many faults are right."""
+    total = record.figures["summary"]
     lines = [
         (words, f"{rate['hits']} of {rate['of']}", f"{rate['rate']:.0%}", f"{rate['at_least']:.0%}")
         for name, words in RATES.items()
-        for rate in [total[name]]
+        if (rate := total.get(name)) and rate["of"]
     ]
     lines += [
         (
-            "deserved names of a unit",
-            f"{total['units']} units",
+            "deserved names of a bench",
+            f"{total['units']} benches",
             f"{total['deserved_a_unit']:.1f}",
             "",
         ),
-        ("answers that are *unexplained*", f"{total['units']} units", total["unexplained"], ""),
+        ("answers that are *unexplained*", f"{total['units']} benches", total["unexplained"], ""),
         ("squared error gone, median", "", f"{total['gone_median']:.1%}", ""),
         ("squared error gone, least", "", f"{total['gone_least']:.1%}", ""),
     ]
@@ -297,7 +298,8 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         lambda kept: mechanics(kept["speed_cpu"], (1, 64, 1024)),
     ),
     "units": ("docs/virtual_bench.md", unit_rows),
-    "names": ("docs/lab/exams.md", unit_rates),
+    "names": ("docs/lab/exams.md", lambda kept: strict_rates(kept["units"])),
+    "rich": ("docs/lab/exams.md", lambda kept: strict_rates(kept["rich"])),
     "exam": ("docs/diagnosis.md", lambda kept: exam_rows(kept, SHOWN)),
     "all sections": ("docs/lab/exams.md", exam_rows),
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),

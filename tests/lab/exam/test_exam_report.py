@@ -10,7 +10,7 @@ import pytest
 
 from examples.studies.unit_faults import LATE, MENDS
 from examples.studies.unit_score import Mark, leaves_null, mark, summary
-from lab.exams import fresh
+from lab.exams import fresh, other_sets, rich
 from lab.exams.other_plant import (
     BRISTLE,
     DRAWINGS,
@@ -305,3 +305,16 @@ def test_an_exam_that_broke_off_draws_and_diagnoses_what_is_left(tmp_path, monke
     assert silent["at_least"] == pytest.approx(1.0 / (1.0 + 1.645**2 / 2.0))  # Wilson, all of two
     wrong = replace(marks[0], said=("deadband",), classes=(("deadband",),))
     assert fresh.summary({"clean000": wrong}, 7)["wrong"]
+
+
+def test_a_rich_bench_tells_what_each_of_its_faults_moves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Fourteen causes, each mended alone: the two that matter move more than the others' median."""
+    monkeypatch.setattr(other_sets, "DURATION", 2.0)
+    told = rich.set_of(tmp_path, 0)
+    assert len(told["effects"]) == len(told["moves"]) == rich.IMPERFECTIONS + 2
+    moves = {name: force / 0.1 + angle / 0.01 for name, (force, angle) in told["moves"].items()}
+    assert min(moves[name] for name in told["planted"]) > np.median([*moves.values()]) > 0.0
+    assert len(load_dataset(tmp_path / "sets" / "rich000").train) == other_sets.TRAIN
+    assert rich.set_of(tmp_path, 0) == told
