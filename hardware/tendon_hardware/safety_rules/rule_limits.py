@@ -5,6 +5,7 @@ from math import isfinite
 
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.servos.base import ServoSpec
+from tendon_newton.data.cards.policy_observation import COMMAND_SPEED
 from tendon_newton.errors import InvalidParameter
 
 CURRENT_SHARE = 0.65
@@ -32,7 +33,7 @@ class DeployLimits:
     skipped_ticks: int = 3  # Ticks that may be skipped among eight in a row: a policy step is four
     output: float = 20.0  # Greatest output of a policy [rad]
     # Greatest change of the command [rad/s]: four radians in a policy step
-    command_rate: float = 80.0
+    command_rate: float = COMMAND_SPEED
 
     def __post_init__(self) -> None:
         low, high = self.voltage

@@ -19,6 +19,7 @@ One policy step, at instant k with the motor at position :math:`\theta_k`:
    :math:`\theta_d = clip(\theta_k + a_{k+1})` to the command range. The cut of the command does
    not change the action that the policy sees. Where the card has a pay-out rule, the lower end of
    the range counts only while the tendon is wound in; else the command ends at home.
+4. The command changes by `COMMAND_SPEED` at most; the first one, from where the motor stands.
 
 A policy of several servos gives one number for each, and the same holds servo by servo.
 
@@ -51,6 +52,8 @@ HISTORY = 30  # Samples in an observation, as the paper has them
 RATE = 20.0  # Policy steps per second [Hz]
 SERVO_RATE = 80.0  # Readings of the servo per second [Hz]
 
+COMMAND_SPEED = 80.0
+"""Greatest change of the command [rad/s]: four radians in a policy step."""
 Values = TypeVar("Values", bound=Any)  # NumPy arrays and torch tensors alike
 
 

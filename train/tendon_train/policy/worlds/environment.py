@@ -13,7 +13,11 @@ from rsl_rl.env import VecEnv
 from tensordict import TensorDict
 from torch import Tensor
 
-from tendon_newton.data.cards.policy_observation import applied_action, motor_command
+from tendon_newton.data.cards.policy_observation import (
+    COMMAND_SPEED,
+    applied_action,
+    motor_command,
+)
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
@@ -130,6 +134,8 @@ class FingerEnvironment(VecEnv):
         self.history = ObservationTensors(
             config.worlds, config.history, self.device, self.num_actions, config.task
         )
+        self._command = self.loop.reading.motor_position.clone()
+        """Last commands [rad], shape (W, D); of a new episode, where the motors stand."""
         self.episode_length_buf = torch.zeros(config.worlds, dtype=torch.long, device=self.device)
         self.steps = 0  # Steps since the environment was made
         # The last worlds that diverged
@@ -222,7 +228,10 @@ class FingerEnvironment(VecEnv):
         """Hold the commands of what policies ask for, (W, D), and return how actions change."""
         action = applied_action(asked, self.config.action_clip)
         position = self.loop.reading.motor_position
-        self.loop.step(motor_command(position, action, self._ends, self._pay_out))
+        command = motor_command(position, action, self._ends, self._pay_out)
+        reach = COMMAND_SPEED / self.config.rate
+        self._command = command.clip(self._command - reach, self._command + reach)
+        self.loop.step(self._command)
         before = self.history.action.clone()
         self.history.act(torch.where(torch.isfinite(action), action, 0.0))
         return self.history.action - before
@@ -234,6 +243,8 @@ class FingerEnvironment(VecEnv):
         share = self._draws.uniform(self.num_actions, worlds=worlds).square()
         least, greatest = self._least_at_rest, self._greatest_at_rest
         self.loop.reset(least + (greatest - least) * share, worlds, **placed)
+        standing = self.loop.reading.motor_position
+        self._command = torch.where(worlds[:, None], standing, self._command)
         self.history.reset(worlds)
         self.task.begin(worlds)
         self.episode_length_buf.masked_fill_(worlds, 0)
