@@ -59,21 +59,27 @@ def test_the_command_is_the_motor_angle_and_the_clipped_action_within_its_range(
     "finger", ["finger", pytest.param("finger_antagonist", marks=pytest.mark.slow)]
 )
 def test_commands_are_those_of_deployment_bit_for_bit(finger: str) -> None:
-    """Range and pay-out rule, of one servo and of two, the second with angles of its own."""
+    """Range, pay-out rule and at most 4 rad a step, of one servo and of two with other angles."""
     worlds = environment(finger=finger, goals=(0.0, 1.8))
     low, high = np.array(worlds.command_ranges, np.float32).T
     home, wound_in = np.array(worlds.pay_outs, np.float32).T
-    below = 0
+    before = worlds.loop.reading.motor_position.numpy().copy()
+    below = cut = 0
     for action in random_actions(40, worlds=6 * worlds.num_actions):
         asked = action.reshape(6, -1)
         position = worlds.loop.reading.motor_position.numpy().copy()
         applied = applied_action(asked.numpy(), worlds.config.action_clip)
-        expected = motor_command(position, applied, (low, high), (home, wound_in))
+        wanted = motor_command(position, applied, (low, high), (home, wound_in))
+        expected = wanted.clip(before - 4.0, before + 4.0)
         _, _, dones, _ = worlds.step(asked)
-        given = worlds.loop.solver.command.numpy()
+        given = worlds.loop.solver.command.numpy().copy()
         assert np.array_equal(given[~dones.numpy()], expected[~dones.numpy()])
+        standing = worlds.loop.reading.motor_position.numpy()
+        before = np.where(dones.numpy()[:, None], standing, given)
         below += int((given < home).sum())
+        cut += int((expected != wanted).sum())
     assert below > 10
+    assert cut
 
 
 def test_a_range_that_begins_at_home_has_no_pay_out_rule() -> None:
