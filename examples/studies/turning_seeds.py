@@ -76,14 +76,25 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, default=RECIPE.environment.worlds, help="of a seed")
     parser.add_argument("--iterations", type=int, default=RECIPE.iterations)
     parser.add_argument("--rate-window", type=float, default=TurningConfig.rate_window, help="[s]")
+    parser.add_argument("--turn-rates", type=float, nargs=2, default=TurningConfig.turn_rates)
+    parser.add_argument("--smooth-weight", type=float, default=RECIPE.environment.smooth_weight)
+    parser.add_argument("--steps", type=int, default=RECIPE.steps)
+    parser.add_argument("--batch", type=int, default=RECIPE.batch)
     parser.add_argument("--device", default="cuda")
     words = parser.parse_args()
     quiet_warp()
-    turning = replace(RECIPE.environment.turning, rate_window=words.rate_window)
+    low, high = words.turn_rates
+    turning = replace(
+        RECIPE.environment.turning, rate_window=words.rate_window, turn_rates=(low, high)
+    )
     own = replace(
-        RECIPE.environment, force=words.force, worlds=words.worlds, turning=turning
+        RECIPE.environment, force=words.force, worlds=words.worlds, turning=turning,
+        smooth_weight=words.smooth_weight,
     )  # fmt: skip
-    config = replace(RECIPE, environment=own, iterations=words.iterations, device=words.device)
+    config = replace(
+        RECIPE, environment=own, iterations=words.iterations, steps=words.steps,
+        batch=words.batch, device=words.device,
+    )  # fmt: skip
     words.out.mkdir(parents=True, exist_ok=True)
     environment, learners = trained(config, words.seeds)
     for learner in learners:
