@@ -81,6 +81,10 @@ class Values(Placeholder):
     """
 
 
+class Owner(Placeholder):
+    """Struct of the tendon or the joint that a stage is about."""
+
+
 class MemoryVector(Placeholder):
     """What a world remembers, one number per tendon or joint of each effect that does, (S,)."""
 

@@ -13,6 +13,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.recording import DrivenBy
 from tendon_newton.device_code import placeholders, slots
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
+from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
 from tendon_newton.law.servo import duty_of_force, force_of_duty
@@ -31,7 +32,7 @@ from tendon_newton.simulation.kernels.path_kernels import PATH_EFFECTS
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.stage_fields import check_stage
-from tendon_newton.simulation.model.structure import Structure
+from tendon_newton.simulation.model.structure import JOINT_STAGES, Structure
 from tendon_newton.simulation.tendons import measured_force, routes, stages
 
 # Where each stage is called, and the template that applies its effects
@@ -40,18 +41,18 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.CLOCK: (slots.clock_effects, stages.tendon_number_stage),
     Stage.RADIUS: (slots.radius_effects, stages.tendon_number_stage),
     Stage.STRING: (slots.string_effects, stages.tendon_number_stage),
-    Stage.STRETCH: (slots.stretch_effects, stages.tendon_stage),
-    Stage.ANGLE: (slots.angle_effects, stages.tendon_stage),
-    Stage.ERROR: (slots.error_effects, stages.tendon_stage),
-    Stage.DUTY: (slots.duty_effects, stages.tendon_stage),
-    Stage.MOTOR_FORCE: (slots.motor_force_effects, stages.tendon_stage),
-    Stage.SPOOL_FORCE: (slots.spool_force_effects, stages.tendon_stage),
-    Stage.TENSION: (slots.tension_effects, stages.tendon_stage),
-    Stage.ENCODER: (slots.encoder_effects, stages.tendon_stage),
-    Stage.TRANSMISSION: (slots.transmission_effects, stages.tendon_stage),
+    Stage.STRETCH: (slots.stretch_effects, stages.signal_stage),
+    Stage.ANGLE: (slots.angle_effects, stages.signal_stage),
+    Stage.ERROR: (slots.error_effects, stages.signal_stage),
+    Stage.DUTY: (slots.duty_effects, stages.signal_stage),
+    Stage.MOTOR_FORCE: (slots.motor_force_effects, stages.signal_stage),
+    Stage.SPOOL_FORCE: (slots.spool_force_effects, stages.signal_stage),
+    Stage.TENSION: (slots.tension_effects, stages.signal_stage),
+    Stage.ENCODER: (slots.encoder_effects, stages.signal_stage),
+    Stage.TRANSMISSION: (slots.transmission_effects, stages.signal_stage),
     Stage.SPEED: (slots.speed_effects, stages.tendon_number_stage),
-    Stage.SPRING: (slots.spring_effects, stages.joint_stage),
-    Stage.DAMPING: (slots.damping_effects, stages.joint_stage),
+    Stage.SPRING: (slots.spring_effects, stages.signal_stage),
+    Stage.DAMPING: (slots.damping_effects, stages.signal_stage),
     Stage.JOINT_FRICTION: (slots.joint_friction_effects, stages.joint_number_stage),
     Stage.INERTIA: (slots.inertia_effects, stages.scalar_stage),
     Stage.TILT: (slots.tilt_effects, stages.scalar_stage),
@@ -61,12 +62,12 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
 }
 # Stages after which effects may renew what they remember
 MEMORIES: dict[Stage, tuple[Any, Any]] = {
-    Stage.ERROR: (slots.error_memory, stages.tendon_memory),
-    Stage.DUTY: (slots.duty_memory, stages.tendon_memory),
-    Stage.MOTOR_FORCE: (slots.motor_force_memory, stages.tendon_memory),
-    Stage.SPOOL_FORCE: (slots.spool_force_memory, stages.tendon_memory),
-    Stage.TENSION: (slots.tension_memory, stages.tendon_memory),
-    Stage.SPRING: (slots.spring_memory, stages.joint_memory),
+    Stage.ERROR: (slots.error_memory, stages.signal_memory),
+    Stage.DUTY: (slots.duty_memory, stages.signal_memory),
+    Stage.MOTOR_FORCE: (slots.motor_force_memory, stages.signal_memory),
+    Stage.SPOOL_FORCE: (slots.spool_force_memory, stages.signal_memory),
+    Stage.TENSION: (slots.tension_memory, stages.signal_memory),
+    Stage.SPRING: (slots.spring_memory, stages.signal_memory),
 }
 # Where effects on an angle act where only positions are known, by their side: play lies before the
 # shaft, the encoder's offset after
@@ -298,16 +299,19 @@ def bind_stages(specialiser: Specialiser, structure: Structure, *, taped: bool) 
         acting = [(name, hook) for name, hook in hooks if hook]
         for _, hook in acting:
             check_stage(hook, stage)
-        specialiser.bind(
-            slot, stage_function(specialiser, template, acting, structure, inline=inline)
-        )
+        owner = Joint if stage in JOINT_STAGES else Tendon
+        function = stage_function(specialiser, template, acting, structure, owner, inline=inline)
+        specialiser.bind(slot, function)
     for stage, (slot, template) in MEMORIES.items():
         keepers = [e for e in effects if e.memory is stage and structure.remembers(e)]
         keeping = [(e.name, renewal) for e in keepers for renewal in e.renewals()]
         for _, renewal in keeping:
             check_stage(renewal, None)
         places = [place for e in keepers for place in structure.memories[e.name]]
-        function = stage_function(specialiser, template, keeping, structure, places, inline=inline)
+        owner = Joint if stage in JOINT_STAGES else Tendon
+        function = stage_function(
+            specialiser, template, keeping, structure, owner, places, inline=inline
+        )
         specialiser.bind(slot, function)
 
 
@@ -332,7 +336,7 @@ def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None
     hooks = [(e.name, e.side, e.hook(Stage.ANGLE)) for e in able_effects(structure)]
     for side, slot in ANGLE_SIDES.items():
         acting = [(effect, hook) for effect, of, hook in hooks if of == side and hook]
-        function = stage_function(specialiser, stages.tendon_stage, acting, structure)
+        function = stage_function(specialiser, stages.signal_stage, acting, structure)
         specialiser.bind(slot, function)
 
 
@@ -341,17 +345,19 @@ def stage_function(
     template: Any,
     hooks: list[tuple[str, Any]],
     structure: Structure,
+    owner: type = Tendon,
     places: Sequence[int] = (),
     *,
     inline: bool | None = True,
 ) -> Any:
     """Bind a stage's template to the device functions of some effects.
 
-    Hooks are device functions with the names of their effects; the result of each goes to its place
-    in a world's memory, if it is remembered. It is inlined whatever its length: a call copies all
-    of a world's numbers.
+    Hooks are device functions with the names of their effects, about an owner's struct; the result
+    of each goes to its place in a world's memory, if it is remembered. It is inlined whatever its
+    length: a call copies all of a world's numbers.
     """
     child = specialiser.child()
+    child.bind(placeholders.Owner, kernel_types(structure)[owner])
     child.bind(placeholders.FUNCTIONS, tuple(child.function(hook) for _, hook in hooks))
     child.bind(placeholders.OFFSETS, tuple(structure.offsets[name] for name, _ in hooks))
     child.bind(placeholders.STRIDES, tuple(structure.stride(name) for name, _ in hooks))

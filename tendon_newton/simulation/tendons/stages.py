@@ -16,11 +16,12 @@ from tendon_newton.device_code.placeholders import (
     Flags,
     Jet,
     MemoryVector,
+    Owner,
     ParameterVector,
     Values,
     real,
 )
-from tendon_newton.device_code.structs import Joint, Tendon
+from tendon_newton.device_code.structs import Joint
 from tendon_newton.device_code.templates import device_template
 
 
@@ -90,80 +91,42 @@ def joint_number_stage(signal: real, joint: Joint, p: ParameterVector) -> real:
 
 
 @device_template
-def joint_stage(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
-    """Apply effects to a torque of one joint."""
-    if any_awake(joint.asleep):
+def signal_stage(signal: Jet, owner: Owner, p: ParameterVector) -> Jet:
+    """Apply effects to a signal of one tendon or a torque of one joint."""
+    if any_awake(owner.asleep):
         for i in range(wp.static(len(FUNCTIONS))):
             remembered = real(0.0)
             if wp.static(MEMORIES[i] >= 0):
-                remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
+                remembered = owner.memory[wp.static(MEMORIES[i]) + owner.index]
             second = real(0.0)
             if wp.static(SECOND_MEMORIES[i] >= 0):
-                second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
-            values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-            if is_awake(joint.asleep, wp.static(BITS[i])):
-                torque = wp.static(FUNCTIONS[i])(torque, joint, values)
-    return torque
-
-
-@device_template
-def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
-    """Apply effects to a signal of one tendon."""
-    if any_awake(tendon.asleep):
-        for i in range(wp.static(len(FUNCTIONS))):
-            remembered = real(0.0)
-            if wp.static(MEMORIES[i] >= 0):
-                remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
-            second = real(0.0)
-            if wp.static(SECOND_MEMORIES[i] >= 0):
-                second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+                second = owner.memory[wp.static(SECOND_MEMORIES[i]) + owner.index]
             place = wp.static(OFFSETS[i])
             if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
-                place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
+                place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * owner.index
             values = own_values(p, place, remembered, second)
-            if is_awake(tendon.asleep, wp.static(BITS[i])):
-                signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
+            if is_awake(owner.asleep, wp.static(BITS[i])):
+                signal = wp.static(FUNCTIONS[i])(signal, owner, values)
     return signal
 
 
 @device_template
-def joint_memory(
-    torque: Jet, joint: Joint, p: ParameterVector, memory: MemoryVector
+def signal_memory(
+    signal: Jet, owner: Owner, p: ParameterVector, memory: MemoryVector
 ) -> MemoryVector:
-    """Renew what effects remember of one joint."""
+    """Renew what effects remember of one tendon or joint."""
     out = memory
-    if any_awake(joint.asleep):
+    if any_awake(owner.asleep):
         for i in range(wp.static(len(FUNCTIONS))):
-            remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
+            remembered = owner.memory[wp.static(MEMORIES[i]) + owner.index]
             second = real(0.0)
             if wp.static(SECOND_MEMORIES[i] >= 0):
-                second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
-            values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-            if is_awake(joint.asleep, wp.static(BITS[i])):
-                out[wp.static(PLACES[i]) + joint.index] = wp.static(FUNCTIONS[i])(
-                    torque, joint, values
-                )
-    return out
-
-
-@device_template
-def tendon_memory(
-    signal: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
-) -> MemoryVector:
-    """Renew what effects remember of one tendon."""
-    out = memory
-    if any_awake(tendon.asleep):
-        for i in range(wp.static(len(FUNCTIONS))):
-            remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
-            second = real(0.0)
-            if wp.static(SECOND_MEMORIES[i] >= 0):
-                second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+                second = owner.memory[wp.static(SECOND_MEMORIES[i]) + owner.index]
             place = wp.static(OFFSETS[i])
             if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
-                place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
+                place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * owner.index
             values = own_values(p, place, remembered, second)
-            if is_awake(tendon.asleep, wp.static(BITS[i])):
-                out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(
-                    signal, tendon, values
-                )
+            if is_awake(owner.asleep, wp.static(BITS[i])):
+                own = wp.static(FUNCTIONS[i])(signal, owner, values)
+                out[wp.static(PLACES[i]) + owner.index] = own
     return out
