@@ -4,7 +4,7 @@ An export writes files, a page that says how to load them, how far what was writ
 own simulation of the same commands, and what it leaves out.
 """
 
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
 from tendon_newton.exports.configs.mjlab_target import MJLAB
@@ -28,14 +28,8 @@ EXPORTS: dict[str, ExportTarget] = {
 
 
 def find_export(name: str) -> ExportTarget:
-    """Return a target of the table.
-
-    Raises:
-        UnknownName: No such target; the message lists the known ones.
-    """
-    if name not in EXPORTS:
-        raise unknown_name("export target", name, EXPORTS)
-    return EXPORTS[name]
+    """Return a target of the table; an unknown name is refused."""
+    return look_up("export target", name, EXPORTS)
 
 
 __all__ = ["EXPORTS", "ExportTarget", "Exported", "find_export"]

@@ -26,7 +26,7 @@ from tendon_newton.exports.model_numbers import (
     refuse_damaged,
     spool_of,
 )
-from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME
+from tendon_newton.exports.mujoco.mjcf_servo import set_friction
 from tendon_newton.exports.mujoco.mujoco_target import change_mechanism
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -202,9 +202,7 @@ def bench_spec(mechanism: Mechanism, model: Model, tendon: Tendon) -> Any:
         slack = number(model, "tendon_slack", "length")
         row.limited, row.range = True, [-tendon.excursion_offset - slack, 1.0e3]
         row.solref_limit, row.solimp_limit = STRING_STOP, STRING_SHAPE
-    joint = spec.joint(turned)
-    joint.frictionloss = 1.0e-9  # bam writes its own in every step
-    joint.solimp_friction, joint.solref_friction = FRICTION_SHAPE, (FRICTION_TIME, 1.0)
+    set_friction(spec.joint(turned), 1.0e-9)  # bam writes its own in every step
     motor = spec.add_actuator(name=SERVO, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=turned)
     motor.gear[0] = 1.0
     return spec

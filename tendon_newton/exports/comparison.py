@@ -8,7 +8,7 @@ from pathlib import Path
 from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.errors import InvalidParameter, look_up
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, departure, replayed
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -81,8 +81,7 @@ def compare(
         InvalidParameter: One of them cannot hold the model.
     """
     for name in names:
-        if name not in COMPARED:
-            raise unknown_name("simulator", name, COMPARED)
+        look_up("simulator", name, COMPARED)
     trajectories = {OURS: TendonSimulator(trust=trust).simulate(recordings, model)}
     for name in names:
         trajectories[name] = COMPARED[name](mechanism, model, recordings)

@@ -17,11 +17,10 @@ from tendon_newton.exports.linking import Linker, Text
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import coverage_of, number, refuse_damaged
 from tendon_newton.exports.mujoco.mjcf_servo import (
-    FRICTION_SHAPE,
-    FRICTION_TIME,
     add_delay,
     fill_history,
     set_affine,
+    set_friction,
 )
 from tendon_newton.exports.runtime import arm_stepping, commands, engine, facts, jets, rows
 from tendon_newton.exports.written_program import load_program
@@ -94,9 +93,7 @@ def arm_spec(arm: IdentifiedArm) -> Any:
             actuator.biasprm[2] = 1.0  # critically damped
         # dry friction holds a spring that pulls at a joint in just such a band
         band = number(model, "deadband", "width") + 0.5 * number(model, "backlash", "width")
-        spec.joint(joint.name).frictionloss = gain * band
-        spec.joint(joint.name).solimp_friction = FRICTION_SHAPE
-        spec.joint(joint.name).solref_friction = (FRICTION_TIME, 1.0)
+        set_friction(spec.joint(joint.name), gain * band)
         add_delay(actuator, number(model, "command_delay", "delay"), spec.option.timestep)
     return spec
 

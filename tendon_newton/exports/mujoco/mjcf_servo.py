@@ -39,7 +39,7 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     actuator = spec.add_actuator(
         name=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon.name
     )
-    add_friction(spec.tendon(tendon.name), model)
+    set_friction(spec.tendon(tendon.name), dry_friction(model)[0])
     limit = force_limit_of(tendon, model)
     if find_actuator(model.actuator.name).held:
         actuator.gear[0] = sign
@@ -84,11 +84,10 @@ def add_delay(actuator: Any, delay: float, step: float) -> None:
         actuator.nsample = int(np.ceil(delay / step)) + 2
 
 
-def add_friction(row: Any, model: Model) -> None:
-    """Give a tendon the dry friction of its servo's gear, as far as it is one number [N]."""
-    row.frictionloss = dry_friction(model)[0]
-    row.solimp_friction = FRICTION_SHAPE
-    row.solref_friction = (FRICTION_TIME, 1.0)
+def set_friction(row: Any, friction: float) -> None:
+    """Give a tendon or joint dry friction [N, N m] that creeps as little as MuJoCo can."""
+    row.frictionloss = friction
+    row.solimp_friction, row.solref_friction = FRICTION_SHAPE, (FRICTION_TIME, 1.0)
 
 
 def replay_file(

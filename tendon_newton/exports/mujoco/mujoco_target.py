@@ -19,12 +19,7 @@ from tendon_newton.exports.model_numbers import (
     refuse_damaged,
     refuse_kinematic,
 )
-from tendon_newton.exports.mujoco.mjcf_servo import (
-    FRICTION_SHAPE,
-    FRICTION_TIME,
-    add_servo,
-    replay_file,
-)
+from tendon_newton.exports.mujoco.mjcf_servo import add_servo, replay_file, set_friction
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
 from tendon_newton.exports.network_export import NETWORK_FILE, NetworkFacts, exported_network
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
@@ -149,9 +144,7 @@ def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
         if math.isfinite(joint.limits[1]):
             share = number(model, "joint_dry_friction", "fraction")
             dry += share * joint.stiffness * (joint.limits[1] - joint.rest)
-        row.frictionloss = dry
-        row.solimp_friction = FRICTION_SHAPE
-        row.solref_friction = (FRICTION_TIME, 1.0)
+        set_friction(row, dry)
         body = row.parent
         body.mass = body.mass * heavier
         body.inertia = body.inertia * heavier

@@ -13,8 +13,7 @@ from tendon_newton.exports.networks.students import (
     HISTORY,
     MEMORY,
     RATE,
-    StudentGru,
-    StudentLstm,
+    StudentMemory,
     StudentMlp,
 )
 
@@ -59,11 +58,11 @@ def write_mlp_onnx(path: Path, network: StudentMlp, scales: Scales) -> None:
     save(path, helper, TensorProto, nodes, weights, ends, meta)
 
 
-def write_lstm_onnx(path: Path, network: StudentLstm, scales: Scales) -> None:
+def write_lstm_onnx(path: Path, network: StudentMemory, scales: Scales) -> None:
     """Write an LSTM for Newton's `DriveNeuralLSTM`: time first, one sample at a time."""
     from onnx import TensorProto, helper
 
-    weights = memory_arrays(network.lstm, network.head, GATES)
+    weights = memory_arrays(network.memory, network.head, GATES)
     nodes = [
         helper.make_node(
             "LSTM",
@@ -94,7 +93,7 @@ def write_lstm_onnx(path: Path, network: StudentLstm, scales: Scales) -> None:
     save(path, helper, TensorProto, nodes, weights, ends, meta)
 
 
-def write_gru_onnx(path: Path, network: StudentGru, spread: tuple[Array, Array]) -> None:
+def write_gru_onnx(path: Path, network: StudentMemory, spread: tuple[Array, Array]) -> None:
     """Write a GRU for Newton's `DriveNeuralGRU`: time first, one sample at a time.
 
     `spread` has mean and standard deviation of its columns and of the force, shape (4,).
@@ -128,7 +127,7 @@ def write_gru_onnx(path: Path, network: StudentGru, spread: tuple[Array, Array])
         "normalization": {"inputs": seen, "targets": given},
         "sample_dt_s": 1.0 / RATE,
     }
-    weights = memory_arrays(network.gru, network.head, GRU_GATES)
+    weights = memory_arrays(network.memory, network.head, GRU_GATES)
     save(path, helper, TensorProto, nodes, weights, ends, meta)
 
 
@@ -191,9 +190,9 @@ class ScaledLstm(torch.nn.Module):
 
     scale: torch.Tensor
 
-    def __init__(self, network: StudentLstm, scales: Scales) -> None:
+    def __init__(self, network: StudentMemory, scales: Scales) -> None:
         super().__init__()
-        self.lstm, self.head = network.lstm, network.head
+        self.lstm, self.head = network.memory, network.head
         self.register_buffer("scale", torch.tensor(scales[:2], dtype=torch.float32))
         self.effort_scale = float(scales[2])
 

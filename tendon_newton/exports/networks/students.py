@@ -82,33 +82,17 @@ class StudentMlp(nn.Module):
         return self.layers(x)
 
 
-class StudentLstm(nn.Module):
-    """A memory over scaled errors and speeds; its state is two tensors of shape (1, N, M)."""
+class StudentMemory(nn.Module):
+    """A memory over scaled signals; its state is a tensor of shape (1, N, M), of an LSTM two."""
 
-    def __init__(self) -> None:
+    def __init__(self, memory: nn.LSTM | nn.GRU) -> None:
         super().__init__()
-        self.lstm = nn.LSTM(2, MEMORY, batch_first=True)
+        self.memory = memory
         self.head = nn.Linear(MEMORY, 1)
 
-    def forward(
-        self, x: Tensor, state: tuple[Tensor, Tensor]
-    ) -> tuple[Tensor, tuple[Tensor, Tensor]]:
+    def forward(self, x: Tensor, state: Any) -> tuple[Tensor, Any]:
         """Return scaled forces, shape (N, T, 1), and the new state."""
-        out, state = self.lstm(x, state)
-        return self.head(out), state
-
-
-class StudentGru(nn.Module):
-    """A memory over commands, angles and speeds; its state is a tensor of shape (1, N, M)."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.gru = nn.GRU(3, MEMORY, batch_first=True)
-        self.head = nn.Linear(MEMORY, 1)
-
-    def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """Return scaled forces, shape (N, T, 1), and the new state."""
-        out, state = self.gru(x, state)
+        out, state = self.memory(x, state)
         return self.head(out), state
 
 
@@ -188,19 +172,19 @@ def descend(network: nn.Module, loss: Callable[[], Tensor], steps: int) -> None:
         pace.step()
 
 
-def fit_lstm(lessons: Lessons, *, steps: int) -> tuple[StudentLstm, float]:
+def fit_lstm(lessons: Lessons, *, steps: int) -> tuple[StudentMemory, float]:
     """Fit an LSTM and return it with its root mean square error [N] on runs it has not seen."""
     torch.manual_seed(0)
-    network = StudentLstm()
+    network = StudentMemory(nn.LSTM(2, MEMORY, batch_first=True))  # errors and speeds
     x, force = windows_of(lessons)
     error = fit_memory(network, x[..., [0, HISTORY]], force, lambda n: (blank(n), blank(n)), steps)
     return network.eval(), error * lessons.scales[2]
 
 
-def fit_gru(lessons: Lessons, *, steps: int) -> tuple[StudentGru, float]:
+def fit_gru(lessons: Lessons, *, steps: int) -> tuple[StudentMemory, float]:
     """Fit a GRU and return it with its root mean square error [N] on runs it has not seen."""
     torch.manual_seed(0)
-    network = StudentGru()
+    network = StudentMemory(nn.GRU(3, MEMORY, batch_first=True))  # commands, angles and speeds
     (*means, middle), (*widths, wide) = lessons.spread
     x = torch.tensor((lessons.columns - means) / widths, dtype=torch.float32)
     force = torch.tensor((lessons.force - middle) / wide, dtype=torch.float32)

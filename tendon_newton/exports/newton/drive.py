@@ -3,6 +3,7 @@
 import math
 import warnings
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import newton
@@ -199,11 +200,11 @@ def register() -> None:
 # ---- a simulation of the bench
 
 
-def one_world() -> Any:
-    """Return a builder that holds the bench once."""
+def one_world(bench: Path = BENCH) -> Any:
+    """Return a builder that holds a bench once."""
     builder = newton.ModelBuilder()
     SolverMuJoCo.register_custom_attributes(builder)
-    builder.add_usd(str(BENCH), collapse_fixed_joints=True)
+    builder.add_usd(str(bench), collapse_fixed_joints=True)
     loose = [j for j, owner in enumerate(builder.joint_articulation) if owner < 0]
     if loose:  # a chain of one link
         builder.add_articulation(loose, label="bench")

@@ -16,6 +16,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.exports.export_target import Coverage
 from tendon_newton.exports.model_numbers import dry_friction, number
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
+from tendon_newton.exports.newton.drive import one_world
 from tendon_newton.exports.newton.prims import LONGEST_STEP, gearing_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
@@ -73,13 +74,7 @@ class PlainBench:
     """A file's bench, stepped by SolverMuJoCo under the file's own actuators."""
 
     def __init__(self, path: Path) -> None:
-        builder = newton.ModelBuilder()
-        SolverMuJoCo.register_custom_attributes(builder)
-        builder.add_usd(str(path), collapse_fixed_joints=True)
-        loose = [j for j, owner in enumerate(builder.joint_articulation) if owner < 0]
-        if loose:  # a chain of one link
-            builder.add_articulation(loose, label="bench")
-        self.model: Any = builder.finalize(device="cpu")
+        self.model: Any = one_world(path).finalize(device="cpu")
         self.solver: Any = SolverMuJoCo(self.model, disable_contacts=True)
         self.states = [self.model.state(), self.model.state()]
         self.control: Any = self.model.control()
