@@ -4,8 +4,6 @@ A job is a function of a module and its arguments; arguments and result are pick
 diagnoses and climbs are such jobs: each takes a core for minutes.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed

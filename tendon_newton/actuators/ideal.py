@@ -1,7 +1,5 @@
 """The nominal actuator: a force source in proportion to the position error."""
 
-from __future__ import annotations
-
 from tendon_newton.actuators.actuator_type import Actuator, Jet, Parameter, ParameterVector, Tendon
 
 

@@ -1,7 +1,5 @@
 """The nominal servo where only positions are known: it is where it was told to be, load aside."""
 
-from __future__ import annotations
-
 from tendon_newton.actuators.actuator_type import Actuator, Parameter
 
 

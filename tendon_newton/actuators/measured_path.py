@@ -1,7 +1,5 @@
 """A shaft that is where it was measured: what it takes to hold it there is asked."""
 
-from __future__ import annotations
-
 from tendon_newton.actuators.actuator_type import Actuator, Parameter
 
 

@@ -1,7 +1,5 @@
 """A joint drive that gives torque by position and speed: motors of quadrupeds and cobots."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from tendon_newton.actuators.actuator_type import (

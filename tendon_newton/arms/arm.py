@@ -1,7 +1,5 @@
 """An arm as its recordings see it: a mechanism with signs, zeros and a base that may be tilted."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """An identified arm on disk: ``arm.json``, with each servo's model in a folder of its joint."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

@@ -5,8 +5,6 @@ next loads, until both agree: a servo's own answer changes its load by a few per
 rounds are enough. The force under the tip grows where the tip is below the floor.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

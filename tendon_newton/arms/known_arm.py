@@ -1,7 +1,5 @@
 """What is known of an arm before causes are looked for: how it stands, plain servos, its floor."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

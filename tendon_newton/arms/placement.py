@@ -9,8 +9,6 @@ direction of the last motion of the command, w what dry friction and deadband ho
 shaft goes the way its load pulls, so that s is positive: else every sign could be turned.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product

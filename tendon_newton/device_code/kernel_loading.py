@@ -1,7 +1,5 @@
 """Kernels made ready before they are launched: compiled on all cores, and told."""
 
-from __future__ import annotations
-
 import json
 import logging
 import shutil

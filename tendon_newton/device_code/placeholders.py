@@ -4,8 +4,6 @@
 mechanism at hand. `structs` declares what is made of them, `slots` the functions.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import warp as wp

@@ -1,7 +1,5 @@
 """What Warp says of itself while it starts and compiles, in fewer words of ours."""
 
-from __future__ import annotations
-
 import logging
 import os
 import sys

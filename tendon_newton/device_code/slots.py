@@ -8,8 +8,6 @@ under the stage's name, such as `CoulombFriction.tension` for `tension_effects`.
 # what they return is said where they are bound
 # pyright: reportReturnType=false
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

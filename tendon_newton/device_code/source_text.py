@@ -1,7 +1,5 @@
 """The text of device functions, which Python would look for and read anew at each question."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import textwrap

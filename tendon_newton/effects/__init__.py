@@ -1,7 +1,5 @@
 """The catalogue of physical effects: one file each, one line each in the table."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 

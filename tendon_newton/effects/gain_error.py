@@ -1,7 +1,5 @@
 """The servo's position gain is not what the model says."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 
 

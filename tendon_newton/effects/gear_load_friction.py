@@ -1,7 +1,5 @@
 """Gear friction that grows with what presses its teeth from both sides."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 from tendon_newton.effects.loaded_gear import gear_loaded
 

@@ -1,7 +1,5 @@
 """The return springs are not as stiff as the model says."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Joint, Parameter, Values
 
 

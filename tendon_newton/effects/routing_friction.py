@@ -1,7 +1,5 @@
 """Tension lost to a tendon wrapped around its guides."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values

@@ -1,7 +1,5 @@
 """Viscous friction of motor and gear."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values
 
 

@@ -1,7 +1,5 @@
 """A whole arm carried into another program, and how far it strays there from our own simulation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from pathlib import Path

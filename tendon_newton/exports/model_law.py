@@ -1,7 +1,5 @@
 """What slots and constants of the law stand for in a program of one model."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

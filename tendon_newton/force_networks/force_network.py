@@ -1,7 +1,5 @@
 """What every force network has: its window and the normalisation that travels inside its file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 

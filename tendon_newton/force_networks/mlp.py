@@ -1,7 +1,5 @@
 """A multilayer perceptron over the flattened window."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 

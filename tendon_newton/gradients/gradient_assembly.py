@@ -1,7 +1,5 @@
 """Makes the kernels of a rollout that can be walked back."""
 
-from __future__ import annotations
-
 from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache

@@ -13,8 +13,6 @@ adjoint back along them; and one launch more gives what they add up to. With n c
 is n + 1 times the arithmetic of a walk in a small part of its time, as long as the GPU has room.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

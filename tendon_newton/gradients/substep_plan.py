@@ -1,7 +1,5 @@
 """Into which substeps recordings are divided, and in which states their rows are read."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

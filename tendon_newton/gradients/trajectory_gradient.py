@@ -1,7 +1,5 @@
 """A differentiable rollout as one step of a torch program."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import Any
 

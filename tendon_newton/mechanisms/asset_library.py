@@ -1,7 +1,5 @@
 """Folders of the assets: in the repository or an installed wheel, and in folders of the user's."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

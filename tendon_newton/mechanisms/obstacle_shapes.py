@@ -18,8 +18,6 @@ contacts.
 =========================  ==========  =========================================
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

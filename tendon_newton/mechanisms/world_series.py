@@ -5,8 +5,6 @@ alike: from one world to the next the rows of an array repeat, and indices and c
 same step. So the models of two and three worlds say what a model of more holds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A mechanism replicated over worlds, each with its own numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

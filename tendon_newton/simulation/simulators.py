@@ -1,7 +1,5 @@
 """Two engines behind one interface: recordings and a model in, one trajectory per recording out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -6,8 +6,6 @@ if the user trusts its hash. An ONNX file of the same network is for programs wi
 a card runs nothing.
 """
 
-from __future__ import annotations
-
 import io
 import warnings
 from collections.abc import Generator

@@ -1,7 +1,5 @@
 """A Transformer as one kernel that was made for its sizes and reads its weights."""
 
-from __future__ import annotations
-
 import logging
 import warnings
 from functools import cache, partial

@@ -5,8 +5,6 @@ streaming network they are ``sample`` (W, 3) and ``state`` (W, S), and the outpu
 and ``new_state`` (W, S), with the network's own S numbers for a state; the state starts at zero.
 """
 
-from __future__ import annotations
-
 import tempfile
 import warnings
 from pathlib import Path

@@ -1,7 +1,5 @@
 """From a model file's `learned` actuator to something that answers with forces."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """Force networks as TorchScript modules: the reference for every faster way to run them."""
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 import torch

@@ -1,7 +1,5 @@
 """An identified arm in plain MuJoCo: a file that runs alone, and a program that has its servos."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -6,8 +6,6 @@ networks of this project do. A Transformer has no place there at all. So a stude
 learns the force of the identified model itself, on commands of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise

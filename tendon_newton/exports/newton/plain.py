@@ -1,7 +1,5 @@
 """A bench driven by Newton's own actuators alone, read from its prims."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The folder of a new asset: its layers from templates, never over another one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A finger in a few numbers, and the USD layers of it that one starts from."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """``asset show``: one picture of how a mechanism closes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``asset show --window``: Newton's own viewer, with the mechanism closing and opening."""
 
-from __future__ import annotations
-
 from itertools import count
 from typing import Any
 

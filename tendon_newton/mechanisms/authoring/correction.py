@@ -1,7 +1,5 @@
 """What a model knows better about a mechanism than its asset, put into the mechanism's numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import cos, isfinite, sin

@@ -1,7 +1,5 @@
 """A cart on a rail or a mass on a shaft in a few numbers, in plain SI units of any size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path

@@ -1,7 +1,5 @@
 """MJCF and URDF files, read by Newton."""
 
-from __future__ import annotations
-
 import os
 import re
 import warnings

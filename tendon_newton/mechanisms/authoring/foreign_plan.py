@@ -1,7 +1,5 @@
 """A foreign file as a plan of an asset: USD's own frames and units, and its drives on top."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import degrees, isfinite, radians, sqrt
 from pathlib import Path

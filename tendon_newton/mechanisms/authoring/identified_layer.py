@@ -3,8 +3,6 @@
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

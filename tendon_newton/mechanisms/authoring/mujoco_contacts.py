@@ -4,8 +4,6 @@ Contacts are pairs that are named one by one, so that the file has those of our 
 others: each link's capsules with each obstacle, links that may meet, what moves with what stays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

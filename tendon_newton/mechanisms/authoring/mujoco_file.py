@@ -4,8 +4,6 @@ Bodies, joints and tendons are called by the last part of their paths. Where two
 names, the finger's stands before them: `index_mcp`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import tempfile

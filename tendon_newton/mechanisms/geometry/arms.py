@@ -8,8 +8,6 @@ space.
 Source: the parallel axis theorem; a rod's inertia about its middle is a l^2 / 12.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tendon_newton.data.recording import Array

@@ -1,7 +1,5 @@
 """Where a mechanism stands at a motor angle, as far as that angle tells: in equilibrium."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tendon_newton.data.recording import Array

@@ -1,7 +1,5 @@
 """Where the links of a chain of joints are, and how one of their points moves seen from another."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """One degree of freedom and the link that it moves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

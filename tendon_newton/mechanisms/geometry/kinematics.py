@@ -1,7 +1,5 @@
 """Places of links and points of a mechanism, in numpy, for one posture."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tendon_newton.data.recording import Array

@@ -1,7 +1,5 @@
 """Which links of a mechanism may meet: those that are obstacles, and what presses against them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Things in a mechanism's way: shapes of its base, a body free to move, its own links."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from typing import ClassVar, Literal

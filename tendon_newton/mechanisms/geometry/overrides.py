@@ -1,7 +1,5 @@
 """Bench numbers of one recording, put in place of the asset's own."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from typing import TypeVar
 

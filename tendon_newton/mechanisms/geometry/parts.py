@@ -1,7 +1,5 @@
 """Tendons and the tip of a mechanism."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -18,8 +18,6 @@ which `tests/mechanisms/test_statics.py` compares. There the side of a pulley is
 in every posture; here once, which is the same for a string that stays on its side.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

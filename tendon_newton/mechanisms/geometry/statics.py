@@ -7,8 +7,6 @@ At rest the spring, the end stops, gravity and the tendons balance in every join
 with :math:`s_j` the one-sided end stops and :math:`g_j` the torque of gravity.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ USD returns a file's value even where the schema wants another type, and Newton 
 value with a message of its own. The rules after this one may rely on the kinds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import inf, isfinite
 from typing import Any

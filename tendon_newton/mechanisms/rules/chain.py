@@ -1,7 +1,5 @@
 """Which joint of a USD stage moves which link, and the rules that make it a tree on a base."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -3,8 +3,6 @@
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import isfinite, pi
 from typing import Any

@@ -1,7 +1,5 @@
 """Rules for links: mass, inertia, centre of mass, tip."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

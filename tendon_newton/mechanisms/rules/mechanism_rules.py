@@ -1,7 +1,5 @@
 """Rules that need the finished mechanism: moment arms, spool, closing force."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rules for routed tendons that need the finished mechanism: arms and pulleys over the range."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Findings of a check of an asset."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Literal
 

@@ -1,7 +1,5 @@
 """Rules for what pushes back in a joint: return spring, damping, friction, end stops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import pi
 from typing import Any

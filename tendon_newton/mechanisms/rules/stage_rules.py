@@ -7,8 +7,6 @@ the finished mechanism are in ``mechanism_rules``.
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rules for the tendon prims of a USD stage."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

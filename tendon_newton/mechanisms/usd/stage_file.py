@@ -7,8 +7,6 @@ an asset with such a layer is first opened in a process of its own.
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import re
 from collections.abc import Generator
 from contextlib import contextmanager

@@ -3,8 +3,6 @@
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import Any

@@ -8,8 +8,6 @@ A link's capsule is met by links of other fingers: by all, or by those alone tha
 tendon:metBy`` leads to.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

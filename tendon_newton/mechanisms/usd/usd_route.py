@@ -4,8 +4,6 @@ The prim is MuJoCo's own: ``mjc:type = "spatial"``, ``mjc:path`` to sites and cy
 and for each cylinder a side site through ``mjc:sideSites`` and ``mjc:sideSites:indices``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -30,8 +30,6 @@ of bodies, joints and tendons to each world.
 ====================  ==========  =====================================================
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import newton

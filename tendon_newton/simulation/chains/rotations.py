@@ -1,7 +1,5 @@
 """Quaternions and matrices."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tendon_newton.data.recording import Array

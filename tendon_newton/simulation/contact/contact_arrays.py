@@ -1,7 +1,5 @@
 """The numbers of contacts as our kernels read them: per world, in the axes of the base."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import newton

@@ -1,7 +1,5 @@
 """Where links may meet obstacles, and each other, as kernels know it: what is fixed in code."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar

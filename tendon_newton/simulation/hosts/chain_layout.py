@@ -1,7 +1,5 @@
 """Mechanisms of several equal chains, each of which the kernels see as one of its own."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Many worlds under a policy: commands in, readings out, as torch tensors at the control rate."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

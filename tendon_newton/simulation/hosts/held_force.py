@@ -1,7 +1,5 @@
 """The forces of a network around a solver: shown what the servos do, asked, held."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import torch

@@ -1,7 +1,5 @@
 """All worlds of a run, and how kernels are launched over them."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """In which rows of a recording a force network is asked."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A dataset's recordings through one model: every bench in turn, results in the order asked for."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 A control step of tendon-driven mechanisms in one kernel launch.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache, partial
 from math import ceil

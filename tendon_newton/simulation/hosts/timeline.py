@@ -10,8 +10,6 @@ times the way that the shaft goes. To hold it would be taken for damping, at 80 
 again as a finger has; to join rows by straight lines, for more.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Torch and Warp on one device: shared memory, shared streams, and a control step as one graph."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any

@@ -1,7 +1,5 @@
 """Kernels made to measure: for one mechanism, actuator, list of effects and precision."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache

@@ -4,8 +4,6 @@ They are columns of the parameter vector. They stand behind the effects, in the 
 Kernels do not read them there: a rollout writes them into the mechanism of each world.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

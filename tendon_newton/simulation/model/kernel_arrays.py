@@ -1,7 +1,5 @@
 """Structs of arrays, as kernels take them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import warp as wp

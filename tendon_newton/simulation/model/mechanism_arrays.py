@@ -1,7 +1,5 @@
 """The numbers of a `newton.Model` as our kernels read them: per world, in joint coordinates."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 

@@ -1,7 +1,5 @@
 """The numbers of routed tendons as our kernels read them: per world, in the axes of the base."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

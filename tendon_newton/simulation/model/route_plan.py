@@ -1,7 +1,5 @@
 """The paths of routed tendons as kernels know them: what is fixed in code, and what is a number."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """All that decides a kernel's code: the topology, the actuator, the effects, the precision."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Literal

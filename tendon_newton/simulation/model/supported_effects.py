@@ -1,7 +1,5 @@
 """Which effects a simulator other than `Rollout` can hold."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from tendon_newton.effects import Stage, find_effect

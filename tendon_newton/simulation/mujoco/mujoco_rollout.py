@@ -1,7 +1,5 @@
 """Recordings replayed by Newton's SolverMuJoCo: the reference, and the way to contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
