@@ -8,10 +8,8 @@ from typing import Any, TypeVar
 
 Entry = TypeVar("Entry")
 
-SHOWN_LENGTH = 80
-"""Longest value that a message repeats in full [characters]."""
-SHOWN_NAMES = 40
-"""Most names that a message lists."""
+SHOWN_LENGTH = 80  # Longest value that a message repeats in full [characters]
+SHOWN_NAMES = 40  # Most names that a message lists
 
 
 class TendonNewtonError(Exception):

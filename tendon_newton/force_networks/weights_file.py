@@ -21,6 +21,8 @@ SUFFIX = ".safetensors"
 CARD_KEY, NETWORK_KEY = "card", "network"
 # Bytes of names, shapes and metadata; safetensors itself allows a hundred times as many
 HEADER_LIMIT = 1 << 20
+# What a network's own class makes of numbers and shapes that are not its own
+DAMAGED = (LookupError, TypeError, ValueError, AttributeError, RuntimeError, ArithmeticError)
 
 
 def write_weights(path: Path, network: ForceNetwork, card: ForceNetworkCard) -> None:
@@ -88,17 +90,7 @@ def network_of_weights(content: bytes, card: ForceNetworkCard) -> ForceNetwork:
         with torch.device("meta"):  # no memory is taken before the shapes are known to agree
             network = family.of_weights(card.window, shapes, settings)
         expected = {name: tuple(value.shape) for name, value in state_of(network).items()}
-    except (
-        SafetensorError,
-        KeyError,
-        IndexError,
-        TypeError,
-        ValueError,
-        AttributeError,
-        RuntimeError,
-        ZeroDivisionError,
-        RecursionError,
-    ) as error:
+    except (SafetensorError, *DAMAGED) as error:
         raise InvalidNetworkFile(
             f"must hold the weights of a {card.kind}, by their names; it does not "
             f"({type(error).__name__}: {str(error)[:200]})"

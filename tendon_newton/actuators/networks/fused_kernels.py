@@ -91,28 +91,9 @@ AT_SECOND: int = constant()
 AT_SECOND_BIAS: int = constant()
 # Where each block of numbers begins among the weights; see `fused_weights`
 BLOCKS: dict[str, int] = {
-    "feed_1": AT_FEED_1,
-    "feed_1_bias": AT_FEED_1_BIAS,
-    "feed_2": AT_FEED_2,
-    "feed_2_bias": AT_FEED_2_BIAS,
-    "head_1": AT_HEAD_1,
-    "head_1_bias": AT_HEAD_1_BIAS,
-    "head_2": AT_HEAD_2,
-    "head_2_bias": AT_HEAD_2_BIAS,
-    "head_3": AT_HEAD_3,
-    "head_3_bias": AT_HEAD_3_BIAS,
-    "inputs": AT_INPUTS,
-    "inputs_place": AT_INPUTS_PLACE,
-    "layer_1": AT_LAYER_1,
-    "layer_2": AT_LAYER_2,
-    "mix": AT_MIX,
-    "mix_bias": AT_MIX_BIAS,
-    "norm_1": AT_NORM_1,
-    "norm_2": AT_NORM_2,
-    "places": AT_PLACES,
-    "samples": AT_SAMPLES,
-    "second": AT_SECOND,
-    "second_bias": AT_SECOND_BIAS,
+    name.removeprefix("AT_").lower(): place
+    for name, place in list(globals().items())
+    if name.startswith("AT_")
 }
 
 NORM_FLOOR = 1.0e-5  # Added to a variance before its root, as `torch.nn.LayerNorm` does

@@ -94,14 +94,8 @@ def _plot_excursion(axes: Any, mechanism: Mechanism) -> None:
     for d, tendon in enumerate(mechanism.tendons):
         for j in _moved(mechanism, d):
             positions = _sweep(mechanism, j)
-            axes.plot(
-                positions[:, j],
-                scale * excursion(tendon, positions),
-                DASHES[d % 4],
-                color=COLORS[j % 6],
-                linewidth=2,
-                label=_label(mechanism, d, j),
-            )
+            values = scale * excursion(tendon, positions)
+            axes.plot(positions[:, j], values, DASHES[d % 4], **_curve(mechanism, d, j))
     axes.set_title("Excursion, one joint at a time")
     axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
     axes.set_ylabel(f"tendon wound in, l [{unit}]")
@@ -116,14 +110,7 @@ def _plot_arms(axes: Any, mechanism: Mechanism) -> None:
             positions = _sweep(mechanism, j)
             arms = scale * moment_arms(tendon, positions)[:, j]
             top = max(top, float(np.max(np.abs(arms))))
-            axes.plot(
-                positions[:, j],
-                arms,
-                DASHES[d % 4],
-                color=COLORS[j % 6],
-                linewidth=2,
-                label=_label(mechanism, d, j),
-            )
+            axes.plot(positions[:, j], arms, DASHES[d % 4], **_curve(mechanism, d, j))
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]), top=1.2 * top)
     axes.set_title("Moment arm, positive closes")
     axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
@@ -144,11 +131,12 @@ def _name_curves(axes: Any, **options: Any) -> None:
         axes.legend(frameon=False, **options)
 
 
-def _label(mechanism: Mechanism, tendon: int, joint: int) -> str:
+def _curve(mechanism: Mechanism, tendon: int, joint: int) -> dict[str, Any]:
+    """Return how the curve of a tendon at a joint is drawn."""
     name = mechanism.joints[joint].name
-    if len(mechanism.tendons) == 1:
-        return name
-    return f"{mechanism.tendons[tendon].name}, {name}"
+    if len(mechanism.tendons) > 1:
+        name = f"{mechanism.tendons[tendon].name}, {name}"
+    return {"color": COLORS[joint % 6], "linewidth": 2, "label": name}
 
 
 def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
@@ -174,14 +162,8 @@ def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
         return
     twin = axes.twinx()
     for j, joint in enumerate(mechanism.joints):
-        twin.plot(
-            theta,
-            path.joint_position[:, j],
-            color=COLORS[j % 6],
-            linewidth=1.5,
-            linestyle="--",
-            label=joint.name,
-        )
+        style = {"color": COLORS[j % 6], "linewidth": 1.5, "linestyle": "--", "label": joint.name}
+        twin.plot(theta, path.joint_position[:, j], **style)
     twin.set_ylabel(f"joint position q [{_unit(mechanism.joints[0])}], dashed")
     twin.spines["top"].set_visible(False)
     _name_curves(twin, loc="lower right")
@@ -223,26 +205,13 @@ def _plot_links(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indice
         q = path.joint_position[k]
         shade = 0.25 + 0.75 * line / (len(rows) - 1)
         for bone in chain_points(mechanism, q):
-            points = 1.0e3 * bone
-            axes.plot(
-                points[:, 0],
-                points[:, 2],
-                "-o",
-                color=INK,
-                linewidth=3,
-                markersize=5,
-                alpha=shade,
-                solid_capstyle="round",
-            )
+            style = {"linewidth": 3, "markersize": 5, "solid_capstyle": "round"}
+            axes.plot(*(1.0e3 * bone[:, [0, 2]].T), "-o", color=INK, alpha=shade, **style)
         for string in strings(mechanism, q):
-            axes.plot(
-                1.0e3 * string[:, 0], 1.0e3 * string[:, 2], color=STRING, linewidth=1.2, alpha=shade
-            )
+            axes.plot(*(1.0e3 * string[:, [0, 2]].T), color=STRING, linewidth=1.2, alpha=shade)
     if path.tip is not None:
-        tip_path = 1.0e3 * path.tip
-        axes.plot(
-            tip_path[:, 0], tip_path[:, 2], color=COLORS[1], linewidth=2, label="path of the tip"
-        )
+        tip = 1.0e3 * path.tip[:, [0, 2]].T
+        axes.plot(*tip, color=COLORS[1], linewidth=2, label="path of the tip")
         axes.legend(frameon=False)
 
 
