@@ -1,7 +1,5 @@
 """What every actuator model declares."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """A trained force network in place of an equation."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.actuators.actuator_type import (

@@ -1,7 +1,5 @@
 """A DC motor behind the position loop of a servo's firmware."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from tendon_newton.actuators.actuator_type import (

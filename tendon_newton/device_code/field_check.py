@@ -1,7 +1,5 @@
 """Finds fields that a struct does not have, before Warp compiles the function that reads them."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -68,7 +66,7 @@ def structs_of(
         if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
             return None
         returned = getattr(scope.get(node.func.id), "__annotations__", {}).get("return")
-        return named(node.func) or named(ast.Name(id=str(returned)))
+        return named(node.func) or named(ast.Name(id=getattr(returned, "__name__", str(returned))))
 
     found: dict[str, type] = {}
     for node in ast.walk(function):

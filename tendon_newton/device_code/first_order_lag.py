@@ -1,7 +1,5 @@
 """The exact answer of a first-order lag to an input that moves in a straight line."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import real

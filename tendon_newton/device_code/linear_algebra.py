@@ -1,7 +1,5 @@
 """Small dense linear algebra on matrices that live in registers."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import JOINTS, JointMatrix, JointVector, real

@@ -8,8 +8,6 @@ Source: `warp.ref` in Warp's documentation. What is passed by reference must hav
 a variable or a field, not the result of a call.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable, Mapping
 from functools import cache

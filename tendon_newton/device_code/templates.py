@@ -91,7 +91,7 @@ class Bindings:
         """Return the annotations of a function or class with every declaration replaced."""
         bound = _Resolved(self, scope)
         return {
-            name: eval(value, {}, bound) if isinstance(value, str) else value
+            name: eval(value, {}, bound) if isinstance(value, str) else self[value]
             for name, value in inspect.get_annotations(annotated).items()
         }
 

@@ -1,7 +1,5 @@
 """The firmware draws a trapezoidal profile of speed to each command."""
 
-from __future__ import annotations
-
 import math
 
 import warp as wp

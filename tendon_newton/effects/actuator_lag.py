@@ -1,7 +1,5 @@
 """The motor's force follows its demand late."""
 
-from __future__ import annotations
-
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 

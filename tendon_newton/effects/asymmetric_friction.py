@@ -1,7 +1,5 @@
 """Dry friction that differs between winding in and winding out."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 

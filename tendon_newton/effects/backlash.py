@@ -1,7 +1,5 @@
 """Play between the servo and what it drives."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 

@@ -1,7 +1,5 @@
 """Declaration of a physical effect: parameters with nulls, equation, source, and stages."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from enum import Enum
 from typing import Any, ClassVar, Literal

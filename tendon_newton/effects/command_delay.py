@@ -1,7 +1,5 @@
 """Time between a command and the servo's acting on it."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 

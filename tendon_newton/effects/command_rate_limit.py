@@ -1,7 +1,5 @@
 """The firmware lets its goal move no faster than a profile's speed."""
 
-from __future__ import annotations
-
 import math
 
 import warp as wp

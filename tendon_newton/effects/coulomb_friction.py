@@ -1,7 +1,5 @@
 """Dry friction that does not depend on load or speed."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 

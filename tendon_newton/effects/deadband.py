@@ -1,7 +1,5 @@
 """The servo ignores small errors."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 

@@ -1,7 +1,5 @@
 """The servo gives up earlier than the model says."""
 
-from __future__ import annotations
-
 import math
 
 import warp as wp

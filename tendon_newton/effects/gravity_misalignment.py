@@ -1,7 +1,5 @@
 """The bench is not level."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 

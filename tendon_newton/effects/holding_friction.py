@@ -1,7 +1,5 @@
 """A gear that holds its load better than it drives it."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 from tendon_newton.effects.loaded_gear import load_side
 

@@ -1,7 +1,5 @@
 """Friction that builds up over a travel, and remembers it."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.templates import device_template

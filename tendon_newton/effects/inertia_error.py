@@ -1,7 +1,5 @@
 """The links resist acceleration more than they weigh."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 

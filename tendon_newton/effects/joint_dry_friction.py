@@ -1,7 +1,5 @@
 """Dry friction in the joints."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Joint, Parameter, Values, real
 
 

@@ -1,7 +1,5 @@
 """The load cell's zero wanders."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 

@@ -1,7 +1,5 @@
 """The load cell's calibration is off by a factor."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 

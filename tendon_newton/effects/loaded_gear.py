@@ -1,7 +1,5 @@
 """Friction of a gear under load: which way it acts, and what it takes."""
 
-from __future__ import annotations
-
 from tendon_newton.device_code.placeholders import Jet, real
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template

@@ -1,7 +1,5 @@
 """The firmware protects its motor: after some time of full load it gives a part only."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real

@@ -1,7 +1,5 @@
 """The encoder's zero is not the mechanism's zero."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 

@@ -1,7 +1,5 @@
 """The log's clock is not the time."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 

@@ -1,7 +1,5 @@
 """The motor cannot turn faster."""
 
-from __future__ import annotations
-
 import math
 
 import warp as wp

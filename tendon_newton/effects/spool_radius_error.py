@@ -1,7 +1,5 @@
 """The spool is not as large as the model says."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Parameter, Values, real
 
 

@@ -1,7 +1,5 @@
 """The return springs stiffen along their range."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Joint, Parameter, Values, real
 
 

@@ -1,7 +1,5 @@
 """The firmware gives its motor a least duty to break its gear away."""
 
-from __future__ import annotations
-
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 

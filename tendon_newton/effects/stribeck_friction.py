@@ -1,7 +1,5 @@
 """Dry friction that is greatest at rest."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real

@@ -1,7 +1,5 @@
 """The tendon is longer under load."""
 
-from __future__ import annotations
-
 import math
 
 import warp as wp

@@ -1,7 +1,5 @@
 """The tendon is longer than its path."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real

@@ -1,7 +1,5 @@
 """A motor that grows weaker while it pulls."""
 
-from __future__ import annotations
-
 from tendon_newton.device_code.first_order_lag import share_kept
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real

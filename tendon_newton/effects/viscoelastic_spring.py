@@ -1,7 +1,5 @@
 """The return springs creep."""
 
-from __future__ import annotations
-
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.effects.base import Effect, Jet, Joint, Parameter, Stage, Values, real
 

@@ -1,7 +1,5 @@
 """The supply gives way under load."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real

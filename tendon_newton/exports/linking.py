@@ -5,8 +5,6 @@ version. Its modules are ordinary ones. What they import from the package is put
 what that calls in turn: device functions with the model's constants in them, structs, numbers.
 """
 
-from __future__ import annotations
-
 import ast
 import copy
 import inspect

@@ -93,7 +93,7 @@ class ModelLaw:
 
         `carry` puts a device function before it and returns its name.
         """
-        kinds = inspect.get_annotations(slot)
+        kinds = {name: kind.__name__ for name, kind in inspect.get_annotations(slot).items()}
         result = kinds.pop("return")
         signal, *others = kinds
         owner = next((name for name in others if name in ("tendon", "joint")), None)

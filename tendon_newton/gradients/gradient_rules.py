@@ -7,8 +7,6 @@ the search for them would only lose time. A linear solve has the same solve as i
 
 # pyright: reportAttributeAccessIssue=false, reportOperatorIssue=false
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse

@@ -7,8 +7,6 @@ numbers say how much of the rotor is felt: `Flow.tension_gain` at the load cell,
 the mechanism. Where the spool has a coordinate of its own, `spool` takes these apart.
 """
 
-from __future__ import annotations
-
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.slots import (
     spool_force_effects,

@@ -1,7 +1,5 @@
 """What a joint's own spring and damper do."""
 
-from __future__ import annotations
-
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.slots import damping_effects, spring_effects
 from tendon_newton.device_code.structs import Joint

@@ -1,7 +1,5 @@
 """From a position error to the motor's force."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import HAS_DUTY, Jet, ParameterVector, real

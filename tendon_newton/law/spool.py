@@ -8,8 +8,6 @@ The gear gives the string what friction leaves of the motor's force and the roto
 Source: Newton's law.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real

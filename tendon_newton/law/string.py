@@ -1,7 +1,5 @@
 """From the encoder to the mechanism, while a string moves with its spool."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -1,7 +1,5 @@
 """The Transformer's fused kernel for CUDA: a warp takes servos through the network."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a force network has seen: the last samples of every servo, in a ring on the device."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import warp as wp

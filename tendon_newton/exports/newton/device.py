@@ -6,8 +6,6 @@ slides, and a string between a rotor and its mechanism stretches. Both are as st
 the mechanism's inertia allow, so that both errors fall with the step.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

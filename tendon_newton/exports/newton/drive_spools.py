@@ -1,7 +1,5 @@
 """A rotor between its motor and a string, whose spool moves on its own."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real

@@ -1,7 +1,5 @@
 """Dry friction and a motor's greatest speed as springs, as stiff as a step allows."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import ParameterVector, real

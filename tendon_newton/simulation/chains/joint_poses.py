@@ -1,7 +1,5 @@
 """Where the joints of any tree are, and how they move what they carry."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -9,8 +9,6 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2, written 
 of the centres of mass.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

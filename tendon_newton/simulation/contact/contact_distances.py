@@ -8,8 +8,6 @@ by itself. What lies between them counts against an edge, as far as it is deeper
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

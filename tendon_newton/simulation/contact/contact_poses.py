@@ -1,7 +1,5 @@
 """Where joints and capsules are, in the axes of the base, for chains in a plane and in space."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -19,8 +19,6 @@ numerical model for granular assemblies, Geotechnique 29 (1979), for T; Johnson,
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

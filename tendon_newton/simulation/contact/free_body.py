@@ -10,8 +10,6 @@ coupled to each other, implicitly, and what pushes a link pushes the body back. 
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -8,8 +8,6 @@ by a tilt of `TILT`, and only as far as the angle between both axes leaves the p
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -8,8 +8,6 @@ takes in. Otherwise an impulse brings it to the greatest speed, and there it is 
 Where a spool moves on its own, its gear has one row and the string in its guides another.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse, solution

@@ -1,7 +1,5 @@
 """What ends contact states: a row at a speed at which it may be held, an end stop met or left."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -1,7 +1,5 @@
 """Forces on the joints in frozen contact states: smooth, with their derivatives."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse

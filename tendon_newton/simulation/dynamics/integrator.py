@@ -15,8 +15,6 @@ at A q_ddot = -v^T H v, which keeps the order, and at the end of a step its spee
 to what it was, by what the order leaves.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -1,7 +1,5 @@
 """The internal states of effects, renewed after every part of a step."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

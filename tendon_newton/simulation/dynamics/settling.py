@@ -5,8 +5,6 @@ several places. A recording of several strings starts in the one to which it goe
 row's angles.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse

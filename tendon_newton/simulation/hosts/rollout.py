@@ -1,7 +1,5 @@
 """Recordings of one bench, replayed in closed loop by many candidate models at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

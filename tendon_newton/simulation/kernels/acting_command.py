@@ -1,7 +1,5 @@
 """Which command acts when: a recording's commands, delayed by the servo's clock."""
 
-from __future__ import annotations
-
 from tendon_newton.device_code.placeholders import (
     TENDONS,
     MemoryVector,

@@ -19,8 +19,6 @@ Source: Kaneko, Yamashita, Tanie, Basic considerations on transmission character
 tendon-driven robots (1991), with one guide.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

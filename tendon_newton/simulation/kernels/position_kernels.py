@@ -7,8 +7,6 @@ What the lag remembers is the position of the drive; beyond the play is the shaf
 the shaft, its v the drive, both angles; its memory is that of the profile.
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

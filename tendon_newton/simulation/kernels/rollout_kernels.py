@@ -1,7 +1,5 @@
 """The kernel that takes worlds through the rows of a recording, one thread a world."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

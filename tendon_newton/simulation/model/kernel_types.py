@@ -1,7 +1,5 @@
 """What each declaration of the device code stands for in the kernels of one structure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from itertools import chain

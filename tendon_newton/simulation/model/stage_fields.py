@@ -1,7 +1,5 @@
 """Fields of a tendon that an effect may read in some stages alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

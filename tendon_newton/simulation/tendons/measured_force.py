@@ -5,8 +5,6 @@ the sensor's effects are undone here, and the servo's have no place. A bench wit
 string that a cell could sit on: its force is the motor's, whose friction comes after it.
 """
 
-from __future__ import annotations
-
 from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.slots import cell_clock_effects, cell_effects

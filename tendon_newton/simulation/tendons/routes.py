@@ -16,8 +16,6 @@ geometric stiffness :math:`T H` of a tension :math:`T`.
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -6,8 +6,6 @@
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import POINT_BODY, Mat33, Vec3, real

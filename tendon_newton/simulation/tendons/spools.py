@@ -17,8 +17,6 @@ reads F = f(F_m) - a f' s_ddot. It goes slack where that is negative, and is cau
 Source: Newton's and Hooke's laws; complementarity as in Brogliato, Nonsmooth Mechanics (2016).
 """
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

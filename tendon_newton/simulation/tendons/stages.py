@@ -1,7 +1,5 @@
 """Templates of the stages: each applies the effects of one stage, or lets them remember."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

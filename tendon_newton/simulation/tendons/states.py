@@ -1,7 +1,5 @@
 """The tendons and joints of a world as the law sees them."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

@@ -1,7 +1,5 @@
 """The tension that a load cell between spool and mechanism feels."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (

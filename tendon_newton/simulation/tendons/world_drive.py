@@ -1,7 +1,5 @@
 """What acts on a world besides its own motion, and what the effects make of its numbers."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
