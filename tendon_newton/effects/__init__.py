@@ -2,98 +2,65 @@
 
 import re
 from functools import cache
+from importlib import import_module
 
 from tendon_newton.data.servo_names import effect_of, name_of, servo_of
-from tendon_newton.effects.acceleration_limit import AccelerationLimit
-from tendon_newton.effects.actuator_lag import ActuatorLag
-from tendon_newton.effects.asymmetric_friction import AsymmetricFriction
-from tendon_newton.effects.backlash import Backlash
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.effects.command_delay import CommandDelay
-from tendon_newton.effects.command_rate_limit import CommandRateLimit
-from tendon_newton.effects.coulomb_friction import CoulombFriction
-from tendon_newton.effects.deadband import Deadband
-from tendon_newton.effects.force_saturation import ForceSaturation
-from tendon_newton.effects.gain_drift import GainDrift
-from tendon_newton.effects.gain_error import GainError
-from tendon_newton.effects.gear_load_friction import GearLoadFriction
-from tendon_newton.effects.gravity_misalignment import GravityMisalignment
-from tendon_newton.effects.holding_friction import HoldingFriction
-from tendon_newton.effects.hysteresis import Hysteresis
-from tendon_newton.effects.inertia_error import InertiaError
-from tendon_newton.effects.joint_damping_error import JointDampingError
-from tendon_newton.effects.joint_dry_friction import JointDryFriction
-from tendon_newton.effects.joint_stiffness_error import JointStiffnessError
-from tendon_newton.effects.load_cell_bias import LoadCellBias
-from tendon_newton.effects.load_cell_delay import LoadCellDelay
-from tendon_newton.effects.load_cell_drift import LoadCellDrift
-from tendon_newton.effects.load_cell_gain import LoadCellGain
-from tendon_newton.effects.load_cell_lag import LoadCellLag
-from tendon_newton.effects.load_dependent_friction import LoadDependentFriction
-from tendon_newton.effects.load_stribeck_friction import LoadStribeckFriction
-from tendon_newton.effects.obstruction import Obstruction
-from tendon_newton.effects.overload_cut import OverloadCut
-from tendon_newton.effects.position_offset import PositionOffset
-from tendon_newton.effects.routing_friction import RoutingFriction
-from tendon_newton.effects.sample_period_error import SamplePeriodError
-from tendon_newton.effects.speed_limit import SpeedLimit
-from tendon_newton.effects.spool_radius_error import SpoolRadiusError
-from tendon_newton.effects.spring_stiffening import SpringStiffening
-from tendon_newton.effects.starting_duty import StartingDuty
-from tendon_newton.effects.stribeck_friction import StribeckFriction
-from tendon_newton.effects.tendon_compliance import TendonCompliance
-from tendon_newton.effects.tendon_slack import TendonSlack
-from tendon_newton.effects.torque_fade import TorqueFade
-from tendon_newton.effects.viscoelastic_spring import ViscoelasticSpring
-from tendon_newton.effects.viscous_friction import ViscousFriction
-from tendon_newton.effects.voltage_sag import VoltageSag
 from tendon_newton.errors import look_up
 
-EFFECTS: dict[str, type[Effect]] = {
-    # In the order in which they act within a stage.
-    "command_delay": CommandDelay,
-    "sample_period_error": SamplePeriodError,
-    "spool_radius_error": SpoolRadiusError,
-    "position_offset": PositionOffset,
-    "tendon_slack": TendonSlack,
-    "backlash": Backlash,
-    "command_rate_limit": CommandRateLimit,
-    "acceleration_limit": AccelerationLimit,
-    "deadband": Deadband,
-    "gain_error": GainError,
-    "gain_drift": GainDrift,
-    "starting_duty": StartingDuty,
-    "overload_cut": OverloadCut,
-    "force_saturation": ForceSaturation,
-    "voltage_sag": VoltageSag,
-    "torque_fade": TorqueFade,
-    "actuator_lag": ActuatorLag,
-    "viscous_friction": ViscousFriction,
-    "coulomb_friction": CoulombFriction,
-    "asymmetric_friction": AsymmetricFriction,
-    "stribeck_friction": StribeckFriction,
-    "hysteresis": Hysteresis,
-    "load_dependent_friction": LoadDependentFriction,
-    "gear_load_friction": GearLoadFriction,
-    "load_stribeck_friction": LoadStribeckFriction,
-    "holding_friction": HoldingFriction,
-    "tendon_compliance": TendonCompliance,
-    "speed_limit": SpeedLimit,
-    "routing_friction": RoutingFriction,
-    "obstruction": Obstruction,
-    "joint_stiffness_error": JointStiffnessError,
-    "spring_stiffening": SpringStiffening,
-    "viscoelastic_spring": ViscoelasticSpring,
-    "joint_damping_error": JointDampingError,
-    "joint_dry_friction": JointDryFriction,
-    "inertia_error": InertiaError,
-    "gravity_misalignment": GravityMisalignment,
-    "load_cell_delay": LoadCellDelay,
-    "load_cell_lag": LoadCellLag,
-    "load_cell_gain": LoadCellGain,
-    "load_cell_bias": LoadCellBias,
-    "load_cell_drift": LoadCellDrift,
-}
+IN_ORDER = (  # in which they act within a stage
+    "command_delay",
+    "sample_period_error",
+    "spool_radius_error",
+    "position_offset",
+    "tendon_slack",
+    "backlash",
+    "command_rate_limit",
+    "acceleration_limit",
+    "deadband",
+    "gain_error",
+    "gain_drift",
+    "starting_duty",
+    "overload_cut",
+    "force_saturation",
+    "voltage_sag",
+    "torque_fade",
+    "actuator_lag",
+    "viscous_friction",
+    "coulomb_friction",
+    "asymmetric_friction",
+    "stribeck_friction",
+    "hysteresis",
+    "load_dependent_friction",
+    "gear_load_friction",
+    "load_stribeck_friction",
+    "holding_friction",
+    "tendon_compliance",
+    "speed_limit",
+    "routing_friction",
+    "obstruction",
+    "joint_stiffness_error",
+    "spring_stiffening",
+    "viscoelastic_spring",
+    "joint_damping_error",
+    "joint_dry_friction",
+    "inertia_error",
+    "gravity_misalignment",
+    "load_cell_delay",
+    "load_cell_lag",
+    "load_cell_gain",
+    "load_cell_bias",
+    "load_cell_drift",
+)
+
+
+def class_of(effect: str) -> type[Effect]:
+    """Return the class of an effect, which stands in the file of its name."""
+    module = import_module(f"{__name__}.{effect}")
+    return getattr(module, effect.title().replace("_", ""))
+
+
+EFFECTS: dict[str, type[Effect]] = {effect: class_of(effect) for effect in IN_ORDER}
 
 
 FRICTION_FAMILIES: tuple[tuple[str, ...], ...] = (
