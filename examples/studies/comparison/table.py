@@ -23,24 +23,29 @@ Results = Mapping[str, Mapping[str, Mapping[str, Any]]]
 
 
 def tables(results: Results) -> str:
-    """Return one table of errors and one of costs for each servo that stands alone."""
+    """Return one table for each servo that stands alone."""
     servos = [s for s in dict.fromkeys(key.split(":")[0] for key in results) if s != ARM]
     return "\n\n".join(
         part
         for servo in servos
         for keys in [[key for key in results if key.startswith(f"{servo}:")]]
-        for part in (f"### {servo.upper()}", errors(results, keys), costs(results, keys))
+        for part in (f"### {servo.upper()}", errors(results, keys))
     )
 
 
 def errors(results: Results, keys: Sequence[str]) -> str:
-    """Return held-out errors, with those on the training logs in brackets [mrad]."""
-    head = ["held out (trained) [mrad]", *(key.split(": ")[1] for key in keys)]
-    lines = [head, ["---"] * len(head)]
+    """Return held-out errors [mrad], with numbers and time of a fit on the first split."""
+    splits = (key.split(": ")[1].removeprefix("test ") for key in keys)
+    lines = [["left out", *splits, "numbers", "time"]]
+    lines.append(["---"] * len(lines[0]))
     for row, words in named_rows(results, keys).items():
-        if row == REPEATS and not any(row in results[key] for key in keys):
+        found = next((results[key][row] for key in keys if row in results[key]), {})
+        if row == REPEATS and not found:
             continue  # nothing was recorded twice
-        lines.append([words, *(error(results[key].get(row)) for key in keys)])
+        cost = (
+            [str(found["numbers"]), f"{found['seconds']:.0f} s"] if "seconds" in found else [""] * 2
+        )
+        lines.append([words, *(error(results[key].get(row)) for key in keys), *cost])
     return as_table(lines)
 
 
@@ -78,30 +83,19 @@ def beside_rivals(results: Results) -> list[Beside]:
 
 
 def ratios(results: Results) -> str:
-    """Return a table of all splits by our error over the best rival's."""
+    """Return a table of the splits that a rival won, by our error over the best rival's."""
     found = beside_rivals(results)
     if not found:
         return "No split has a diagnosis beside rivals yet."
-    lines = [
-        [
-            "split",
-            "diagnosed [mrad]",
-            "best rival",
-            "its error",
-            "ratio",
-            "named",
-            "time",
-            "commit",
-        ],
-        ["---"] * 8,
-    ]
+    lines = [["split", "diagnosed [mrad]", "best rival", "its error", "ratio", "named", "commit"]]
+    lines.append(["---"] * len(lines[0]))
     lines += [
         [
             each.split, f"{each.ours['held_out']:.1f}", each.rival, f"{each.left:.1f}",
-            f"{each.ratio:.2f}", str(each.ours["says"]), f"{each.ours['seconds']:.0f} s",
-            f"`{each.ours['commit'][:7]}`",
+            f"{each.ratio:.2f}", str(each.ours["says"]), f"`{each.ours['commit'][:7]}`",
         ]
         for each in found
+        if each.ratio > 1.0
     ]  # fmt: skip
     every = [each.ratio for each in found]
     return (
@@ -129,40 +123,5 @@ def as_table(lines: Iterable[Sequence[str]]) -> str:
 
 
 def error(found: Mapping[str, Any] | None) -> str:
-    """Return one error in words; a row that waits has a dash."""
-    if found is None:
-        return "waits"
-    if "trained" not in found:
-        return f"{found['held_out']:.1f}"
-    return f"{found['held_out']:.1f} ({found['trained']:.1f})"
-
-
-def costs(results: Results, keys: Sequence[str]) -> str:
-    """Return numbers, time and what each says, of the first split that has the row."""
-    lines = [["", "numbers", "time of a fit", "says"], ["---"] * 4]
-    words = named_rows(results, keys)
-    found = {
-        row: next((results[key][row] for key in keys if row in results[key]), {}) for row in words
-    }
-    timed = {row: cells for row, cells in found.items() if "seconds" in cells}
-    theirs = [cells for row, cells in timed.items() if row.startswith("bam")]
-    if theirs:
-        lines.append(
-            [
-                "Rhoban/bam, each of its models",
-                span([cells["numbers"] for cells in theirs]),
-                f"{span([cells['seconds'] for cells in theirs])} s",
-                f"{span([int(str(cells['says']).split()[0]) for cells in theirs])} trials",
-            ]
-        )
-    lines += [
-        [words[row], str(cells["numbers"]), f"{cells['seconds']:.0f} s", str(cells["says"])]
-        for row, cells in timed.items()
-        if not row.startswith("bam")
-    ]
-    return as_table(lines)
-
-
-def span(values: Sequence[float]) -> str:
-    """Return the least and the greatest of some values."""
-    return f"{min(values):.0f} to {max(values):.0f}"
+    """Return one held-out error in words."""
+    return "waits" if found is None else f"{found['held_out']:.1f}"
