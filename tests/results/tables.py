@@ -173,26 +173,6 @@ def mechanics(record: Record, worlds: Sequence[int]) -> str:
     return table(("engine", "step", "error", *counts), lines)
 
 
-def unit_rows(kept: Records) -> str:
-    """Return what a diagnosis makes of each virtual unit."""
-    heads = (
-        "unit",
-        "squared error gone",
-        "named; neither it nor its class in the plant: in brackets",
-        "time",
-    )
-    rows = (
-        (
-            row["unit"],
-            f"{100.0 * row['gone']:.0f} %",
-            ", ".join(n["name"] if n["in_plant"] else f"({n['name']})" for n in row["named"]),
-            f"{row['seconds']['diagnose']:.0f} s",
-        )
-        for row in kept["units"].figures["units"]
-    )
-    return table(heads, rows)
-
-
 def strict_rates(record: Record) -> str:
     """Return how often names and intervals on benches with many faults are right."""
     total = record.figures["summary"]
@@ -233,9 +213,14 @@ SHOWN = (
     ("cell", "single: true cause first or in its class"),
     ("form", "single: true cause first or in its class"),
     ("other", "single: true cause first or in its class"),
+    ("other", "single: nothing else named"),
+    ("weak", "single: true cause first or in its class"),
     ("pair", "pair: both found"),
     ("many", "many: recall"),
     ("many", "many: precision"),
+    ("single", "parameters: 95 % interval holds the truth"),
+    ("pair", "parameters: 95 % interval holds the truth"),
+    ("many", "parameters: 95 % interval holds the truth"),
     ("clean", "clean: no cause named"),
     ("other", "clean: no cause named"),
     ("outside", "outside: no wrong name"),
@@ -243,19 +228,18 @@ SHOWN = (
 """Rates of the exam that its users read first: a section, and what is counted there."""
 
 
-def exam_rows(kept: Records, chosen: Iterable[tuple[str, str]] | None = None) -> str:
-    """Return rates of the exam with their lower bounds; all of them unless some are chosen."""
+def exam_rows(kept: Records) -> str:
+    """Return rates of the exam with their lower bounds."""
     sections = kept["exam"].figures["sections"]
-    shown = chosen or [(s, name) for s in SECTIONS for name in sections.get(s, ())]
     rows = [
         (
             SECTIONS[section],
-            name if chosen is None else name.split(": ")[-1],
+            name.split(": ")[-1],
             f"{round(rate['value'] * rate['cases'])} of {rate['cases']}",
             f"{rate['value']:.0%}",
             f"{rate['at_least']:.0%}",
         )
-        for section, name in shown
+        for section, name in SHOWN
         if (rate := sections.get(section, {}).get(name)) and rate["at_least"] is not None
     ]
     return table(("sets", "right is", "count", "rate", "at least, 95 %"), rows)
@@ -297,11 +281,9 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         "docs/speed.md",
         lambda kept: mechanics(kept["speed_cpu"], (1, 64, 1024)),
     ),
-    "units": ("docs/virtual_bench.md", unit_rows),
     "names": ("docs/lab/exams.md", lambda kept: strict_rates(kept["units"])),
     "rich": ("docs/lab/exams.md", lambda kept: strict_rates(kept["rich"])),
-    "exam": ("docs/diagnosis.md", lambda kept: exam_rows(kept, SHOWN)),
-    "all sections": ("docs/lab/exams.md", exam_rows),
+    "exam": ("docs/diagnosis.md", exam_rows),
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
 """File and maker of each table, by the name in its marks."""

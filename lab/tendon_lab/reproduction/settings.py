@@ -66,7 +66,7 @@ class ReproductionSettings:
     runs_of_kind: int | None = None
     """Train recordings of each kind on the benches after the first; all of the plan if none."""
     epochs: int = 30
-    """Epochs of each force network, as in docs/lab/force_networks.md."""
+    """Epochs of each force network."""
     windows_per_epoch: int = 32768
     """Windows that an epoch draws."""
     kinds: tuple[Kind, ...] = ("transformer", "rnn", "mlp")

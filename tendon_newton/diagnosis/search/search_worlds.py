@@ -27,7 +27,7 @@ SANE_FORCE, SANE_ANGLE = 200.0, 20.0
 """A world whose force [N] or angle [rad] is further off than this, on a nominal bench, diverged."""
 SEARCH_STEP = 2.0e-3
 """Simulation step of a search and of its decision [s]. Two planted sets are 0.3 and 0.7 mrad RMS
-from steps of 0.25 ms at it, below the error of form of any law (`docs/lab/speed.md`)."""
+from steps of 0.25 ms at it, below the error of form of any law (`docs/lab/method.md`)."""
 FINER = 0.4
 """Share of the step with which such a world is simulated again [1]."""
 FINEST = 0.1
