@@ -38,10 +38,8 @@ from tendon_newton.mechanisms.loading import load_mechanism
 
 TIP = ("gripper", (-0.0079, -0.0002, -0.0981))
 """Link and place [m] of the fixed jaw's tip, from the arm's public description."""
-PAIRS = 3
-"""Pairs of training motions of each joint."""
-DRAWS = 2000
-"""Resamplings of the pairs for an interval."""
+PAIRS = 3  # Pairs of training motions of each joint
+DRAWS = 2000  # Resamplings of the pairs for an interval
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,19 +48,13 @@ class ArmResult:
 
     joint: str
     train: tuple[str, str]
-    told: float
-    """Of a servo that is where it was told to be."""
-    fixed: float
-    """Of lag, delay, deadband and offset of this joint alone."""
-    plain: float
-    """Of the arm with plain servos."""
-    found: float
-    """Of the arm with this joint's causes."""
+    told: float  # Of a servo that is where it was told to be
+    fixed: float  # Of lag, delay, deadband and offset of this joint alone
+    plain: float  # Of the arm with plain servos
+    found: float  # Of the arm with this joint's causes
     signs: tuple[float, ...]
-    floor: float | None
-    """[m]."""
-    compliance: float | None
-    """Of the diagnosed servo [rad/(N m)]."""
+    floor: float | None  # [m]
+    compliance: float | None  # Of the diagnosed servo [rad/(N m)]
     causes: str
 
 
@@ -186,8 +178,7 @@ def report(results: Sequence[ArmResult]) -> None:
               f"{len(table)} pairs, {alike:.3f} where each counts alike")  # fmt: skip
 
 
-NAMES = ("told", "fixed", "plain", "found")
-"""What is compared."""
+NAMES = ("told", "fixed", "plain", "found")  # What is compared
 
 if __name__ == "__main__":
     main()

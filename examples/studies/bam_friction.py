@@ -13,10 +13,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-TORQUES = (-9.0, -0.4, 0.05, 2.0, 15.0)
-"""Torques of the motor [N m]."""
-SPEEDS = (0.0, 0.3, 1.5, 8.0)
-"""[rad/s]"""
+TORQUES = (-9.0, -0.4, 0.05, 2.0, 15.0)  # Torques of the motor [N m]
+SPEEDS = (0.0, 0.3, 1.5, 8.0)  # [rad/s]
 LAWS: dict[str, tuple[str, dict[str, float]]] = {
     # XL330 and MX106 as published, their exponent replaced by Stribeck's 2, no friction but load's
     "gear": ("m3", {"load_friction_base": 0.1217}),
@@ -32,8 +30,7 @@ LAWS: dict[str, tuple[str, dict[str, float]]] = {
     "both_sides": ("m5", {"load_friction_motor": 0.2897, "load_friction_external": 0.158}),
 }
 """Name -> variant and its numbers; all others are zero."""
-WIDEST = 100.0
-"""Torque [N m] beyond which none of these balances."""
+WIDEST = 100.0  # Torque [N m] beyond which none of these balances
 
 
 def main() -> None:

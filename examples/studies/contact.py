@@ -26,8 +26,7 @@ CLOSING, HOLDING = 1.0, 0.5  # s
 CLOSED = 4.0  # rad
 INK, GREY, COLORS = "#2b2f36", "#8a8f98", ("#d1603d", "#1f6f8b", "#6b8f3a")
 RADII = (0.0040, 0.0035)  # m, of the phalanges
-FRICTIONS = (0.0, 0.5)
-"""A smooth ball, and one that sticks."""
+FRICTIONS = (0.0, 0.5)  # A smooth ball, and one that sticks
 
 
 def main() -> None:

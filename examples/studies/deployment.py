@@ -35,8 +35,7 @@ from tendon_hardware.virtual_bench import Faults, VirtualPorts
 
 LOSS = Faults(dropped_replies=0.01)
 BURN = "while True: pass"
-GOAL_PERIOD = 3.0
-"""Time on each of two goals [s]."""
+GOAL_PERIOD = 3.0  # Time on each of two goals [s]
 
 
 def main() -> None:

@@ -40,14 +40,12 @@ from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
 from tendon_train.policy.worlds.force_model import moves_finger
 
-UNITS = tuple(range(110, 120))
-"""Units that no choice has seen."""
+UNITS = tuple(range(110, 120))  # Units that no choice has seen
 RANGES = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
 ARMS = ("posterior", "truth", "nominal", "ranges", "intervals", "diagnosed")
 """A diagnosis with its posterior; the unit's own numbers; a data sheet, and with the default
 ranges; a diagnosis with the intervals of its causes each by itself, and with nothing drawn."""
-SHARED = ("nominal", "ranges")
-"""Arms that know no unit."""
+SHARED = ("nominal", "ranges")  # Arms that know no unit
 RECIPE = PolicyTrainingConfig(
     steps=32, batch=16_384, epochs=4, iterations=100, checkpoint_every=10,
     learning_rate=1.0e-3, learning_rate_end=1.0e-4, exploration_end=0.2,

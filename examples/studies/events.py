@@ -36,14 +36,11 @@ from tendon_newton.scheduler import JobOptions, completed
 Row = dict[str, Any]
 KINDS = ("slip", "skip", "knock", "dip")
 BENCH, DURATION, EXCITATIONS = "finger", 20.0, ("random_steps", "sine", "ramps")
-CALM = 6
-"""Runs by which events are told from what a model leaves."""
+CALM = 6  # Runs by which events are told from what a model leaves
 SIZES = {"slip": (0.001, 0.005), "skip": (0.1, 0.5), "knock": (2.0, 6.0), "dip": (0.2, 0.42)}
 """Least and greatest size [m, rad, N, 1]. A deeper dip would restart the servo."""
-LENGTHS = {"knock": (0.15, 0.4), "dip": (0.5, 2.0)}
-"""Least and greatest length [s]."""
-NEAR, SHARE = 0.05, 0.1
-"""How far a start [s] and a size [1] may be off."""
+LENGTHS = {"knock": (0.15, 0.4), "dip": (0.5, 2.0)}  # Least and greatest length [s]
+NEAR, SHARE = 0.05, 0.1  # How far a start [s] and a size [1] may be off
 
 
 class Knock(BenchObstacle):

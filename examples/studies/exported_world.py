@@ -16,16 +16,11 @@ SWING_IN = 4.0
 class Bench:
     """What a world is made of."""
 
-    folder: Path
-    """The export."""
-    way: str
-    """A key of `WAYS`."""
-    step: float
-    """Step [s]."""
-    tip_body: int
-    """MuJoCo's number of the link with the tip."""
-    tip_point: tuple[float, ...]
-    """The tip in the frame of that link [m]."""
+    folder: Path  # The export
+    way: str  # A key of `WAYS`
+    step: float  # Step [s]
+    tip_body: int  # MuJoCo's number of the link with the tip
+    tip_point: tuple[float, ...]  # The tip in the frame of that link [m]
 
     def tip(self, data: Any) -> Any:
         """Return the tip in the base frame [m], shape (3,)."""

@@ -50,8 +50,7 @@ PWM = {
 }
 LEARNED = {"file": str(NETWORK), "spool_radius": 0.0125}
 SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
-KEYS = ("bench", "actuator", "effect")
-"""What names a row of the results."""
+KEYS = ("bench", "actuator", "effect")  # What names a row of the results
 BENCHES = ("finger", "spring_weak", "spring_strong", "thumb", "pendulum")
 TYPICAL: dict[str, dict[str, float]] = {
     "command_delay": {"delay": 0.03},

@@ -41,8 +41,7 @@ TIME_STEP = 5.0e-4  # s
 FASTEST = 5.0
 """Faster than this [Hz] a force chatters; the sinusoids have 0.5 Hz, a motion's creases a few."""
 PURPOSES = {"prediction": "along motion", "simulation": "for the loop"}
-FASTER = (1, 4)
-"""Queries in one period of the network [1]."""
+FASTER = (1, 4)  # Queries in one period of the network [1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +52,7 @@ class HoldConfig:
     """Folder of a reproduction, its networks trained."""
     network: str = "transformer{}-paper-0"
     """Name of the networks' files; the braces stand for what they are for."""
-    out: Path | None = None
-    """JSON file for all numbers."""
+    out: Path | None = None  # JSON file for all numbers
 
 
 class Interleaved(torch.nn.Module):

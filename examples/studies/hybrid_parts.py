@@ -35,8 +35,7 @@ MEASURED = (
     "contact ramps [N]",
     "finger's steps [N]",
 )
-TIME_STEP = 5.0e-4
-"""Longest step of the simulations [s]."""
+TIME_STEP = 5.0e-4  # Longest step of the simulations [s]
 
 
 def main() -> None:

@@ -49,11 +49,9 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.scheduler import JobOptions, open_executor
 
 WITHOUT_STRONG, FREE, MINUTES = "without_strong", "free", "_minutes"
-SEEN = ("finger", "spring_weak")
-"""Benches of those that have never seen the strong spring."""
+SEEN = ("finger", "spring_weak")  # Benches of those that have never seen the strong spring
 UNSEEN = "spring_strong"
-POINTS = (1.0, 5.0, 15.0, 36.0)
-"""Minutes of recordings."""
+POINTS = (1.0, 5.0, 15.0, 36.0)  # Minutes of recordings
 AIMS: tuple[Aim, ...] = ("simulation", "correction")
 TIP, STEPS = "tip_mm", "steps_n"
 

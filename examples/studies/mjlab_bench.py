@@ -32,8 +32,7 @@ CASES = (
     ("finger", "ideal"),
     ("finger", "pd_torque"),
 )
-STEP, COUNT = 5.0e-4, 25
-"""Step of the physics [s], and how many are in a row."""
+STEP, COUNT = 5.0e-4, 25  # Step of the physics [s], and how many are in a row
 
 
 def stray(bench: str, actuator: str) -> float:

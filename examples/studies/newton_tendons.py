@@ -20,14 +20,12 @@ import warp as wp
 from tendon_newton.device_code.quiet import quiet_warp
 
 HEAVY, LIGHT, GRAVITY, RADIUS = 0.3, 0.2, 9.81, 0.02
-HEIGHT = 0.3
-"""Of the pulley over both weights [m]."""
+HEIGHT = 0.3  # Of the pulley over both weights [m]
 DURATION = 0.2
 FRICTIONS = (0.0, 0.05, 0.1)
 STEPS = (1.0e-3, 2.5e-4)
 ITERATIONS = 16
-STIFFNESS = 1.0e5
-"""Of each half of the string [N/m]: it stretches by 0.03 mm."""
+STIFFNESS = 1.0e5  # Of each half of the string [N/m]: it stretches by 0.03 mm
 SOLVERS: dict[str, Callable[..., Any]] = {
     "SolverXPBD": newton.solvers.SolverXPBD,
     "SolverVBD": newton.solvers.SolverVBD,

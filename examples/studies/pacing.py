@@ -24,8 +24,7 @@ from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.formats.mcap_file import read_mcap
 
-SPINS = (0.0, 2e-4, 1e-3)
-"""Ends of a wait that are spent spinning [s]."""
+SPINS = (0.0, 2e-4, 1e-3)  # Ends of a wait that are spent spinning [s]
 
 
 def main() -> None:

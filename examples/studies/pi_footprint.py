@@ -13,10 +13,8 @@ from pathlib import Path
 from urllib.error import URLError
 from urllib.request import Request, urlopen
 
-LIMIT = 60.0
-"""Greatest download [MB]."""
-PYTHON = "3.11"
-"""Of Raspberry Pi OS Bookworm."""
+LIMIT = 60.0  # Greatest download [MB]
+PYTHON = "3.11"  # Of Raspberry Pi OS Bookworm
 TAGS = [f"manylinux_2_{minor}_aarch64" for minor in range(17, 37)]
 """Wheels that its C library, 2.36, takes."""
 

@@ -23,8 +23,7 @@ PICTURE = ROOT / "docs" / "images" / "pinch.png"
 RATE = 200.0  # Hz
 CLOSING, HOLDING = 1.0, 0.5  # s
 OPEN, PRESSED = np.array([0.3, 0.5]), np.array([2.0, 1.2])  # rad
-FRICTIONS = (0.0, 0.8)
-"""Smooth fingers, and ones that stick."""
+FRICTIONS = (0.0, 0.8)  # Smooth fingers, and ones that stick
 
 
 def main() -> None:

@@ -37,8 +37,7 @@ from tendon_train.policy.runs.curve import read_curve
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
 
-STEPS = {"ours": 2.0e-3, "program": 5.0e-4, "file": 1.0e-3}
-"""Step of each simulator [s]."""
+STEPS = {"ours": 2.0e-3, "program": 5.0e-4, "file": 1.0e-3}  # Step of each simulator [s]
 RECORD = "collect --plan quick --port virtual --seed 0 --faster-than-real-time"
 MODEL, EXPORT = "model.toml", "export"
 CAUSES = ("coulomb_friction",)

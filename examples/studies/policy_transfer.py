@@ -25,12 +25,9 @@ from tendon_hardware.virtual_bench.physics.constants import BENCH_SEEDS
 from tendon_newton.cli import main as run_verb
 from tendon_newton.scheduler import JobOptions, completed
 
-FIGURES = ("rmse", "rising_rmse", "falling_rmse", "settled_error")
-"""Numbers of a climb [m]."""
-IDEALS = ("ideal", "refit")
-"""How the names of policies begin that were trained on an ideal source."""
-Table = Mapping[str, Mapping[int, Mapping[int, Any]]]
-"""Name, seed and unit of each climb."""
+FIGURES = ("rmse", "rising_rmse", "falling_rmse", "settled_error")  # Numbers of a climb [m]
+IDEALS = ("ideal", "refit")  # How the names of policies begin that were trained on an ideal source
+Table = Mapping[str, Mapping[int, Mapping[int, Any]]]  # Name, seed and unit of each climb
 
 
 def main() -> None:

@@ -56,10 +56,8 @@ ANSWERS: dict[str, tuple[str, ...]] = {
     "spool": ("tendon_slack", "position_offset"),
 }
 """Names that say what is the matter."""
-DURATION = 30.0
-"""Length of a log of random goals [s]."""
-STAIRS = 16.5
-"""Length of the paper's stairs [s]."""
+DURATION = 30.0  # Length of a log of random goals [s]
+STAIRS = 16.5  # Length of the paper's stairs [s]
 GPU_SIZES = {"worlds": 8192, "batch": 32768, "iterations": 100, "discount": 0.95, "trace": 0.95}
 """A training of half a minute on a GPU."""
 CPU_SIZES = {"worlds": 256, "batch": 1024, "iterations": 350, "discount": 0.8, "trace": 0.9}

@@ -35,8 +35,7 @@ from tendon_newton.diagnosis.unexplained.remainder import find_remainders
 from tendon_newton.diagnosis.unexplained.remainder_structure import SEED, make_folds, thinned
 from tendon_newton.identification.study import Study
 
-TIME_STEP = 5.0e-4
-"""Step of the simulations [s], as a diagnosis has it."""
+TIME_STEP = 5.0e-4  # Step of the simulations [s], as a diagnosis has it
 PACES = ("force_change", "theta_d_change", "time_since_reversal")
 """Signals that a formula may hold beside tension, speed and direction."""
 Case = tuple[str, Dataset, Model]
@@ -50,14 +49,11 @@ class Part:
     name: str
     side: str
     learner: str
-    size: float
-    """Root mean square of the rest of the test recordings [N or rad]."""
-    kept: bool
-    """Whether it predicts each training fold from the others."""
+    size: float  # Root mean square of the rest of the test recordings [N or rad]
+    kept: bool  # Whether it predicts each training fold from the others
     trained: float
     """Share of the squared rest of training recordings that were left out in turn [1]."""
-    tested: float
-    """Share of the squared rest of the test recordings [1]."""
+    tested: float  # Share of the squared rest of the test recordings [1]
 
 
 def parts_of(name: str, data: Dataset, model: Model) -> Iterator[Part]:

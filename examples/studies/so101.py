@@ -19,10 +19,8 @@ from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.identification.study import replacements
 
-MOVED = 0.02
-"""A joint whose command spans less in a motion [rad] only holds still there."""
-SWEEP = "chirp_sweep"
-"""The motion that holds all frequencies."""
+MOVED = 0.02  # A joint whose command spans less in a motion [rad] only holds still there
+SWEEP = "chirp_sweep"  # The motion that holds all frequencies
 
 
 def main() -> None:

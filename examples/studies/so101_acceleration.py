@@ -23,13 +23,10 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
 MODELS = {"four numbers": FIXED, "with a profile": ("acceleration_limit", *FIXED)}
-FAST_END = 111.0
-"""When the sweep reaches 2.9 Hz [s]."""
+FAST_END = 111.0  # When the sweep reaches 2.9 Hz [s]
 JUMPS = "static_holding"
-LEAST_JUMP = 0.1
-"""Of a command, from row to row [rad]."""
-STARTING = 4
-"""Rows after a jump in which the shaft is looked for to start."""
+LEAST_JUMP = 0.1  # Of a command, from row to row [rad]
+STARTING = 4  # Rows after a jump in which the shaft is looked for to start
 
 
 def main() -> None:

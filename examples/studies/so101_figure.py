@@ -24,12 +24,10 @@ JOINTS = {
     "Wrist_Roll": "#c39b2f",
     "Jaw": "#4c9f70",
 }
-JUMP = (111.2, 113.6)
-"""Part of the sweep that is drawn [s]."""
+JUMP = (111.2, 113.6)  # Part of the sweep that is drawn [s]
 JAW_SCALE = 2.336
 """Turn of the Jaw's shaft per angle logged [1]: a count over the spacing of its angles."""
-WINDOW = 1.2
-"""Time over which the sweep is taken for a sine [s]."""
+WINDOW = 1.2  # Time over which the sweep is taken for a sine [s]
 WINDOWS = np.arange(70.0, 119.5, 0.75)
 FREQUENCIES = np.linspace(0.4, 4.2, 191)  # [Hz]
 FOUND = {

@@ -27,18 +27,15 @@ STEPS = 1000
 BATCH = 256
 LEARNING_RATE = 3.0e-3
 WEIGHT_DECAY = 0.1
-BLOCK = 100
-"""Rows that validation takes out of the train motions together: 2 s."""
+BLOCK = 100  # Rows that validation takes out of the train motions together: 2 s
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rows:
     """What a network sees and should say at each row of some motions."""
 
-    inputs: Tensor
-    """Command [rad], then how much it was less at each instant of the past [rad]."""
-    residual: Tensor
-    """Measured minus commanded angle [rad]."""
+    inputs: Tensor  # Command [rad], then how much it was less at each instant of the past [rad]
+    residual: Tensor  # Measured minus commanded angle [rad]
 
     def without_angle(self) -> "Rows":
         """Return the rows without the command itself: a servo the same at all angles."""

@@ -37,8 +37,7 @@ FIXED = ("actuator_lag", "command_delay", "deadband", "position_offset")
 """What anyone would fit who does not choose."""
 TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))
 """A servo that is where it was told to be."""
-SEED = 0
-"""Seed of the draw of pairs."""
+SEED = 0  # Seed of the draw of pairs
 TARGETS = {"Rotation": 0.75, "Wrist_Roll": 0.70}
 """Share of the RMS error [1] that should go, by joint."""
 
@@ -53,16 +52,12 @@ class PairResult:
     free_before: float
     """RMS error on all other motions of a servo that is where it was told to be, without the rows
     in which something solid holds the shaft [rad]."""
-    free_after: float
-    """Error of the diagnosed servo [rad]."""
-    fixed_after: float
-    """Error of lag, delay, deadband and offset, fitted to the same motions [rad]."""
-    fixed_stated_after: float
-    """Error of these four behind what the start states [rad]."""
+    free_after: float  # Error of the diagnosed servo [rad]
+    fixed_after: float  # Error of lag, delay, deadband and offset, fitted to the same motions [rad]
+    fixed_stated_after: float  # Error of these four behind what the start states [rad]
     worse: tuple[str, ...]
     """Held-out motions that move in which the diagnosed servo is further off than the start."""
-    causes: str
-    """Named causes with their numbers, in words."""
+    causes: str  # Named causes with their numbers, in words
 
     @property
     def reduction(self) -> float:

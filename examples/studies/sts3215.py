@@ -64,8 +64,7 @@ MODELS: dict[str, tuple[str, ...]] = {
 }
 """Models that are compared, named before any was tested."""
 MOTOR = ("torque_constant", "resistance", "armature")
-STEP = 5.0e-4
-"""Simulation step [s]."""
+STEP = 5.0e-4  # Simulation step [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,8 +72,7 @@ class Split:
     """Logs to fit and logs to test."""
 
     name: str
-    train: Callable[[ImportedLog], bool]
-    """Which logs are fitted; all others are tested."""
+    train: Callable[[ImportedLog], bool]  # Which logs are fitted; all others are tested
     groups: Callable[[ImportedLog], tuple[object, ...]]
     """Conditions of a training log, each of which is left out whole in turn."""
 

@@ -48,14 +48,11 @@ LEADS = torch.tensor([1.0, 0.0, 0.0, 1.0])
 OUTER = torch.tensor([1.0, 1.0, 0.0, 0.0])
 """Which of index, little, middle and ring are of the pair that leads, and which stand outside."""
 HANDS = EnvironmentConfig(task="turn", worlds=16, max_step=1.0e-3, history=1, action_clip=9.0)
-RATE = 1.0
-"""Rate that a policy is asked for [rad/s]; a gait does not know of it."""
-SEED = 77
-"""Seed of the hands and balls."""
+RATE = 1.0  # Rate that a policy is asked for [rad/s]; a gait does not know of it
+SEED = 77  # Seed of the hands and balls
 SEARCHED, ELITE = 5.0, 10
 """Time of a gait in a search [s], and how many of a round make the next one."""
-DROP_PRICE = 2.0
-"""Of one drop in a search [rad/s]."""
+DROP_PRICE = 2.0  # Of one drop in a search [rad/s]
 
 
 def main() -> None:

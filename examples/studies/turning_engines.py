@@ -44,12 +44,9 @@ ENGINES = ("our solver", "MuJoCo")
 class Paths:
     """What the ball did in each of `ENGINES` under the same pulls."""
 
-    time: Array
-    """[s], shape (T,)."""
-    place: Array
-    """Its middle from where it started [m], shape (2, T, 3)."""
-    turned: Array
-    """Net turn about the axis of the task [rad], shape (2, T)."""
+    time: Array  # [s], shape (T,)
+    place: Array  # Its middle from where it started [m], shape (2, T, 3)
+    turned: Array  # Net turn about the axis of the task [rad], shape (2, T)
 
     @property
     def text(self) -> str:

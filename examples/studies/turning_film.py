@@ -20,14 +20,10 @@ WIDTH, HEIGHT = 640, 480
 AZIMUTH, ELEVATION, DISTANCE = 95.0, 15.0, 0.17
 """Where the eye is [deg, deg, m]: beside the index finger, along the axis of the turn. Gravity
 points along +z, so that the eye is below the palm."""
-LOOKED_AT = (0.015, 0.0, -0.022)
-"""[m], in the frame of the hand."""
-PAPER = (0.98, 0.98, 0.98)
-"""Colour behind the hand."""
-COLORS = 32
-"""Of a frame, so that a page can show the film."""
-SPOT = 0.35
-"""Size of the balls that stand out of the ball as spots, as a share of it [1]."""
+LOOKED_AT = (0.015, 0.0, -0.022)  # [m], in the frame of the hand
+PAPER = (0.98, 0.98, 0.98)  # Colour behind the hand
+COLORS = 32  # Of a frame, so that a page can show the film
+SPOT = 0.35  # Size of the balls that stand out of the ball as spots, as a share of it [1]
 
 
 def main() -> None:

@@ -57,10 +57,8 @@ class Learner:
 
     config: PolicyTrainingConfig
     alg: PPO
-    share: slice
-    """Its worlds among those of the simulation."""
-    rows: list[list[float]] = field(default_factory=list)
-    """Learning curve: `COLUMNS`."""
+    share: slice  # Its worlds among those of the simulation
+    rows: list[list[float]] = field(default_factory=list)  # Learning curve: `COLUMNS`
 
     def part(self, seen: TensorDict) -> TensorDict:
         """Return what its own hands see."""

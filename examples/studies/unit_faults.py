@@ -28,8 +28,7 @@ STIFF = 1.0e5
 is too stiff for the plant's step."""
 SERVO = "xc330_t288_t"
 SETTINGS = CollectSettings(loop=no_stronger(HostPositionLoop(), find_servo(SERVO)))
-Signals = Mapping[str, float]
-"""Signal, ``theta`` or ``force`` -> mean squared change [rad2, N2]."""
+Signals = Mapping[str, float]  # Signal, ``theta`` or ``force`` -> mean squared change [rad2, N2]
 
 
 def mended(unit: BenchUnit, part: str, **constants: Any) -> BenchUnit:
@@ -91,12 +90,9 @@ LATE = "load_cell_delay"
 class Readings:
     """Test runs of all benches of a unit, one after the other."""
 
-    theta: Array
-    """Angle that the servo reports [rad], shape (T,)."""
-    force: Array
-    """Tension as the cell's calibration has it [N], shape (T,)."""
-    late: Array
-    """The same as a cell that is late gives it [N], shape (T,)."""
+    theta: Array  # Angle that the servo reports [rad], shape (T,)
+    force: Array  # Tension as the cell's calibration has it [N], shape (T,)
+    late: Array  # The same as a cell that is late gives it [N], shape (T,)
 
 
 def faults_of(unit: int, plan: str, wear: str) -> dict[str, Signals]:

@@ -25,12 +25,9 @@ SHAPES = frozenset(
     ("static_force", "static_coefficient", "dissipation", "exponent", "knee", "position")
 )
 """Numbers that shape a law of several beside those that never vanish."""
-CLASS = 3
-"""Names in a class, the named one included; those after are not heard."""
-MATTERS = 0.1
-"""Share of the squared error from which a fault matters [1]."""
-SURE = 0.9
-"""Probability from which a name is told as sure [1]."""
+CLASS = 3  # Names in a class, the named one included; those after are not heard
+MATTERS = 0.1  # Share of the squared error from which a fault matters [1]
+SURE = 0.9  # Probability from which a name is told as sure [1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,12 +36,9 @@ class Name:
 
     name: str
     classmates: tuple[str, ...]
-    in_plant: bool
-    """Whether it or a member of its class is there."""
-    leaves_null: bool
-    """Whether some size's interval leaves out the value that means nothing."""
-    holds_truth: bool
-    """Whether all numbers that the plant states lie inside their intervals."""
+    in_plant: bool  # Whether it or a member of its class is there
+    leaves_null: bool  # Whether some size's interval leaves out the value that means nothing
+    holds_truth: bool  # Whether all numbers that the plant states lie inside their intervals
     probability: float | None
 
     @property
@@ -66,16 +60,13 @@ class Mark:
     verdict: str
     gone: float
     """Share of the squared held-out error above the noise that is gone, signals alike [1]."""
-    seconds: Mapping[str, float]
-    """Wall time of each command [s]."""
+    seconds: Mapping[str, float]  # Wall time of each command [s]
     named: tuple[Name, ...]
     suspected: tuple[Name, ...]
     material: Mapping[str, float]
     """Faults that matter -> share of the squared error that each is worth [1]."""
-    held: int
-    """Numbers of the plant that lie inside their 95 % interval."""
-    asked: int
-    """Numbers that have an interval and that the plant states."""
+    held: int  # Numbers of the plant that lie inside their 95 % interval
+    asked: int  # Numbers that have an interval and that the plant states
 
     def recalled(self, names: Iterable[Name]) -> list[str]:
         """Return the faults that matter and that some names or their classes stand for."""

@@ -44,8 +44,7 @@ COMPARED = (
 The first, the fourth and the fifth have the terms of Rhoban/bam's m1, m3 and m4. In the fifth the
 exponent of Stribeck's law is 2, and each of its two terms has a speed of its own.
 """
-SMOOTHING = 15
-"""Rows over which ``--smooth`` takes the median of the supply's register: 80 ms."""
+SMOOTHING = 15  # Rows over which ``--smooth`` takes the median of the supply's register: 80 ms
 
 
 def main() -> None:

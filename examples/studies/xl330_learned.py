@@ -22,19 +22,15 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.recording import Recording
 
 STEP = 5.0e-3  # [s]
-PAST = (0, 2, 4, 8)
-"""Steps ago of what the network sees: 0, 10, 20 and 40 ms."""
+PAST = (0, 2, 4, 8)  # Steps ago of what the network sees: 0, 10, 20 and 40 ms
 GRAVITY_PER_ARM = 9.81  # [m/s^2], over the arm's length: acceleration of a pendulum without a motor
-VOLTS, SPEED, LOAD = 3.0, 3.0, 1.0
-"""About which size the inputs have [V], [rad/s], [1]."""
-PUSH = 100.0
-"""About which size the answer has [rad/s^2]."""
+VOLTS, SPEED, LOAD = 3.0, 3.0, 1.0  # About which size the inputs have [V], [rad/s], [1]
+PUSH = 100.0  # About which size the answer has [rad/s^2]
 SLOPE = 0.03
 """Time over which a segment's first speed is taken from the angles [s]; the register is late."""
 LENGTHS = (20, 60, 120)
 """Steps of the segments that are trained on, one after the other: 0.1, 0.3 and 0.6 s."""
-UPDATES = 300
-"""Per length."""
+UPDATES = 300  # Per length
 BATCH = 128
 LEARNING_RATE = 3.0e-3
 
@@ -43,18 +39,12 @@ LEARNING_RATE = 3.0e-3
 class Logs:
     """Several logs on one grid of time, each over its own length, shape (logs, T)."""
 
-    goal: Tensor
-    """Commanded angle [rad]."""
-    angle: Tensor
-    """Measured angle [rad]."""
-    speed: Tensor
-    """Its slope [rad/s]."""
-    volts: Tensor
-    """Supply [V], zero where the torque is off."""
-    gain: Tensor
-    """Duty per radian [1/rad], shape (logs, 1)."""
-    arm: Tensor
-    """Length [m], shape (logs, 1)."""
+    goal: Tensor  # Commanded angle [rad]
+    angle: Tensor  # Measured angle [rad]
+    speed: Tensor  # Its slope [rad/s]
+    volts: Tensor  # Supply [V], zero where the torque is off
+    gain: Tensor  # Duty per radian [1/rad], shape (logs, 1)
+    arm: Tensor  # Length [m], shape (logs, 1)
 
     @staticmethod
     def of(recordings: Sequence[Recording]) -> "Logs":

@@ -26,8 +26,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 ASSETS = ("hand", "hand_ball")
 CLOSING = 12
 """Control steps until all fingers press the ball, and those of the kernels' compilation."""
-TIMED = 5
-"""Control steps that are timed."""
+TIMED = 5  # Control steps that are timed
 
 
 def commands(worlds: int, tendons: int, device: str) -> list[torch.Tensor]:

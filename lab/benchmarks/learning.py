@@ -25,10 +25,8 @@ from tests.physics.runs import ROWS, ideal_model, run_of, stairs
 
 GRADIENT_WORLDS = (1, 64, 1024, 4096, 8192, 16384)
 GRADIENT_STEP = 1.0e-3  # s
-LONG_WORLDS = 4096
-"""Worlds of the run of 10 s."""
-SEGMENTS = (1, 10, 100)
-"""Into how many parts it is divided."""
+LONG_WORLDS = 4096  # Worlds of the run of 10 s
+SEGMENTS = (1, 10, 100)  # Into how many parts it is divided
 PPO_WORLDS = (8192, 32768)
 ITERATIONS = 12
 ITERATION_STEPS = 32

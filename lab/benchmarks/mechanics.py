@@ -47,8 +47,7 @@ CPU_ENGINES: dict[str, type[SwingingEngine]] = {
 }
 FOREIGN_WORLDS = 65536
 """Most worlds that other solvers are measured with: building them takes minutes."""
-LEAST_CHECKED = 64
-"""Worlds of a check, where fewer are timed."""
+LEAST_CHECKED = 64  # Worlds of a check, where fewer are timed
 
 
 def mechanics(

@@ -94,10 +94,8 @@ class Form:
     """One way to run the network."""
 
     name: str
-    make: Callable[[Any], ForceQuery]
-    """Takes the network."""
-    compiled: bool = False
-    """Whether torch's compiler makes it."""
+    make: Callable[[Any], ForceQuery]  # Takes the network
+    compiled: bool = False  # Whether torch's compiler makes it
 
 
 def scripted(module: torch.nn.Module) -> Any:

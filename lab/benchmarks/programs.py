@@ -28,8 +28,7 @@ from lab.benchmarks.gpu import RESULT
 from lab.benchmarks.network import authors_network, fused
 from tendon_newton.device_code.quiet import quiet_warp
 
-ARCHITECTURE = 90
-"""CUDA architecture of the H200."""
+ARCHITECTURE = 90  # CUDA architecture of the H200
 SUBSTEPS = 4
 """Substeps of a control step; their number is an argument of a kernel and no part of it."""
 BEGINNINGS = {"adopt_kernel", "forget_kernel", "settle_kernel"}

@@ -32,13 +32,11 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 
-STEP = 1.0e-3
-"""Step of both solvers [s]."""
+STEP = 1.0e-3  # Step of both solvers [s]
 WORLDS = 64
 JOINTS = (1, 2, 3, 5, 10, 20)
 TENDONS = (1, 2, 5, 10)
-MANY = 3
-"""Joints of the chains with several tendons."""
+MANY = 3  # Joints of the chains with several tendons
 ASSETS = ("finger_routed", "finger_antagonist", "thumb", "hand")
 
 

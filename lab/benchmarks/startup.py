@@ -187,8 +187,7 @@ def costs(command: list[str], folder: Path, cache: Path) -> Row:
     }
 
 
-PARTS = {"commands": time_commands, "worlds": time_worlds}
-"""What is timed, by its name in the file."""
+PARTS = {"commands": time_commands, "worlds": time_worlds}  # What is timed, by its name in the file
 
 
 def time_fresh(checkout: Path) -> None:

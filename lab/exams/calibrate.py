@@ -18,10 +18,8 @@ from typing import Any
 
 import numpy as np
 
-LOW = 0.03
-"""Price of the searches [nat per row and number]."""
-PRICES = (0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0)
-"""Prices of the table."""
+LOW = 0.03  # Price of the searches [nat per row and number]
+PRICES = (0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0)  # Prices of the table
 
 
 def worths_of(sets: Path, price: float, name: str) -> list[dict[str, Any]]:

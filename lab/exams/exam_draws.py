@@ -82,28 +82,20 @@ class ExamPlan:
     cases: int = 60
     seed: int = 1000
     families: tuple[str, ...] = FAMILIES
-    effects: tuple[str, ...] = tuple(EFFECTS)
-    """Causes of the catalogue that are asked for."""
+    effects: tuple[str, ...] = tuple(EFFECTS)  # Causes of the catalogue that are asked for
     mixes: tuple[str, ...] = tuple(MIX_SHARES)
     colours: tuple[float, ...] = (0.0, 0.6, 0.9)
     """Correlations of the force noise, each as likely [1]."""
-    known_friction: float = 0.25
-    """Share of the cases with a friction that the model knows [1]."""
-    cell_rate_share: float = 0.3
-    """Share of those with a slow load cell [1]."""
-    gaps_share: float = 0.3
-    """Share of those with gaps in the log [1]."""
-    off_nominal: float = 0.0
-    """Share by which the benches may differ from the model's [1]."""
+    known_friction: float = 0.25  # Share of the cases with a friction that the model knows [1]
+    cell_rate_share: float = 0.3  # Share of those with a slow load cell [1]
+    gaps_share: float = 0.3  # Share of those with gaps in the log [1]
+    off_nominal: float = 0.0  # Share by which the benches may differ from the model's [1]
     imperfection: float = 0.0
     second_form: bool = False
     """Whether the plant has its other laws of bristles, knees and contacts."""
-    without_force: bool = False
-    """Whether the bench has no load cell."""
-    alike_share: float = 0.25
-    """Share of the pairs whose causes imitate each other [1]."""
-    weak_share: float = 0.0
-    """Share of the cases with a cause too weak to be expected [1]."""
+    without_force: bool = False  # Whether the bench has no load cell
+    alike_share: float = 0.25  # Share of the pairs whose causes imitate each other [1]
+    weak_share: float = 0.0  # Share of the cases with a cause too weak to be expected [1]
 
 
 def recipes(plan: ExamPlan) -> Iterator[Recipe]:

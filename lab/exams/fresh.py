@@ -25,10 +25,8 @@ from tendon_newton.scheduler import JobOptions, completed
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.sets.draws import EFFECTS
 
-SEED = 300_000
-"""First of all seeds; those below 105,000 were used before."""
-APART = 1_000
-"""Seeds of a section."""
+SEED = 300_000  # First of all seeds; those below 105,000 were used before
+APART = 1_000  # Seeds of a section
 WITHOUT_CELL = tuple(name for name in EFFECTS if not name.startswith("load_cell"))
 SECTIONS: dict[str, ExamPlan] = {
     "single": ExamPlan(cases=63, families=("single",)),
@@ -44,8 +42,7 @@ SECTIONS: dict[str, ExamPlan] = {
 OTHER = {"singles": 26, "pairs": 8, "clean": 8}
 """What is asked of the second plant, which has other laws."""
 
-Maker = Callable[[Path], dict[str, Any]]
-"""Writes a dataset to a folder; returns its truth."""
+Maker = Callable[[Path], dict[str, Any]]  # Writes a dataset to a folder; returns its truth
 
 
 def sets_of(seed: int) -> dict[str, Maker]:

@@ -31,8 +31,7 @@ from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
 from tendon_newton.scheduler import JobOptions, completed
 
-STEPS = 12
-"""Steps of a refit at most."""
+STEPS = 12  # Steps of a refit at most
 
 
 def kept(folder: Path, effects: Mapping[str, Mapping[str, float]]) -> tuple[str, ...]:

@@ -21,15 +21,11 @@ from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 
-STEP, ROW = 1e-4, 1e-2
-"""Steps of the plant and of its log [s]."""
-SETTLING = 1.5
-"""Time under the first command before the log begins [s]."""
+STEP, ROW = 1e-4, 1e-2  # Steps of the plant and of its log [s]
+SETTLING = 1.5  # Time under the first command before the log begins [s]
 RADIUS, GAIN, LIMIT, GRAVITY = 0.0125, 4.2, 21.0, 9.81
-BRISTLE = 150e-6
-"""Travel in which friction builds up to 63 % [m]."""
-SPHERE = 1.5
-"""Exponent of a contact of spheres."""
+BRISTLE = 150e-6  # Travel in which friction builds up to 63 % [m]
+SPHERE = 1.5  # Exponent of a contact of spheres
 OBSTACLE_DEPTH, OBSTACLE_REBOUND = 2e-3, 0.4
 """Of what is in the way: where a contact is as stiff as stated [m], and its damping [s/m]."""
 NULLS: Mapping[str, float] = {
@@ -47,24 +43,16 @@ NULLS: Mapping[str, float] = {
 class Drawing:
     """A bench: two joints of a finger, or a slider, whose second joint stays where it is."""
 
-    mass: Array
-    """[kg]."""
-    length: Array
-    """Of the links [m]; 0 on a slider."""
-    stiffness: Array
-    """[N m/rad], slider [N/m]."""
-    damping: Array
-    """[N m s/rad], slider [N s/m]."""
-    upper: Array
-    """End of the range [rad], slider [m]; it begins at 0."""
-    stop: Array
-    """Stiffness of the ends [N m/rad], slider [N/m]."""
+    mass: Array  # [kg]
+    length: Array  # Of the links [m]; 0 on a slider
+    stiffness: Array  # [N m/rad], slider [N/m]
+    damping: Array  # [N m s/rad], slider [N s/m]
+    upper: Array  # End of the range [rad], slider [m]; it begins at 0
+    stop: Array  # Stiffness of the ends [N m/rad], slider [N/m]
     depth: float
     """Depth at which they are as stiff as that [rad], slider [m]: that of a few newtons."""
-    rebound: float
-    """Damping of the ends over their force [s/rad], slider [s/m]."""
-    arm: Array
-    """Excursion per coordinate [m], slider [1]."""
+    rebound: float  # Damping of the ends over their force [s/rad], slider [s/m]
+    arm: Array  # Excursion per coordinate [m], slider [1]
 
 
 def pair(*values: float) -> Array:

@@ -27,16 +27,13 @@ from tests.planted.physics.sensors import ENCODER_STEP, FORCE_NOISE
 from tests.planted.truth import THETA, WEAK, rms
 
 TRAIN, TEST = 5, 3
-OFF_DRAWING = 0.1
-"""Share by which benches are off their drawing [1]."""
-DURATION = 13.0
-"""Of a recording [s]."""
+OFF_DRAWING = 0.1  # Share by which benches are off their drawing [1]
+DURATION = 13.0  # Of a recording [s]
 BENCHES = (("finger",), ("spring_weak", "spring_strong"))
 ON_FINGER = frozenset(("gravity_misalignment", "joint_stiffness_error"))
 """Causes that springs of a slider cannot tell from others."""
 
-Logged = tuple[Array, Array, Array]
-"""Instants [s], angles [rad] and forces [N] of a log."""
+Logged = tuple[Array, Array, Array]  # Instants [s], angles [rad] and forces [N] of a log
 Draw = Callable[[np.random.Generator], tuple[Mapping[str, float], Mapping[str, float]]]
 """Draws a cause: the effect's numbers, and the plant's."""
 

@@ -23,8 +23,7 @@ from tendon_newton.scheduler import JobOptions, completed
 
 SEED = 400_000
 IMPERFECTIONS = 12
-OFF = 0.03
-"""Share by which masses and lengths are off their drawing [1]."""
+OFF = 0.03  # Share by which masses and lengths are off their drawing [1]
 SMALL: Mapping[str, Draw] = {
     "gain_error": one("scale", "gain", 0.01, 0.04, signed=True),
     "command_delay": one("delay", "delay", 0.001, 0.004),

@@ -19,8 +19,7 @@ from typing import Any
 
 from lab.own_logs.cases import CASES, Case
 
-NEAR = 0.1
-"""Share of a number by which what is found may differ from what was planted [1]."""
+NEAR = 0.1  # Share of a number by which what is found may differ from what was planted [1]
 
 
 def main() -> None:

@@ -22,20 +22,16 @@ from tests.planted.owners.plant import Faults, Finger, Run, simulate
 from tests.planted.owners.strings import Array
 from tests.planted.two_strings.bench import FINGER
 
-Numbers = Mapping[str, float]
-"""Parameter -> what was planted, in SI units."""
+Numbers = Mapping[str, float]  # Parameter -> what was planted, in SI units
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """One stranger."""
 
-    write: Callable[[Path], None]
-    """Writes logs and what describes them into a folder."""
-    commands: tuple[str, ...]
-    """What is typed there after ``tendon-newton``, in this order."""
-    truth: Mapping[str, Mapping[str, Numbers]]
-    """Folder of a diagnosis -> cause -> its numbers."""
+    write: Callable[[Path], None]  # Writes logs and what describes them into a folder
+    commands: tuple[str, ...]  # What is typed there after ``tendon-newton``, in this order
+    truth: Mapping[str, Mapping[str, Numbers]]  # Folder of a diagnosis -> cause -> its numbers
     failing: frozenset[str] = field(default_factory=frozenset[str])
     """Verbs that say by their exit code that something is to be mended."""
 

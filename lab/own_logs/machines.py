@@ -12,8 +12,7 @@ from tests.planted.owners.strings import Array
 STEP = 1e-4  # [s]
 GRAVITY = 9.81  # [m/s^2]
 COUNT = 2.0 * np.pi / 4096.0  # [rad] of an encoder
-Law = Callable[[float, float, float], float]
-"""Position, speed and the drive's force -> a force."""
+Law = Callable[[float, float, float], float]  # Position, speed and the drive's force -> a force
 
 
 class FixedArms:

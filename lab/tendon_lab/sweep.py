@@ -25,42 +25,30 @@ from tendon_train.actuator.fitting.training import FittingProgress
 from tendon_train.actuator.training_config import Kind, Purpose, TrainingConfig
 
 LOG = logging.getLogger(__name__)
-REPORT_EVERY = 10
-"""Epochs between two lines of a network."""
+REPORT_EVERY = 10  # Epochs between two lines of a network.
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepConfig:
     """Which networks to train, and how."""
 
-    dataset: Annotated[Path, tyro.conf.Positional]
-    """Folder with dataset.toml and its recordings."""
-    out: Path
-    """Folder for the files of all networks."""
-    networks: tuple[Kind, ...] = tuple(FORCE_NETWORKS)
-    """Families."""
+    dataset: Annotated[Path, tyro.conf.Positional]  # Folder with dataset.toml and its recordings.
+    out: Path  # Folder for the files of all networks.
+    networks: tuple[Kind, ...] = tuple(FORCE_NETWORKS)  # Families.
     sets: tuple[SetName, ...] = SETS
     """Sets of sizes; a family that has none in a set is left out there."""
     purpose: Purpose = "prediction"
     """What they are for: forces along measured motion, or the loop of a simulation."""
-    seeds: tuple[int, ...] = (0, 1, 2)
-    """Seeds."""
-    epochs: int = 30
-    """Most epochs of each."""
-    patience: int = 30
-    """Epochs without a better validation error after which a training stops."""
-    windows_per_epoch: int = 32768
-    """Windows that an epoch draws."""
-    batch: int = 128
-    """Windows per step."""
-    window: int = 30
-    """Samples that a network sees."""
-    device: str = "cpu"
-    """cpu or cuda."""
+    seeds: tuple[int, ...] = (0, 1, 2)  # Seeds.
+    epochs: int = 30  # Most epochs of each.
+    patience: int = 30  # Epochs without a better validation error after which a training stops.
+    windows_per_epoch: int = 32768  # Windows that an epoch draws.
+    batch: int = 128  # Windows per step.
+    window: int = 30  # Samples that a network sees.
+    device: str = "cpu"  # cpu or cuda.
     jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(default_factory=JobOptions)
     """Where networks are trained."""
-    export: bool = True
-    """Whether to write the network files; they need Warp and ONNX installed."""
+    export: bool = True  # Whether to write the network files; they need Warp and ONNX installed.
 
     def trainings(self) -> Iterator[TrainingConfig]:
         """Yield what is to be trained."""

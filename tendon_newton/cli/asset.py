@@ -26,8 +26,7 @@ class Import:
     stop that the file does not describe becomes that of the nominal finger.
     """
 
-    file: tyro.conf.Positional[Path]
-    """MJCF (.xml) or URDF (.urdf)."""
+    file: tyro.conf.Positional[Path]  # MJCF (.xml) or URDF (.urdf).
     name: tyro.conf.Positional[str]
     """Name of the asset; its folder, its file and its root prim have it."""
     moment_arm: tuple[float, ...] = ()
@@ -36,10 +35,8 @@ class Import:
     """Return spring of each joint [N m/rad], for a file without springs."""
     tip: tuple[float, float, float] | None = None
     """The tip in a link's frame [m]; by default the site named tip of an MJCF file."""
-    tip_link: str | None = None
-    """Link of the tip; the last by default."""
-    spool_radius: float = 0.0125
-    """Radius of the spool that winds the tendon [m]."""
+    tip_link: str | None = None  # Link of the tip; the last by default.
+    spool_radius: float = 0.0125  # Radius of the spool that winds the tendon [m].
     force_limit: float = 21.0
     """The most that the servo can pull [N]; torque [N m] where each joint has one."""
     folder: Path = Path()
@@ -50,10 +47,8 @@ class Import:
 class Export:
     """Write an asset as MJCF for plain MuJoCo, with a motor on each tendon: control is tension."""
 
-    asset: tyro.conf.Positional[str]
-    """Name under assets/, or path of a USD file."""
-    out: Path | None = None
-    """File to write; <name>.xml in the current folder by default."""
+    asset: tyro.conf.Positional[str]  # Name under assets/, or path of a USD file.
+    out: Path | None = None  # File to write; <name>.xml in the current folder by default.
 
 
 def import_asset(config: Import) -> None:
@@ -102,8 +97,7 @@ FINGER = {
 """Numbers of a finger where none is given; other benches have some of them."""
 FINGER_ALONE = {"joints": ("pip", "dip"), "moment_arm": (0.008,), "spool_radius": 0.0125}
 """Numbers that only a finger has."""
-EXIT_FINDINGS = 1
-"""Exit code where an asset was read and has errors; an unreadable one gives 2."""
+EXIT_FINDINGS = 1  # Exit code where an asset was read and has errors; an unreadable one gives 2.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,10 +112,8 @@ class New:
 
     name: tyro.conf.Positional[str]
     """Name of the bench; its folder, its file and its root prim have it."""
-    kind: Literal["finger", "slider", "shaft"] = "finger"
-    """What it is."""
-    joints: tuple[str, ...] = ("pip", "dip")
-    """Names of the joints, from the base to the tip."""
+    kind: Literal["finger", "slider", "shaft"] = "finger"  # What it is.
+    joints: tuple[str, ...] = ("pip", "dip")  # Names of the joints, from the base to the tip.
     length: tuple[float, ...] | None = None
     """From each joint to the next, and to the tip, 0.030 unless given; arm of a shaft, 0.1 [m]."""
     mass: tuple[float, ...] | None = None
@@ -136,8 +128,7 @@ class New:
     half of it to either side of 0, 1 [m]."""
     damping: tuple[float, ...] | None = None
     """Viscous damping of each joint [N m s/rad], 5e-4 unless given; of a cart [N s/m], none."""
-    spool_radius: float = 0.0125
-    """Radius of the spool that winds the tendon [m]."""
+    spool_radius: float = 0.0125  # Radius of the spool that winds the tendon [m].
     force_limit: float | None = None
     """The most that the servo can pull [N], 21 unless given; that a drive gives [N, N m], 100."""
     folder: Path = Path()
@@ -158,10 +149,8 @@ class Show:
 
     asset: tyro.conf.Positional[str]
     """Name under assets/, or path of a USD file or of an asset's folder."""
-    out: Path | None = None
-    """Picture to write; <name>.png in the current folder by default."""
-    window: bool = False
-    """Also open Newton's own viewer and let the finger close and open there."""
+    out: Path | None = None  # Picture to write; <name>.png in the current folder by default.
+    window: bool = False  # Also open Newton's own viewer and let the finger close and open there.
 
 
 Asset = (

@@ -20,15 +20,13 @@ class CompareConfig:
     """Others than ours. Exports are run by newton (its drive), prims (Newton's own alone), mujoco
     (its program), mjcf (its file alone), and bam where Rhoban/bam is installed; solver_mujoco is
     Newton's SolverMuJoCo under our own servo."""
-    out: Path = Path("comparison")
-    """Folder for picture and table; made if it is not there."""
+    out: Path = Path("comparison")  # Folder for picture and table; made if it is not there.
     bench: str | None = None
     """Bench; by default that of the recordings or of the diagnosis, else the
     finger."""
     dataset: Path | None = None
     """Dataset whose recordings are run; by default some steps and a sine."""
-    seconds: float = 20.0
-    """Time of the dataset's commands that is run [s]; inf takes all."""
+    seconds: float = 20.0  # Time of the dataset's commands that is run [s]; inf takes all.
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
 

@@ -19,8 +19,7 @@ _FOLDERS = (_PACKAGE / "_demo", _PACKAGE.parent / "examples" / "hidden_friction"
 class DemoConfig:
     """Diagnose the recordings that come with the program."""
 
-    out: Path = Path("demo")
-    """Folder for the results; made if it is not there."""
+    out: Path = Path("demo")  # Folder for the results; made if it is not there.
 
 
 def main(config: DemoConfig) -> None:

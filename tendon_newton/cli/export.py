@@ -21,16 +21,14 @@ class ExportConfig:
     to: str
     """Target: mujoco, newton, isaaclab, mjlab, networks, bam, usd or urdf; docs/export.md says what
     each can hold."""
-    out: Path
-    """Folder for the files; made if it is not there."""
+    out: Path  # Folder for the files; made if it is not there.
     bench: str | None = None
     """Bench to export, or the arm's asset; by default that of the recordings or of the diagnosis,
     else the finger."""
     dataset: Path | None = None
     """Dataset whose recordings are replayed, or the folder of joints of an arm; by default some
     steps and a sine."""
-    seconds: float = 20.0
-    """Time of the dataset's commands that is replayed [s]; inf takes all."""
+    seconds: float = 20.0  # Time of the dataset's commands that is replayed [s]; inf takes all.
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
 

@@ -29,10 +29,8 @@ if TYPE_CHECKING:
     from tendon_newton.data.importers.imported import Imported, ImportedModel
     from tendon_newton.data.importers.writing import ImportReport
 
-LOGS_OF_LAB = "tendon_lab.foreign_logs"
-"""Readers of logs that a clone has and a wheel has not."""
-SHOWN_EVIDENCE = 4
-"""Recordings of a kind of finding whose evidence is printed; import.txt has all."""
+LOGS_OF_LAB = "tendon_lab.foreign_logs"  # Readers of logs that a clone has and a wheel has not.
+SHOWN_EVIDENCE = 4  # Recordings of a kind of finding whose evidence is printed; import.txt has all.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +42,7 @@ class ImportConfig:
     clone also bam, xl330 and so101."""
     source: tyro.conf.Positional[Path]
     """Folder of the logs; for bam also a parameter file, which becomes a model.toml."""
-    out: Path
-    """Folder for the dataset; new, or one that an earlier import wrote."""
+    out: Path  # Folder for the dataset; new, or one that an earlier import wrote.
     test: tuple[str, ...] = ()
     """Logs of the test split, as conditions that must all hold: kp=200 trajectory=sin_sin; one log
     by default."""

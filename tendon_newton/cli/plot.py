@@ -17,10 +17,8 @@ import tyro
 class PlotConfig:
     """The log, and the file of the picture."""
 
-    log: tyro.conf.Positional[Path]
-    """MCAP file of `deploy` or `collect`."""
-    out: Path | None = None
-    """The picture; beside the log unless given."""
+    log: tyro.conf.Positional[Path]  # MCAP file of `deploy` or `collect`.
+    out: Path | None = None  # The picture; beside the log unless given.
 
 
 def main(config: PlotConfig) -> None:

@@ -16,22 +16,17 @@ if TYPE_CHECKING:
     from tendon_newton.data.recording import Recording
     from tendon_newton.simulation.hosts.rollout import Trajectory
 
-AT_ONCE = 8
-"""Recordings that are simulated side by side before the time left is told."""
+AT_ONCE = 8  # Recordings that are simulated side by side before the time left is told.
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulateConfig:
     """Which recordings, which model, and where to."""
 
-    dataset: Annotated[Path, tyro.conf.Positional]
-    """Folder with dataset.toml and its recordings."""
-    model: Path
-    """Model file (.toml) that moves the benches, or a diagnosis of them: its folder."""
-    out: Path
-    """Folder for the results; made if it is not there."""
-    seconds: float = 20.0
-    """Beginning of each recording that is simulated [s]; inf takes all."""
+    dataset: Annotated[Path, tyro.conf.Positional]  # Folder with dataset.toml and its recordings.
+    model: Path  # Model file (.toml) that moves the benches, or a diagnosis of them: its folder.
+    out: Path  # Folder for the results; made if it is not there.
+    seconds: float = 20.0  # Beginning of each recording that is simulated [s]; inf takes all.
     time_step: float | None = None
     """Longest step of the integrator [s]; by default 0.125 ms, and 0.5 ms for mujoco."""
     solver: str = "tendon"
@@ -41,8 +36,7 @@ class SimulateConfig:
     kernel, checked against TorchScript when loaded; other networks run as TorchScript)."""
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
-    plots: bool = True
-    """Whether to draw a picture per recording."""
+    plots: bool = True  # Whether to draw a picture per recording.
     view: Literal["window", "file"] | None = None
     """Show measured and simulated finger as they move: in a window, or in a file (.rrd) beside each
     result. Needs the extra view."""

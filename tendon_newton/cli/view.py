@@ -19,10 +19,8 @@ from typing import Annotated, Literal
 
 import tyro
 
-READY = "ready"
-"""Word of a viewer that has loaded what it needs."""
-POLITENESS = 10
-"""How far a viewer stands back behind the loop that drives the bench (nice)."""
+READY = "ready"  # Word of a viewer that has loaded what it needs.
+POLITENESS = 10  # How far a viewer stands back behind the loop that drives the bench (nice).
 LAST_LOOK = 20.0
 """Time that a viewer has to show the rest of a log after its program has ended [s]."""
 

@@ -63,8 +63,7 @@ from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
 WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table
 alone."""
-SEED = 0
-"""Seed of the bootstrap: the same data give the same diagnosis."""
+SEED = 0  # Seed of the bootstrap: the same data give the same diagnosis
 
 NO_SMALLER = (
     "The causes that were found make the error on held-out recordings no smaller, so none is named."
@@ -77,12 +76,9 @@ class Evidence:
 
     baseline: dict[int, float]
     """Parameter column -> value of the starting model with its unknown numbers refitted."""
-    extended: dict[int, float]
-    """Parameter column -> value of the extended model."""
-    test: Study
-    """Held-out recordings."""
-    train: Study
-    """Recordings that the fits saw."""
+    extended: dict[int, float]  # Parameter column -> value of the extended model
+    test: Study  # Held-out recordings
+    train: Study  # Recordings that the fits saw
 
 
 def diagnose(

@@ -23,10 +23,8 @@ class StatedCause:
     name: str
     side: str
     parameters: Mapping[str, Estimate]
-    indistinguishable_from: tuple[str, ...]
-    """Effects that the data could not tell from it."""
-    separating_experiment: str | None
-    """What to record to tell them apart."""
+    indistinguishable_from: tuple[str, ...]  # Effects that the data could not tell from it
+    separating_experiment: str | None  # What to record to tell them apart
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,14 +33,11 @@ class StatedDiagnosis:
 
     verdict: Verdict
     wall_time_s: float
-    effects: tuple[StatedCause, ...]
-    """Causes, strongest first."""
-    suspected: tuple[StatedCause, ...] = ()
-    """Causes that deserve no name."""
+    effects: tuple[StatedCause, ...]  # Causes, strongest first
+    suspected: tuple[StatedCause, ...] = ()  # Causes that deserve no name
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the actuator that were refitted, by name."""
-    extended: Errors | None = None
-    """Held-out errors of the extended model."""
+    extended: Errors | None = None  # Held-out errors of the extended model
 
 
 def read_diagnosis(path: Path) -> StatedDiagnosis:

@@ -13,8 +13,7 @@ from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import BLOCK, group_sums
 from tendon_newton.identification.study import Study, replacements
 
-RESAMPLES = 2000
-"""Bootstrap draws of blocks of time."""
+RESAMPLES = 2000  # Bootstrap draws of blocks of time
 HARDLY_ANY = 0.02
 """Share of the other signal's gap, both in squares of the noise, below which one is none [1]."""
 WORTH_A_FRACTION = 1.2
@@ -25,13 +24,10 @@ WORTH_A_FRACTION = 1.2
 class SquaredErrors:
     """Squared errors summed over blocks of time, shape (B,) each."""
 
-    theta: Array
-    """[rad2]"""
-    theta_abs: Array
-    """Absolute errors [rad]."""
+    theta: Array  # [rad2]
+    theta_abs: Array  # Absolute errors [rad]
     theta_rows: Array
-    force: Array
-    """[N2]"""
+    force: Array  # [N2]
     force_rows: Array
 
     def pooled(self, weights: Array | None = None) -> Errors:

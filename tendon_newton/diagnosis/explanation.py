@@ -15,11 +15,9 @@ class Estimate:
     """One fitted number."""
 
     value: float
-    ci95: tuple[float, float]
-    """95 % interval, from the scatter between blocks of time."""
+    ci95: tuple[float, float]  # 95 % interval, from the scatter between blocks of time
     unit: str
-    at_bound: bool = False
-    """Whether the fit ended at the edge of the parameter's range."""
+    at_bound: bool = False  # Whether the fit ended at the edge of the parameter's range
     flat: bool = False
     """Whether the interval is as wide as the range: the data say nothing about it."""
     null: float | None = None
@@ -39,8 +37,7 @@ class Setting:
     """A bench as it was set up, and for how long it was recorded so."""
 
     bench: str
-    seconds: float = 0.0
-    """Training data from it [s]; none where a run is only thought of."""
+    seconds: float = 0.0  # Training data from it [s]; none where a run is only thought of
     bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
     actuator_overrides: Mapping[str, float] = field(default_factory=dict)
 

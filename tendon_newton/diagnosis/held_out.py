@@ -11,12 +11,9 @@ from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.identification.study import Residual, replacements
 
-WINDOW = 4.0
-"""Length of the window that is shown of a recording [s]."""
-MOST_WINDOWS = 3
-"""Benches that are shown."""
-GAP_STEPS = 3.0
-"""A step of time longer than this many typical ones interrupts a line."""
+WINDOW = 4.0  # Length of the window that is shown of a recording [s]
+MOST_WINDOWS = 3  # Benches that are shown
+GAP_STEPS = 3.0  # A step of time longer than this many typical ones interrupts a line
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,8 +48,7 @@ class Window:
     """A few telling seconds of a recording."""
 
     comparison: HeldOutComparison
-    start: float
-    """Since the recording's first row [s]."""
+    start: float  # Since the recording's first row [s]
 
     @property
     def rows(self) -> Mask:

@@ -10,8 +10,7 @@ import numpy as np
 
 from tendon_newton.identification.linearisation import Linearisation, invertible
 
-CONFOUNDED = 0.95
-"""Correlation from which two numbers are not told apart [1]."""
+CONFOUNDED = 0.95  # Correlation from which two numbers are not told apart [1]
 FLAT = 0.95
 """Share of a parameter's range that an interval covers if the data say nothing about it [1]."""
 
@@ -20,8 +19,7 @@ FLAT = 0.95
 class Confounded:
     """Two numbers of which the data know a combination better than either."""
 
-    first: str
-    """First number, as ``effect.parameter``."""
+    first: str  # First number, as ``effect.parameter``
     second: str
     correlation: float
     """Correlation of their errors [1]; near 1 they grow at once, near -1 one replaces the other."""

@@ -16,11 +16,9 @@ from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidDiagnosis
 
-ENDING = ".posterior.json"
-"""Ending of the file beside a ``diagnosis.json``, in place of its own."""
+ENDING = ".posterior.json"  # Ending of the file beside a ``diagnosis.json``, in place of its own
 SCHEMA = 1
-SURE = float(ndtri(0.975))
-"""Standard deviations to either end of a 95 % interval [1]."""
+SURE = float(ndtri(0.975))  # Standard deviations to either end of a 95 % interval [1]
 QUARTERS = 4.0
 """A range holds so many standard deviations of a number of which nothing else is known [1]: as many
 as a 95 % interval."""
@@ -33,16 +31,11 @@ Worlds = Mapping[tuple[str, str], Array]
 class Coordinate:
     """One number of a model as a fit sees it: null is zero, and typical is about one."""
 
-    kind: Kind
-    """``log`` for what is never zero, ``inverse`` for what is infinite when absent."""
-    origin: float
-    """Value at zero [unit]; the unit of the inverse where that is infinite."""
-    unit: float
-    """Change of the value, or of its logarithm, per one."""
-    lower: float
-    """Least coordinate."""
-    upper: float
-    """Greatest one."""
+    kind: Kind  # ``log`` for what is never zero, ``inverse`` for what is infinite when absent
+    origin: float  # Value at zero [unit]; the unit of the inverse where that is infinite
+    unit: float  # Change of the value, or of its logarithm, per one
+    lower: float  # Least coordinate
+    upper: float  # Greatest one
 
     def value(self, u: float) -> float:
         """Return the physical value at a coordinate."""
@@ -65,25 +58,21 @@ class Coordinate:
 class OpenNumber:
     """A number that a set of causes was fitted with."""
 
-    owner: str
-    """Actuator, cause or bench."""
+    owner: str  # Actuator, cause or bench
     name: str
     coordinate: Coordinate
-    place: float
-    """Coordinate at the optimum."""
+    place: float  # Coordinate at the optimum
 
 
 @dataclass(frozen=True, kw_only=True)
 class FittedSet:
     """A set of causes at its optimum, and how far its numbers may be off, all together."""
 
-    weight: float
-    """Share of the worlds that have it [1]."""
+    weight: float  # Share of the worlds that have it [1]
     causes: tuple[str, ...]
     numbers: tuple[OpenNumber, ...]
     """F numbers: those of the causes, and what is stated with a tolerance."""
-    covariance: Array
-    """Covariance of the coordinates, as wide as the 95 % intervals, shape (F, F)."""
+    covariance: Array  # Covariance of the coordinates, as wide as the 95 % intervals, shape (F, F)
 
     def __post_init__(self) -> None:
         self.covariance.setflags(write=False)

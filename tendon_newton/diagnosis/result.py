@@ -34,24 +34,18 @@ SCHEMA = 1
 class Errors:
     """Held-out closed-loop errors, pooled over all rows of the test recordings."""
 
-    force_rmse: float | None
-    """[N]; None without a load cell."""
-    theta_rmse: float
-    """[rad]"""
-    theta_mae: float
-    """Mean absolute error [rad]."""
+    force_rmse: float | None  # [N]; None without a load cell
+    theta_rmse: float  # [rad]
+    theta_mae: float  # Mean absolute error [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Criterion:
     """One thing that a cause must pass to be named."""
 
-    name: str
-    """What is asked."""
-    value: float
-    """What the data say."""
-    bar: float
-    """What it is compared with."""
+    name: str  # What is asked
+    value: float  # What the data say
+    bar: float  # What it is compared with
     passed: bool
 
     def to_json(self) -> dict[str, Any]:
@@ -66,16 +60,11 @@ class NamedEffect:
     name: str
     side: str
     parameters: Mapping[str, Estimate]
-    without: Errors
-    """Held-out errors of the model without it, everything else as found."""
-    indistinguishable_from: tuple[str, ...] = ()
-    """Effects that this data cannot tell from it."""
-    separating_experiment: str | None = None
-    """What to record to tell them apart."""
-    criteria: tuple[Criterion, ...] = ()
-    """What it had to pass."""
-    reason: str = ""
-    """Why it is only suspected, as a sentence; empty for a named cause."""
+    without: Errors  # Held-out errors of the model without it, everything else as found
+    indistinguishable_from: tuple[str, ...] = ()  # Effects that this data cannot tell from it
+    separating_experiment: str | None = None  # What to record to tell them apart
+    criteria: tuple[Criterion, ...] = ()  # What it had to pass
+    reason: str = ""  # Why it is only suspected, as a sentence; empty for a named cause
     probability: float | None = None
     """Weight of all sets of causes that hold it or one of its class; None where nobody asked."""
 
@@ -90,14 +79,12 @@ class CandidateScore:
     values: Mapping[str, float]
     at_bound: Mapping[str, float] = field(default_factory=dict)
     """Numbers that ended at a bound, with that bound: it cannot be named, whatever its score."""
-    criteria: tuple[Criterion, ...] = ()
-    """What it passed and what it did not."""
+    criteria: tuple[Criterion, ...] = ()  # What it passed and what it did not
     probability: float | None = None
     """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
     acts_in: tuple[str, ...] | None = None
     """Recordings in which it changes more than is left over anyway; None where nobody looked."""
-    looked_at: int = 0
-    """Recordings in which that was looked at."""
+    looked_at: int = 0  # Recordings in which that was looked at
 
     def to_json(self) -> dict[str, Any]:
         """Return it as the contract names it; what is not the case is left out.
@@ -117,16 +104,13 @@ class CandidateScore:
 class Rival:
     """One whole answer, and how well it predicts what it was not fitted on."""
 
-    name: str
-    """What it is called."""
+    name: str  # What it is called
     effects: tuple[str, ...]
     held_out: float
     """Negative log likelihood per row of training parts that no number has seen [nat]: the choice
     is made by it."""
-    errors: Errors
-    """On the held-out recordings, which choose nothing."""
-    chosen: bool = False
-    """Whether the diagnosis gives this one."""
+    errors: Errors  # On the held-out recordings, which choose nothing
+    chosen: bool = False  # Whether the diagnosis gives this one
 
     def to_json(self) -> dict[str, Any]:
         """Return it for ``diagnosis.json``."""
@@ -143,12 +127,9 @@ class Rival:
 class Unexplained:
     """What remains when all named effects are in."""
 
-    fraction: float
-    """Share of the held-out squared error above the noise."""
-    depends_on: tuple[str, ...] = ()
-    """Signals that it depends on, strongest first."""
-    structure: RemainderStructure | None = None
-    """What a flexible learner makes of it."""
+    fraction: float  # Share of the held-out squared error above the noise
+    depends_on: tuple[str, ...] = ()  # Signals that it depends on, strongest first
+    structure: RemainderStructure | None = None  # What a flexible learner makes of it
 
     def to_json(self) -> dict[str, Any]:
         """Return it as the contract names it, and what was learned besides."""

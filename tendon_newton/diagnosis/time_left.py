@@ -22,15 +22,12 @@ more for all that is not simulation: with one cause that leaves nothing (449 to 
 and with several (593 to 2,303, and 926 to 2,122), counted on planted sets."""
 TRIALS, ROUNDS = 64, 3
 """Candidates that are simulated to see how fast this computer is, and how often."""
-TRIFLE = 1.0e-9
-"""By how much the first number of these candidates differs [its unit]."""
-TRIAL_ROWS = 100
-"""Rows of a recording on which that is seen."""
+TRIFLE = 1.0e-9  # By how much the first number of these candidates differs [its unit]
+TRIAL_ROWS = 100  # Rows of a recording on which that is seen
 SLOWDOWN = 2.0
 """Time that a candidate takes with several causes, dry friction among them, in that of the model as
 it is [1]: 1.3 to 2.6 by `lab.benchmarks.substep`."""
-REPORT = 10.0
-"""Time that figures and files take [s]."""
+REPORT = 10.0  # Time that figures and files take [s]
 TRAIN_RUNS, TEST_RUNS = 6, 28
 """Candidates that are simulated at the end on all training and on all test rows, at the search's
 step: of three and of seven, at a half and at a quarter of it."""

@@ -20,21 +20,16 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
-NOMINAL_FORCE = 21.0
-"""Most that the servo of the nominal benches gives [N]."""
+NOMINAL_FORCE = 21.0  # Most that the servo of the nominal benches gives [N]
 NOMINAL_TRAVEL = (0.01, 0.08)
 """Travel of their tendons [m]: from 20 mm of a finger to 80 mm of a spring."""
-NOMINAL_SPOOL = 0.0125
-"""Radius of their spools [m]."""
-NEARLY_ALL = 0.99
-"""Share of the rows that decides what recordings show; a few spikes must not."""
+NOMINAL_SPOOL = 0.0125  # Radius of their spools [m]
+NEARLY_ALL = 0.99  # Share of the rows that decides what recordings show; a few spikes must not
 USED = (0.1, 1.25)
 """A limit or a range that an asset states counts where recordings use this share of it [1]. Where
 they go beyond, it is not the machine's own; far below, it is a formality."""
-SPARE = 3.0
-"""Otherwise a machine can do so many times what its recordings show [1]."""
-DIGITS = 6
-"""Significant digits of a scale: an asset's numbers are of single precision."""
+SPARE = 3.0  # Otherwise a machine can do so many times what its recordings show [1]
+DIGITS = 6  # Significant digits of a scale: an asset's numbers are of single precision
 
 
 def scale_of(

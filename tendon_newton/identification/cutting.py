@@ -11,8 +11,7 @@ from tendon_newton.data.channels import CHANNELS
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 
-LEAST_DURATION = 2.0
-"""Time without which a part says nothing [s]."""
+LEAST_DURATION = 2.0  # Time without which a part says nothing [s]
 ROW_FIELDS = ("time", *(channel.field for channel in CHANNELS), "enabled")
 """Fields of a recording with one entry per row."""
 

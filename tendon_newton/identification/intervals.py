@@ -9,8 +9,7 @@ from tendon_newton.data.recording import Array, Indices
 from tendon_newton.identification.linearisation import Linearisation, invertible
 from tendon_newton.identification.objective import Layout, loss_curvatures
 
-LEVEL = 0.95
-"""Probability that an interval holds the truth."""
+LEVEL = 0.95  # Probability that an interval holds the truth
 WIDENING = 4.0
 """How many times wider intervals are than their scatter over blocks of time [1]: blocks are few,
 alike, and share the model's error of form. On benches with twenty small faults, of which a model

@@ -14,10 +14,8 @@ from tendon_newton.identification.objective import loss_weights
 class Linearisation:
     """A candidate's residuals around its optimum."""
 
-    residual: Array
-    """Scaled residuals, shape (M,)."""
-    jacobian: Array
-    """Derivatives of the residuals by each parameter, shape (M, F)."""
+    residual: Array  # Scaled residuals, shape (M,)
+    jacobian: Array  # Derivatives of the residuals by each parameter, shape (M, F)
 
     def normal_matrix(self, rows: Array | None = None) -> Array:
         """Return the weighted normal matrix over some rows, shape (F, F)."""

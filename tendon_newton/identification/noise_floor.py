@@ -17,22 +17,17 @@ Slow noise shows in the long ones only.
 """
 QUIET_LEAD = 0.3
 """Time [s] of rest before such a window: behind a stuck tendon the mechanism comes to rest late."""
-MIN_WINDOWS = 5
-"""Windows without which the scatter at rest is not trusted."""
-MIN_READINGS = 8
-"""Readings of the cell without which a window says nothing."""
-LEAST_FORCE_NOISE = 1.0e-6
-"""A noiseless (simulated) force still has rounding [N]."""
+MIN_WINDOWS = 5  # Windows without which the scatter at rest is not trusted
+MIN_READINGS = 8  # Readings of the cell without which a window says nothing
+LEAST_FORCE_NOISE = 1.0e-6  # A noiseless (simulated) force still has rounding [N]
 
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseFloor:
     """Standard deviations of what no model could predict."""
 
-    theta: float
-    """Motor angle [rad]."""
-    force: float | None
-    """Tension [N]; None without a load cell."""
+    theta: float  # Motor angle [rad]
+    force: float | None  # Tension [N]; None without a load cell
 
 
 def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:

@@ -13,34 +13,26 @@ from tendon_newton.identification.study import Residual, Study, compares_force
 
 TAIL = 3.0
 """Residuals beyond this many scales count logarithmically: rows of a jump must not decide."""
-BLOCK = 1.0
-"""Length [s] of the blocks whose losses are compared; the mechanisms forget faster."""
+BLOCK = 1.0  # Length [s] of the blocks whose losses are compared; the mechanisms forget faster
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scales:
     """What counts as one unit of residual."""
 
-    theta: float
-    """[rad]"""
-    force: float
-    """[N]"""
+    theta: float  # [rad]
+    force: float  # [N]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """Where each entry of a residual vector comes from, shape (M,) each."""
 
-    recording: Indices
-    """Index of the whole recording."""
-    block: Indices
-    """Index of the block of time, counted through all recordings."""
-    is_force: Mask
-    """Whether the entry is a force (or else an angle)."""
-    servo: Indices
-    """Number of its servo."""
-    block_count: int
-    """Number of blocks B."""
+    recording: Indices  # Index of the whole recording
+    block: Indices  # Index of the block of time, counted through all recordings
+    is_force: Mask  # Whether the entry is a force (or else an angle)
+    servo: Indices  # Number of its servo
+    block_count: int  # Number of blocks B
 
     @cached_property
     def signals(self) -> tuple[tuple[bool, Mask], ...]:

@@ -21,10 +21,8 @@ SEGMENT = 0.25
 """Length of a segment [s]: in it a force wrong by a tenth of the weight moves the load by 30 mm."""
 SLOPE = 0.02
 """Time either side of a segment's start whose slope gives its first speed [s]: a register lags."""
-SLOPE_ROWS = 3
-"""Fewest rows of a slope."""
-LEAST_ROWS = 8
-"""Rows without which a segment says nothing."""
+SLOPE_ROWS = 3  # Fewest rows of a slope
+LEAST_ROWS = 8  # Rows without which a segment says nothing
 
 
 def segments(mechanism: Mechanism, recording: Recording) -> list[Recording]:

@@ -45,20 +45,17 @@ SEED = 0
 DEVICE = "cpu"
 """Also where there is a GPU: a fit has dozens of worlds with 10^4 steps one after the other. A
 round of a diagnosis takes 8 s on four cores; on an H200 it took over 200 s, kernels included."""
-DIVERGED = 1.0e4
-"""Stands for an angle [rad] or force [N] that is not finite."""
+DIVERGED = 1.0e4  # Stands for an angle [rad] or force [N] that is not finite
 
 
 @dataclass(frozen=True, kw_only=True)
 class Residual:
     """Measured minus simulated, for N candidates on one recording."""
 
-    theta: Array
-    """Motor angle, or the joint's where the motor's is the input [rad], shape (N, T)."""
+    theta: Array  # Motor angle, or the joint's where the motor's is the input [rad], shape (N, T)
     force: Array | None
     """Tension [N], shape (N, T); None without a load cell, or where its force is the input."""
-    trusted: Mask
-    """Rows whose past is known, shape (T,)."""
+    trusted: Mask  # Rows whose past is known, shape (T,)
 
 
 class Study:
@@ -91,8 +88,7 @@ class Study:
         like: Study | None = None,
     ) -> None:
         benches = benches_of(recordings, model)
-        self.servos = servo_count(recordings, benches)
-        """Servos D of every recording."""
+        self.servos = servo_count(recordings, benches)  # Servos D of every recording
         self.independent = all(are_independent(mechanism) for mechanism in benches.values())
         """Whether each servo moves a finger of its own."""
         self.tolerant = like.tolerant if like is not None else tolerant
@@ -114,8 +110,7 @@ class Study:
         self.recordings = tuple(self._view(i, d) for i, d in views)
         """Recordings as they are compared: those of one servo after the other, R D, and of an
         encoder on the joint."""
-        self.time_step = time_step
-        """Step of its simulations unless another is asked for [s]."""
+        self.time_step = time_step  # Step of its simulations unless another is asked for [s]
         self.unknown = like.unknown if like else unknown_numbers(model, benches, self.wholes)
         """Numbers of benches that the model declares unknown."""
         if like is not None:

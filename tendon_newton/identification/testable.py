@@ -15,8 +15,7 @@ from tendon_newton.identification.study import Study, compares_force
 LEAST_SECONDS, LEAST_TURNS = 3.0, 2
 """Shortest training data of which a cause may be named [s], and times that a motor must turn back:
 a friction and an offset look alike in one direction."""
-MOVES = 10.0
-"""Noise floors of the encoder from which a change of the angle is a motion [1]."""
+MOVES = 10.0  # Noise floors of the encoder from which a change of the angle is a motion [1]
 
 
 def testable_effects(study: Study) -> tuple[str, ...]:

@@ -17,8 +17,7 @@ class LoadCellOptions:
     """Serial port of the load cell; a virtual bench brings its own."""
     calibration: Path | None = None
     """Calibration of the load cell; without one only raw counts are kept, and no tension."""
-    faster_than_real_time: bool = False
-    """Whether a virtual bench runs as fast as it can."""
+    faster_than_real_time: bool = False  # Whether a virtual bench runs as fast as it can.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,22 +44,17 @@ class FurtherLoadCells:
 
     further_load_cell_ports: tuple[str, ...] = ()
     """Serial ports of the load cells in the tendons of further servos."""
-    further_calibrations: tuple[Path, ...] = ()
-    """Calibrations of those load cells."""
+    further_calibrations: tuple[Path, ...] = ()  # Calibrations of those load cells.
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchOptions(LoadCellOptions):
     """What stands on a bench, how often it is read, and how far it may go."""
 
-    load_cell: str = "hx711_serial"
-    """Kind of the load cell."""
-    servo: str = "xc330_t288_t"
-    """Kind of the servo; a policy's card must name the same."""
-    servo_id: int = 1
-    """ID of the servo on its bus."""
-    baud: int = 1_000_000
-    """Rate of the bus [1/s]."""
+    load_cell: str = "hx711_serial"  # Kind of the load cell.
+    servo: str = "xc330_t288_t"  # Kind of the servo; a policy's card must name the same.
+    servo_id: int = 1  # ID of the servo on its bus.
+    baud: int = 1_000_000  # Rate of the bus [1/s].
     retries: int | None = None
     """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     rate: float = SERVO_RATE
@@ -69,10 +63,8 @@ class BenchOptions(LoadCellOptions):
     """Radius of the spool [m]; a policy's card must name the same, a recording's model has it."""
     force_limit: float = 30.0
     """Tension at which the motor is switched off, or with a policy the tendon let out [N]."""
-    temperature_limit: float = 65.0
-    """Temperature at which the same is done [degC]."""
-    notes: str = ""
-    """What is to be remembered with the recordings."""
+    temperature_limit: float = 65.0  # Temperature at which the same is done [degC].
+    notes: str = ""  # What is to be remembered with the recordings.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,24 +73,18 @@ class CollectOptions(BenchOptions, ViewOptions):
 
     port: str
     """Serial port of the servo, or virtual, or virtual::3 for unit 3 of the virtual benches."""
-    out: Path
-    """Folder of the dataset; recordings are added to it."""
+    out: Path  # Folder of the dataset; recordings are added to it.
     plan: str | None = None
     """Plan to record: paper (36 min), quick (1 min), board (7 min); without one, a single run."""
-    bench: str = "finger"
-    """Bench of a single run: finger, spring_weak or spring_strong."""
+    bench: str = "finger"  # Bench of a single run: finger, spring_weak or spring_strong.
     excitation: str = "random_steps"
     """Command of a single run, such as random_steps, sine, ramps or steps_held_2s."""
-    duration: float = 60.0
-    """Length of a single run [s]."""
-    split: Literal["train", "test"] = "train"
-    """Split of a single run."""
+    duration: float = 60.0  # Length of a single run [s].
+    split: Literal["train", "test"] = "train"  # Split of a single run.
     obstacle: str = "free"
     """What blocks the finger in a single run: free, tape_roll, hand or hand_perturbation."""
-    command_rate: float | None = None
-    """Commands per second [Hz]; 20 unless given."""
-    seed: int = 0
-    """Seed of what the excitations draw."""
+    command_rate: float | None = None  # Commands per second [Hz]; 20 unless given.
+    seed: int = 0  # Seed of what the excitations draw.
     virtual_load_cell_rate: int = 20
     """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
 
@@ -109,24 +95,19 @@ class InvestigateOptions(BenchOptions):
 
     port: str
     """Serial port of the servo, or virtual, or virtual::3 for unit 3 of the virtual benches."""
-    out: Path
-    """Folder of the investigation; an investigation that it holds goes on."""
-    budget: str = "3min"
-    """Time that recordings may take: 90s, 3min, 1h."""
+    out: Path  # Folder of the investigation; an investigation that it holds goes on.
+    budget: str = "3min"  # Time that recordings may take: 90s, 3min, 1h.
     diagnosis_budget: str | None = None
     """Time that each diagnosis may take on this computer, about; by default as long as it needs."""
-    known: Path | None = None
-    """Model file to start from; by default the servo's data sheet."""
+    known: Path | None = None  # Model file to start from; by default the servo's data sheet.
     benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")
     """Benches that you have, the one that is mounted first. Another one is asked for where it
     tells more."""
     task: Path | None = None
     """Recording, or CSV file with t and theta_d, whose motion a model shall predict: runs are
     chosen for it. By default steps to random angles on the bench that is mounted first."""
-    run_length: float = 12.0
-    """Length of a run [s]."""
-    seed: int = 0
-    """Seed of all draws."""
+    run_length: float = 12.0  # Length of a run [s].
+    seed: int = 0  # Seed of all draws.
     virtual_load_cell_rate: int = 20
     """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
 
@@ -146,18 +127,14 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
     computers must be."""
     duration: float | None = None
     """Length [s]; by default that of stairs or of a file of goals, else a key ends the run."""
-    out: Path = Path("deployments")
-    """Folder for the log; it becomes a dataset."""
-    split: Literal["train", "test"] = "train"
-    """Split of the log in that dataset."""
-    dry_run: bool = False
-    """Read and decide, but leave the motor off."""
+    out: Path = Path("deployments")  # Folder for the log; it becomes a dataset.
+    split: Literal["train", "test"] = "train"  # Split of the log in that dataset.
+    dry_run: bool = False  # Read and decide, but leave the motor off.
     jog: bool = False
     """Move the spool by hand with the arrow keys, without a policy; home is where it stands."""
     replay: Path | None = None
     """Log whose observations are given to the policy again, to compare its actions."""
-    trust: bool = False
-    """Trust this TorchScript policy from now on; it is a program."""
+    trust: bool = False  # Trust this TorchScript policy from now on; it is a program.
     force_network: Path | None = None
     """ONNX file of a force network that estimates the tension where no load cell is."""
     state: Path | None = None
@@ -167,12 +144,10 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
     """Port on which a camera's program tells where a ball is; a virtual hand brings its own."""
     bench: str | None = None
     """Bench under assets; unless given the virtual one that the port names, or finger."""
-    load_cell_rate: int = 20
-    """Readings per second of the load cell: 80, 20 or 10 [Hz]."""
+    load_cell_rate: int = 20  # Readings per second of the load cell: 80, 20 or 10 [Hz].
     further_servo_ids: tuple[int, ...] = ()
     """IDs of further servos, in the order of the asset's tendons; unless given the next ones."""
-    policy_rate: float = 20.0
-    """Policy steps per second [Hz]; the policy's card must name the same."""
+    policy_rate: float = 20.0  # Policy steps per second [Hz]; the policy's card must name the same.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,35 +157,27 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     policies: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """Policy files, ONNX or TorchScript; finger-stairs and hand-turning name those that come
     along."""
-    out: Path
-    """Folder for the results; made if it is not there."""
+    out: Path  # Folder for the results; made if it is not there.
     force: tuple[str, ...] = ("ideal",)
     """What pulls the simulated finger: ideal, model files (.toml) or force networks
     (.safetensors)."""
     finger: str | None = None
     """Finger of the policies: a name under assets/, a USD file or an asset's folder; unless given
     the one on their cards."""
-    worlds: int = 1
-    """Simulated fingers; all but the first have numbers of their own."""
+    worlds: int = 1  # Simulated fingers; all but the first have numbers of their own.
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
     """What differs between them; see train-policy. With joint_friction the first one has the
     nominal friction, a tenth of the springs' torque; none takes the model as it is."""
-    dwell: float = 1.5
-    """Time on each stair in simulation [s]; on a bench it is 1.5 s."""
-    rate: float = 1.0
-    """Rate that policies which turn a ball are asked for [rad/s]."""
-    seconds: float = 60.0
-    """Time for which they turn it [s]."""
-    device: Literal["cpu", "cuda"] = "cpu"
-    """Where their worlds are simulated; all of these differ."""
-    seed: int = 0
-    """Seed of the numbers of the further worlds."""
+    dwell: float = 1.5  # Time on each stair in simulation [s]; on a bench it is 1.5 s.
+    rate: float = 1.0  # Rate that policies which turn a ball are asked for [rad/s].
+    seconds: float = 60.0  # Time for which they turn it [s].
+    device: Literal["cpu", "cuda"] = "cpu"  # Where their worlds are simulated; all of these differ.
+    seed: int = 0  # Seed of the numbers of the further worlds.
     trust: bool = False
     """Trust the TorchScript files from now on: they are programs and run with your rights."""
     logs: tuple[Path, ...] = ()
     """Logs of deployments on stairs, to be compared too; the first policy's bench is assumed."""
-    plots: bool = True
-    """Whether to draw the figure."""
+    plots: bool = True  # Whether to draw the figure.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,23 +189,16 @@ class RefreshOptions(BenchPorts):
 
     logs: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """Folders of deployments, or logs that stand in one; the last third of each is held out."""
-    model: Path
-    """Model file that fitted the bench."""
-    policy: Path
-    """Policy that is to be trained on, in the folder of its training."""
-    out: Path
-    """Folder for the results; made if it is not there."""
+    model: Path  # Model file that fitted the bench.
+    policy: Path  # Policy that is to be trained on, in the folder of its training.
+    out: Path  # Folder for the results; made if it is not there.
     reference: tuple[Path, ...] = ()
     """Logs of the same policy from the time when the model fitted; with them, how far a spool has
     slipped is found to some hundredths of a radian."""
-    suspects: tuple[str, ...] = ()
-    """Effects that may be named; by default all kinds of wear."""
+    suspects: tuple[str, ...] = ()  # Effects that may be named; by default all kinds of wear.
     changes: Path | None = None
     """Folder of `diagnose --against`: what it says has changed is not looked for again, and its
     model is trained on."""
-    iterations: int = 100
-    """Rounds of acting and learning of the new policy."""
-    device: Literal["cpu", "cuda"] = "cpu"
-    """Where it is trained."""
-    anyway: bool = False
-    """Train on even where no drift was found."""
+    iterations: int = 100  # Rounds of acting and learning of the new policy.
+    device: Literal["cpu", "cuda"] = "cpu"  # Where it is trained.
+    anyway: bool = False  # Train on even where no drift was found.

@@ -45,8 +45,7 @@ BY_LOAD = (*CONSTANT, "load_dependent_friction")
 SEED = 0
 DRAWS = 2000
 
-Errors = Sequence[Residual]
-"""Residuals of the test runs' rows that count, the first of each array."""
+Errors = Sequence[Residual]  # Residuals of the test runs' rows that count, the first of each array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,8 +16,7 @@ from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.study import Residual, Study, replacements
 from tendon_train.actuator.samples.windows import nearest_rows
 
-BESIDE = ("position_offset", "load_cell_bias")
-"""Zeros of both signals, which every fit has."""
+BESIDE = ("position_offset", "load_cell_bias")  # Zeros of both signals, which every fit has
 PAST = np.array([0.02, 0.04, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0])
 """How long ago the spindle's angles are that the network sees beside the present one [s]."""
 

@@ -15,18 +15,15 @@ from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE
 from tendon_newton.mechanisms.authoring.asset_plan import plan_asset, write_asset
 
 MAPPING = Path(__file__).parent / "mapping.toml"
-SPOOL = 0.010
-"""Radius that stands for the spindle's, which nobody states [m]: only ratios show."""
-TO_TORQUE = 1.0e3 * SPOOL
-"""Torque of the spindle per force at its spool [mN m/N]."""
+SPOOL = 0.010  # Radius that stands for the spindle's, which nobody states [m]: only ratios show
+TO_TORQUE = 1.0e3 * SPOOL  # Torque of the spindle per force at its spool [mN m/N]
 BEGIN = 0.5
 """Time in which the loading motor takes hold [s]: the jaw rings, and rows are not scored."""
 JERK = {"Tool_4_Maryland_L_4_07.csv": 17.0}
 """Run -> instant from which its motor jerks by 1.5 rad within 0.2 s [s]."""
 ZERO_LOAD, ZERO_FREQUENCY = 0.6, 0.3
 """Load [A] and frequency [Hz] of the run that tells the jaw encoder's zero of its setting."""
-SLOPE = 0.93
-"""Turn of the jaw per turn of the spindle by which those zeros are read [1]."""
+SLOPE = 0.93  # Turn of the jaw per turn of the spindle by which those zeros are read [1]
 STILL, TURNED = 0.02, 0.1
 """Speed of the spindle at rest [rad/s]; way after a reversal on which it still turns over [rad]."""
 REGIMES = ("still", "turning over", "sliding")
@@ -37,14 +34,10 @@ class Run:
     """One run of 20 s with its conditions."""
 
     recording: Recording
-    setting: str
-    """Folder of the run: tool and pitch of its wrist."""
-    stop: int
-    """Stop of the jaw: 0 or 1."""
-    frequency: float
-    """[Hz]"""
-    load: float
-    """Current of the motor that loads the jaw [A]."""
+    setting: str  # Folder of the run: tool and pitch of its wrist
+    stop: int  # Stop of the jaw: 0 or 1
+    frequency: float  # [Hz]
+    load: float  # Current of the motor that loads the jaw [A]
 
     @property
     def scored(self) -> Mask:

@@ -31,8 +31,7 @@ CONTAINS: Mapping[str, tuple[str, ...]] = {
     "m6": ("m5",),
 }
 """Their models, each with those that it contains: it fits its training logs no worse than they."""
-STEP = "0.005"
-"""Step of their simulation [s]."""
+STEP = "0.005"  # Step of their simulation [s]
 ROUNDING = 0.05
 """What logs' last rows move the error by: a search goes as far as the shortest log [mrad]."""
 SEARCH = Path(__file__).with_name("bam_search.py")

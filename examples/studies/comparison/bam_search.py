@@ -22,10 +22,8 @@ from bam.simulate import Simulator  # pyright: ignore[reportMissingImports]
 from cmaes import CMA  # pyright: ignore[reportMissingImports]
 
 SIDE_BY_SIDE, POPULATION = 4, 16
-LEVEL = 1.01
-"""Ratio of errors up to which two searches ended alike [1]."""
-STARTS = 4
-"""Searches that end before a model may have converged."""
+LEVEL = 1.01  # Ratio of errors up to which two searches ended alike [1]
+STARTS = 4  # Searches that end before a model may have converged
 PATIENCE, WORTH = 40, 1.001
 """Generations in which a search must get better by that ratio, or it ends [1]."""
 WIDE, FINE = 1.0 / 6.0, 0.05

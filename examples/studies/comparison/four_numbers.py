@@ -12,8 +12,7 @@ from scipy.optimize import minimize
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.recording import Array
 
-STEP = 0.005
-"""Step of the grid on which logs are compared [s]."""
+STEP = 0.005  # Step of the grid on which logs are compared [s]
 STARTS = ((0.02, 0.1, 0.5), (0.0, 0.03), (0.001, 0.03), (-0.1, 0.0, 0.1))
 """Lags [s], delays [s], deadbands [rad] and offsets [rad] where fits begin."""
 FOLLOWED = 2

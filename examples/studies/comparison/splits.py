@@ -18,25 +18,20 @@ from tendon_newton.data.model_file import Model
 
 GAINS, KEPT_BACK = (100, 200, 800), 400
 """Gains of the XL330's logs; those of the last came when the programs were there."""
-DRAWN = 3
-"""Pairs of training motions of each joint of the arm."""
-REPEAT = "1"
-"""Repeat of each STS3215 motion that is fitted and tested; the others tell the floor."""
+DRAWN = 3  # Pairs of training motions of each joint of the arm
+REPEAT = "1"  # Repeat of each STS3215 motion that is fitted and tested; the others tell the floor
 
 
 @dataclass(frozen=True, kw_only=True)
 class Split:
     """Logs of one servo, to fit and to test."""
 
-    servo: str
-    """Name of the servo in Rhoban/bam, or `ARM`."""
+    servo: str  # Name of the servo in Rhoban/bam, or `ARM`
     name: str
     train: tuple[ImportedLog, ...]
     test: tuple[ImportedLog, ...]
-    start: Model
-    """Data sheet of the servo, with what its firmware does."""
-    floor: float | None
-    """Mean absolute deviation of repeats [mrad], where there are repeats."""
+    start: Model  # Data sheet of the servo, with what its firmware does
+    floor: float | None  # Mean absolute deviation of repeats [mrad], where there are repeats
 
     @property
     def key(self) -> str:

@@ -8,8 +8,7 @@ from statistics import mean, median
 from typing import Any
 
 REPEATS, OURS, TOLD, ARM = "repeats", "ours, diagnosed", "told", "so101"
-LEVEL = 1.05
-"""Ratio of errors up to which two models are level."""
+LEVEL = 1.05  # Ratio of errors up to which two models are level
 ROWS = {
     REPEATS: "repeats of the same motion: no model can do better",
     "data sheet": "data sheet, nothing fitted",
@@ -62,8 +61,7 @@ class Beside:
     split: str
     ours: Mapping[str, Any]
     rival: str
-    left: float
-    """Held-out error of that rival [mrad]."""
+    left: float  # Held-out error of that rival [mrad]
 
     @property
     def ratio(self) -> float:

@@ -38,10 +38,8 @@ from tendon_newton.workflows.investigation_check import binding
 from tendon_newton.workflows.investigation_choice import FORCE_SHARE, RECORDINGS, task_of
 from tendon_newton.workflows.options import InvestigateOptions
 
-MODELS = 64
-"""Models under which each command is simulated; the search itself draws twice as many."""
-TENSION = 30.0
-"""Limit of the tension [N]."""
+MODELS = 64  # Models under which each command is simulated; the search itself draws twice as many
+TENSION = 30.0  # Limit of the tension [N]
 PROMISE = "peaks of designed commands are a JSON file"
 
 
@@ -49,23 +47,16 @@ PROMISE = "peaks of designed commands are a JSON file"
 class Peak:
     """The largest tension of an optimised command."""
 
-    seed: int
-    """Of its search."""
+    seed: int  # Of its search
     rank: int
     """Place among the commands of its search; 0 is the one that an investigation would record."""
-    moment: str
-    """Investigation, and how many runs it had recorded."""
+    moment: str  # Investigation, and how many runs it had recorded
     bench: str
-    command: tuple[float, float]
-    """Its smallest and greatest angle [rad]."""
-    designed: float
-    """Under the models of the search [N]."""
-    drawn: float
-    """Under models that are drawn anew [N]."""
-    recorded: float | None
-    """On the virtual unit [N]; None where the run was ended."""
-    fault: str | None
-    """Why it was."""
+    command: tuple[float, float]  # Its smallest and greatest angle [rad]
+    designed: float  # Under the models of the search [N]
+    drawn: float  # Under models that are drawn anew [N]
+    recorded: float | None  # On the virtual unit [N]; None where the run was ended
+    fault: str | None  # Why it was
 
 
 def limits(folders: Sequence[Path], seeds: Sequence[int], out: Path, *, wall: float) -> None:

@@ -32,14 +32,12 @@ from tendon_newton.workflows.investigation_choice import RECORDINGS
 from tendon_newton.workflows.options import CollectOptions, InvestigateOptions
 
 INVESTIGATE, HALF, QUICK = "investigate", "half", "quick"
-BENCH_SECONDS = sum(run.duration for run in find_plan(QUICK))
-"""Time at the bench of the plan [s]."""
+BENCH_SECONDS = sum(run.duration for run in find_plan(QUICK))  # Time at the bench of the plan [s]
 BUDGETS = {HALF: BENCH_SECONDS / 2.0, INVESTIGATE: BENCH_SECONDS}
 """Investigation -> time at the bench [s]: half of one is its beginning, and is made before it."""
 WAYS = (*BUDGETS, QUICK)
 """How a unit is looked at: by designed runs, or by a plan of ``collect`` and one diagnosis."""
-JUDGE_SEED = 1
-"""Seed of the recordings by which both ways are judged: neither has seen them."""
+JUDGE_SEED = 1  # Seed of the recordings by which both ways are judged: neither has seen them
 PROMISE = "a result of this study is a JSON file"
 
 
@@ -49,23 +47,17 @@ class Result:
 
     unit: int
     way: str
-    planted: Mapping[str, float]
-    """Wrong thing -> its size."""
+    planted: Mapping[str, float]  # Wrong thing -> its size
     found: tuple[str, ...]
     """Planted causes that are named as they deserve, by the strict score of `unit_score`."""
-    named: int
-    """Names of the answer."""
-    deserved: int
-    """Names that are deserved."""
-    theta: float
-    """RMS error of the motor angle on recordings that neither way has seen [rad]."""
-    force: float
-    """That of the tension [N]."""
+    named: int  # Names of the answer
+    deserved: int  # Names that are deserved
+    theta: float  # RMS error of the motor angle on recordings that neither way has seen [rad]
+    force: float  # That of the tension [N]
     runs: tuple[Mapping[str, float], ...]
     """Information expected and brought by each designed run [bit]: ``names``, ``task``,
     ``names_came``, ``task_came``; and ``seconds`` of computing, where this process did it [s]."""
-    ended: str
-    """Why nothing more was recorded."""
+    ended: str  # Why nothing more was recorded
 
     @property
     def error(self) -> float:

@@ -9,12 +9,9 @@ import numpy as np
 
 from examples.studies.investigation.one_unit import BUDGETS, QUICK, Result
 
-FACTOR = 2.0
-"""Within which information that came counts as predicted [1]."""
-LEAST = 0.05
-"""Information below which nothing was predicted [bit]."""
-RESAMPLES = 10_000
-"""Bootstrap draws of units."""
+FACTOR = 2.0  # Within which information that came counts as predicted [1]
+LEAST = 0.05  # Information below which nothing was predicted [bit]
+RESAMPLES = 10_000  # Bootstrap draws of units
 
 
 def unit_table(results: Sequence[Result]) -> str:

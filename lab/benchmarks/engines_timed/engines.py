@@ -24,8 +24,7 @@ MODEL = Model(
 )
 JOINT_FRICTION = 5.0e-3
 """Dry friction of each joint [N m], a tenth of what its spring holds at the end of its range."""
-START = 1.0
-"""Command under which the fingers rest before they swing [rad]."""
+START = 1.0  # Command under which the fingers rest before they swing [rad]
 CAPPED = {"iterations": 10, "ls_iterations": 50}
 """MuJoCo's most iterations of its solver and its line search. One iteration is the rule here, and a
 graph waits for the slowest world."""
@@ -125,8 +124,7 @@ class SwingingEngine:
     A class says how to `settle` and to take a `control_step`, and calls `record` when it can.
     """
 
-    command: wp.array
-    """Motor angles asked for [rad], shape (W, 1)."""
+    command: wp.array  # Motor angles asked for [rad], shape (W, 1)
     has_dry_friction: ClassVar[bool] = True
 
     def record(self) -> None:

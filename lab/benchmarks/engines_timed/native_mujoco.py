@@ -37,8 +37,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 
-MOST_CONSTRAINTS = 4
-"""Two joints that rub, two stops."""
+MOST_CONSTRAINTS = 4  # Two joints that rub, two stops
 
 
 def finger_spec(friction: float, *, servo: bool = True) -> Any:

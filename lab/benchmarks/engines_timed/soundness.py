@@ -18,15 +18,12 @@ import warp as wp
 
 from tendon_newton.mechanisms.loading import load_mechanism
 
-CONTROL_STEP = 0.05
-"""One control step of a policy [s]."""
-ROWS = 60
-"""Control steps of a check: one whole swing."""
+CONTROL_STEP = 0.05  # One control step of a policy [s]
+ROWS = 60  # Control steps of a check: one whole swing
 ACCURACY = 0.02
 """Largest RMS distance from the reference, over worlds, rows and joints [rad]: a degree, of joints
 that move through 80 and 100."""
-REACH = 0.3
-"""How far beyond an end stop a joint may be [rad]; the reference stays within 0.01."""
+REACH = 0.3  # How far beyond an end stop a joint may be [rad]; the reference stays within 0.01
 LADDER = (4, 6, 8, 10, 12, 16, 20, 26, 32, 40, 50, 64, 80, 100, 126, 160, 200, 256, 320, 400)
 """Substeps of a control step that are tried, longest steps first; even, so that an engine with two
 states ends where it began."""
@@ -66,10 +63,8 @@ def finger_limits() -> Limits:
 class Verdict:
     """What a check found."""
 
-    error: float
-    """RMS distance from the reference [rad], of the worlds that have not escaped."""
-    escaped: int
-    """Worlds that were not finite or out of reach in some row."""
+    error: float  # RMS distance from the reference [rad], of the worlds that have not escaped
+    escaped: int  # Worlds that were not finite or out of reach in some row
 
     @property
     def sound(self) -> bool:

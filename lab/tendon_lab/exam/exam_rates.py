@@ -12,8 +12,7 @@ from tendon_lab.exam.exam_score import Mark
 STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 """Edges of the bins of strength [noise floors]; what is below or above counts in the end bins."""
 
-NORMAL = 1.645
-"""Quantile of a one-sided bound at 95 %."""
+NORMAL = 1.645  # Quantile of a one-sided bound at 95 %
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,27 +21,21 @@ class Rate:
 
     name: str
     value: float
-    cases: int
-    """Number of cases behind the figure."""
-    at_least: float | None = None
-    """Lower bound of a share at 95 %, one-sided (Wilson) [1]."""
+    cases: int  # Number of cases behind the figure
+    at_least: float | None = None  # Lower bound of a share at 95 %, one-sided (Wilson) [1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class StrengthBin:
     """Answers to single causes of about one strength."""
 
-    low: float
-    """[noise floors]"""
+    low: float  # [noise floors]
     high: float
     cases: int
-    first: float
-    """Share with the true cause first."""
+    first: float  # Share with the true cause first
     in_class: float
-    silent: float
-    """Share in which nothing was named."""
-    wrong: float
-    """Share with one cause named, and wrongly."""
+    silent: float  # Share in which nothing was named
+    wrong: float  # Share with one cause named, and wrongly
 
 
 def rates(marks: Sequence[Mark]) -> tuple[Rate, ...]:

@@ -13,10 +13,8 @@ from tendon_newton.effects import EFFECTS
 
 TEMPLATE = "exam.html.jinja"
 VERDICTS = ("no_gap", "unexplained", "partly_explained", "explained", "no answer")
-CELL = 0.24
-"""Side of a cell of the matrix [inch]."""
-MARGINS = (2.6, 2.4)
-"""Room for the names beside and below the matrix [inch]."""
+CELL = 0.24  # Side of a cell of the matrix [inch]
+MARGINS = (2.6, 2.4)  # Room for the names beside and below the matrix [inch]
 
 
 class Matrix:

@@ -8,8 +8,7 @@ from typing import Any, Literal
 Family = Literal["single", "pair", "many", "clean", "outside"]
 WORTH_A_SHARE = 1.2
 """A signal whose error is less than so many times the true model's has no gap to remove."""
-LARGEST_CLASS = 3
-"""Names in an answer's class, the named one included; a larger class is no answer."""
+LARGEST_CLASS = 3  # Names in an answer's class, the named one included; a larger class is no answer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,16 +17,11 @@ class Truth:
 
     id: str
     family: Family
-    effects: Mapping[str, Mapping[str, float]]
-    """True effects with their parameters."""
-    outside: tuple[str, ...]
-    """Causes that no effect of the catalogue describes."""
-    near: tuple[str, ...]
-    """Effects that imitate them so well that naming them is no mistake."""
-    strength: float
-    """Change of the held-out force, in noise floors."""
-    weak: bool
-    """Whether the cause is too weak to be expected."""
+    effects: Mapping[str, Mapping[str, float]]  # True effects with their parameters
+    outside: tuple[str, ...]  # Causes that no effect of the catalogue describes
+    near: tuple[str, ...]  # Effects that imitate them so well that naming them is no mistake
+    strength: float  # Change of the held-out force, in noise floors
+    weak: bool  # Whether the cause is too weak to be expected
     oracle: Mapping[str, tuple[float, float]] = field(
         default_factory=dict[str, tuple[float, float]]
     )
@@ -44,23 +38,17 @@ class Mark:
     """Answer to one dataset, beside its truth."""
 
     truth: Truth
-    said: tuple[str, ...]
-    """Effects named, strongest first."""
-    classes: tuple[tuple[str, ...], ...]
-    """For each the names that it stands for."""
-    verdict: str
-    """Verdict of the diagnosis, or why there is none."""
+    said: tuple[str, ...]  # Effects named, strongest first
+    classes: tuple[tuple[str, ...], ...]  # For each the names that it stands for
+    verdict: str  # Verdict of the diagnosis, or why there is none
     wall_time_s: float
     parameter_errors: tuple[float, ...]
     """Relative errors of the parameters of exactly named effects."""
-    covered: tuple[bool, ...]
-    """Whether their intervals hold the truth."""
+    covered: tuple[bool, ...]  # Whether their intervals hold the truth
     gain: float | None = None
     """Held-out squared error that the extended model removes over what the true one does [1]."""
-    peak_memory: float | None = None
-    """Most memory that the process has used so far [MiB]."""
-    earlier: bool = False
-    """Whether an earlier run of the exam gave the answer."""
+    peak_memory: float | None = None  # Most memory that the process has used so far [MiB]
+    earlier: bool = False  # Whether an earlier run of the exam gave the answer
 
     @property
     def exact(self) -> bool:

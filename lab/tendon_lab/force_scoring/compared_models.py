@@ -23,14 +23,11 @@ IDEAL, REFITTED = "ideal", "ideal refitted"
 class Compared:
     """One model's predictions on all test recordings."""
 
-    name: str
-    """Name of the file, or of the ideal source."""
-    family: str
-    """What it shares with networks that differ in the seed alone."""
+    name: str  # Name of the file, or of the ideal source
+    family: str  # What it shares with networks that differ in the seed alone
     predictions: tuple[ForcePrediction, ...]
     network: NetworkFile | None = None
-    gain: float | None = None
-    """Gain of an ideal source [N/rad]."""
+    gain: float | None = None  # Gain of an ideal source [N/rad]
 
 
 def load_networks(paths: Sequence[Path], *, trust: bool) -> tuple[NetworkFile, ...]:

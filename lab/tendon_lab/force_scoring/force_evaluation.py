@@ -26,10 +26,8 @@ class Result:
     family: str
     experiment: Experiment
     score: Score
-    force_lag: Lag | None
-    """Delay of the predicted force behind the measured one, where forces move."""
-    change_lag: Lag | None
-    """Delay of its changes."""
+    force_lag: Lag | None  # Delay of the predicted force behind the measured one, where forces move
+    change_lag: Lag | None  # Delay of its changes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,17 +35,14 @@ class FamilyResult:
     """Networks that differ in the seed alone, on one experiment."""
 
     family: str
-    rmse: float
-    """Mean over the seeds [N]."""
-    rmse_spread: float
-    """Standard deviation over the seeds [N]; zero for one."""
+    rmse: float  # Mean over the seeds [N]
+    rmse_spread: float  # Standard deviation over the seeds [N]; zero for one
     error_spread: float
     """Standard deviation of the absolute error over rows, mean over the seeds [N]."""
     force_lag: Lag | None
     """Mean over the seeds; so is its standard error, for all see the same recordings."""
     change_lag: Lag | None
-    count: int
-    """Number of seeds."""
+    count: int  # Number of seeds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,10 +50,8 @@ class Evaluation:
     """Everything that was found."""
 
     models: tuple[Compared, ...]
-    results: tuple[Result, ...]
-    """Results of every model on every experiment."""
-    pooled: dict[str, Score]
-    """Score of every model over all rows of all test recordings."""
+    results: tuple[Result, ...]  # Results of every model on every experiment
+    pooled: dict[str, Score]  # Score of every model over all rows of all test recordings
     noise_floor: float | None
     """Standard deviation of the load cell's noise [N], estimated from the test recordings."""
 

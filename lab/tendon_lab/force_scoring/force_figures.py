@@ -13,10 +13,8 @@ from tendon_newton.data.files.picture import COLOURS, GREY, INK, new_figure, sav
 from tendon_newton.data.root_mean_square import rms
 from tendon_train.actuator.prediction import ForcePrediction
 
-SHOWN_HOLD = 2.0
-"""Hold of the steps whose forces are drawn [s], as in the paper."""
-HEADROOM = 1.3
-"""Height of a panel of forces over what is drawn in it [1]: room for the legend."""
+SHOWN_HOLD = 2.0  # Hold of the steps whose forces are drawn [s], as in the paper
+HEADROOM = 1.3  # Height of a panel of forces over what is drawn in it [1]: room for the legend
 
 
 def draw(evaluation: Evaluation, out: Path) -> list[Path]:

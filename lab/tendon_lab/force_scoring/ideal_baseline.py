@@ -7,8 +7,7 @@ import numpy as np
 from tendon_newton.data.recording import Array, Recording
 from tendon_train.actuator.samples.windows import series
 
-PAPER_GAIN = 4.2
-"""[N/rad], which the paper's authors found for their servo."""
+PAPER_GAIN = 4.2  # [N/rad], which the paper's authors found for their servo
 
 
 def ideal_force(recording: Recording, tendon: int, gain: float, limit: float) -> Array:

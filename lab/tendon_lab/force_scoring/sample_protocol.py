@@ -9,8 +9,7 @@ import numpy as np
 from tendon_newton.data.excitations import TEST_ANGLES
 from tendon_newton.data.recording import Recording
 
-HOLDS = (1.0, 2.0, 3.0)
-"""Times for which the paper's test steps are held [s]."""
+HOLDS = (1.0, 2.0, 3.0)  # Times for which the paper's test steps are held [s]
 HOLD_TOLERANCE = 0.1
 """Share by which a hold may be off [1]: commands fall on rows, and rows can be lost."""
 RUN_NUMBER = re.compile(r"[_-]?\d+$")
@@ -21,10 +20,8 @@ class Experiment:
     """Kind of a test recording in the paper's protocol."""
 
     bench: str
-    kind: str
-    """``steps``, or the recording's name without bench and number."""
-    hold: float | None = None
-    """Time for which a step is held [s]."""
+    kind: str  # ``steps``, or the recording's name without bench and number
+    hold: float | None = None  # Time for which a step is held [s]
 
     @property
     def label(self) -> str:

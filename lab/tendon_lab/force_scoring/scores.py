@@ -21,14 +21,10 @@ from tendon_train.actuator.prediction import ForcePrediction
 class Score:
     """Errors of a model on some recordings."""
 
-    rmse: float
-    """Root mean square error [N]."""
-    error_spread: float
-    """Standard deviation of the absolute error [N]: the paper's error bars."""
-    bias: float
-    """Mean of measured minus predicted [N]."""
-    rows: int
-    """Number of compared rows."""
+    rmse: float  # Root mean square error [N]
+    error_spread: float  # Standard deviation of the absolute error [N]: the paper's error bars
+    bias: float  # Mean of measured minus predicted [N]
+    rows: int  # Number of compared rows
 
 
 def score(predictions: Sequence[ForcePrediction]) -> Score:
@@ -42,17 +38,13 @@ def score(predictions: Sequence[ForcePrediction]) -> Score:
     )
 
 
-STEP = 0.0125
-"""Between two instants at which forces are compared [s]: a row at 80 Hz."""
-REACH = 80
-"""Farthest that one force is shifted against the other, in steps: a second."""
+STEP = 0.0125  # Between two instants at which forces are compared [s]: a row at 80 Hz
+REACH = 80  # Farthest that one force is shifted against the other, in steps: a second
 CHANGE = 4
 """Half of the time over which a change is taken, in steps. A tenth of a second in all are two
 readings of a load cell of 20 Hz, between which the log has a line."""
-BLOCK = 80
-"""Steps that are drawn together: errors of a force last for about a second."""
-DRAWS = 200
-"""Draws of a bootstrap; its standard deviation is then right to 5 %."""
+BLOCK = 80  # Steps that are drawn together: errors of a force last for about a second
+DRAWS = 200  # Draws of a bootstrap; its standard deviation is then right to 5 %
 LEAST_MOTION = 0.1
 """Standard deviation of a force, or of its change, below which a lag means nothing [N]."""
 
@@ -61,20 +53,16 @@ LEAST_MOTION = 0.1
 class Lag:
     """Delay of a prediction behind the measurement."""
 
-    shift: float
-    """[s]; negative where the prediction runs ahead."""
-    error: float
-    """Standard error, from drawing whole seconds of the recordings anew [s]."""
+    shift: float  # [s]; negative where the prediction runs ahead
+    error: float  # Standard error, from drawing whole seconds of the recordings anew [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moments:
     """Sums over each block of two signals, for every shift; S = 2 REACH + 1."""
 
-    product: Array
-    """Measured times shifted predicted [N^2], shape (B, S)."""
-    power: Array
-    """Square of the shifted predicted [N^2], shape (B, S)."""
+    product: Array  # Measured times shifted predicted [N^2], shape (B, S)
+    power: Array  # Square of the shifted predicted [N^2], shape (B, S)
 
 
 def lag(predictions: Sequence[ForcePrediction], *, of_changes: bool) -> Lag | None:

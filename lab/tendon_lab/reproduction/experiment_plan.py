@@ -29,8 +29,7 @@ WIDE_LOOP = HostPositionLoop(position_range=(-1.5, 2.0 * pi))
 class TipSine(PlannedRun):
     """The sinusoid of the sim-to-real experiment, amplitude pi/2 at 0.5 Hz, about any centre."""
 
-    centre: float
-    """[rad]"""
+    centre: float  # [rad]
 
     def command(self, seed: int, rate: float) -> Array:
         """Return the command [rad] at every row, shape (T,); nothing is drawn."""

@@ -12,33 +12,23 @@ import numpy as np
 class Row:
     """One number of the paper and ours beside it."""
 
-    experiment: str
-    """Name of the experiment."""
-    measure: str
-    """Measured quantity, and the model."""
+    experiment: str  # Name of the experiment
+    measure: str  # Measured quantity, and the model
     unit: str
-    paper: float | None
-    """The paper's value; None where it has none."""
-    ours: float
-    """Median over benches or seeds."""
-    low: float
-    """Least of them."""
-    high: float
-    """Greatest of them."""
-    count: int
-    """Number of benches, seeds or experiments."""
-    over: str
-    """Kind of the spread: over benches, seeds or experiments."""
-    differs: str = ""
-    """Differences from the paper, besides the bench."""
+    paper: float | None  # The paper's value; None where it has none
+    ours: float  # Median over benches or seeds
+    low: float  # Least of them
+    high: float  # Greatest of them
+    count: int  # Number of benches, seeds or experiments
+    over: str  # Kind of the spread: over benches, seeds or experiments
+    differs: str = ""  # Differences from the paper, besides the bench
 
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
     """A picture and what stands below it."""
 
-    file: str
-    """Name inside the folder of figures."""
+    file: str  # Name inside the folder of figures
     caption: str
 
 
@@ -50,8 +40,7 @@ class Outcome:
     numbers: Mapping[str, Any] = field(default_factory=dict)
     """Further numbers of the JSON file, in SI units unless a key says otherwise."""
     figures: tuple[Figure, ...] = ()
-    text: str = ""
-    """Tables and sentences in Markdown."""
+    text: str = ""  # Tables and sentences in Markdown
 
 
 def row(

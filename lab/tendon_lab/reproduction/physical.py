@@ -15,8 +15,7 @@ from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorl
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.study import Study
 
-SPOOL_RADIUS = 0.0125
-"""[m], of the paper."""
+SPOOL_RADIUS = 0.0125  # [m], of the paper
 DATA_SHEET = {
     "duty_per_rad": 0.10,
     "max_duty": 0.90,
@@ -28,8 +27,7 @@ DATA_SHEET = {
 }
 """What is known of the paper's servo before anything is measured: the position loop of its host,
 and the row of 9.0 V in the e-manual of the XC330-T288-T. The rotor's inertia is a guess."""
-UNKNOWN = ("torque_constant", "resistance")
-"""Numbers of it that every fit may change."""
+UNKNOWN = ("torque_constant", "resistance")  # Numbers of it that every fit may change
 
 
 def starting_model() -> Model:

@@ -54,8 +54,7 @@ MODELS: dict[str, str] = {
 }
 """Models that are compared: name of their file, and in words."""
 IDEALS = ("ideal", "ideal_refitted")
-BEST = ("network", "physical", "hybrid")
-"""Those that must win against the better ideal source."""
+BEST = ("network", "physical", "hybrid")  # Those that must win against the better ideal source
 
 Work = Callable[[Any, Any], Any]
 """(reproduction, item) -> what JSON can hold; a module's function, so that a process finds it."""
@@ -74,14 +73,10 @@ class Reproduction:
     """Settings, folders and results that every stage is given."""
 
     settings: ReproductionSettings
-    out: Path
-    """Folder for everything."""
-    bench: ReproductionBench | None = None
-    """Makes the recordings; none where they are given."""
-    folders: tuple[Path, ...] = ()
-    """Recordings of benches that are given, one folder each."""
-    policies: tuple[Path, ...] = ()
-    """Policies that are given."""
+    out: Path  # Folder for everything
+    bench: ReproductionBench | None = None  # Makes the recordings; none where they are given
+    folders: tuple[Path, ...] = ()  # Recordings of benches that are given, one folder each
+    policies: tuple[Path, ...] = ()  # Policies that are given
     causes: Path | None = None
     """Model file whose causes are fitted to every bench, in place of a diagnosis."""
     tell: Callable[[str], None] = field(default=silent)

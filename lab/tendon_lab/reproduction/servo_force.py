@@ -16,8 +16,7 @@ MOST_LOAD_FRICTION = 0.8
 """Greatest load friction of a servo's law [1]: with more it would not be driven backwards."""
 SLACK = 0.1
 """Tension below which a tendon may be slack [N]: nothing is missing where none is asked for."""
-SLIDING = 0.1
-"""Speed from which a shaft counts as turning [rad/s]: half a step of its register."""
+SLIDING = 0.1  # Speed from which a shaft counts as turning [rad/s]: half a step of its register
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,14 +30,10 @@ class MeasuredServo:
     a load cell sees, while friction in proportion to the load would take its part of the limit.
     """
 
-    stiffness: float
-    """P [N/rad]"""
-    damping: float
-    """D [N s/rad]"""
-    dry_friction: float
-    """c [N]"""
-    held_share: float
-    """eta [1]"""
+    stiffness: float  # P [N/rad]
+    damping: float  # D [N s/rad]
+    dry_friction: float  # c [N]
+    held_share: float  # eta [1]
 
     @staticmethod
     def of(law: ServoLaw) -> MeasuredServo:

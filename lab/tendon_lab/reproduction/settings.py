@@ -11,22 +11,14 @@ from tendon_train.actuator.training_config import Kind, Purpose, TrainingConfig
 class PolicyEffort:
     """How much goes into each policy, and where it is trained."""
 
-    worlds: int
-    """Fingers that learn side by side."""
-    iterations: int
-    """Rounds of PPO, 32 steps of every finger each."""
-    batch: int
-    """Steps that one update of the weights learns from."""
-    max_step: float
-    """Longest step of the simulation [s]."""
-    device: Literal["cpu", "cuda"]
-    """With several GPUs, each policy has the next one."""
-    discount: float = 0.95
-    """Worth of a reward one step earlier [1]."""
-    trace: float = 0.95
-    """Weight of later steps in an advantage, before the critic's part [1]."""
-    seeds: tuple[int, ...] = (0,)
-    """Trainings against each model."""
+    worlds: int  # Fingers that learn side by side.
+    iterations: int  # Rounds of PPO, 32 steps of every finger each.
+    batch: int  # Steps that one update of the weights learns from.
+    max_step: float  # Longest step of the simulation [s].
+    device: Literal["cpu", "cuda"]  # With several GPUs, each policy has the next one.
+    discount: float = 0.95  # Worth of a reward one step earlier [1].
+    trace: float = 0.95  # Weight of later steps in an advantage, before the critic's part [1].
+    seeds: tuple[int, ...] = (0,)  # Trainings against each model.
 
     @property
     def samples(self) -> int:
@@ -34,8 +26,7 @@ class PolicyEffort:
         return self.worlds * self.iterations * POLICY_STEPS
 
 
-POLICY_STEPS = 32
-"""Steps of every finger in a round."""
+POLICY_STEPS = 32  # Steps of every finger in a round.
 POLICIES: dict[str, PolicyEffort] = {
     "cuda": PolicyEffort(
         worlds=8192, iterations=100, batch=32768, max_step=5.0e-4, device="cuda", seeds=(0, 1, 2)
@@ -57,18 +48,13 @@ POLICIES: dict[str, PolicyEffort] = {
 class ReproductionSettings:
     """Everything that decides the numbers of a reproduction, besides the recordings."""
 
-    name: str
-    """``quick`` or ``full``; the tables are marked with it."""
-    units: tuple[int, ...]
-    """Benches; the first one is looked at most closely."""
-    seed: int = 0
-    """Seed of the recordings' draws and of the networks' starting weights."""
+    name: str  # ``quick`` or ``full``; the tables are marked with it.
+    units: tuple[int, ...]  # Benches; the first one is looked at most closely.
+    seed: int = 0  # Seed of the recordings' draws and of the networks' starting weights.
     runs_of_kind: int | None = None
     """Train recordings of each kind on the benches after the first; all of the plan if none."""
-    epochs: int = 30
-    """Epochs of each force network."""
-    windows_per_epoch: int = 32768
-    """Windows that an epoch draws."""
+    epochs: int = 30  # Epochs of each force network.
+    windows_per_epoch: int = 32768  # Windows that an epoch draws.
     kinds: tuple[Kind, ...] = ("transformer", "rnn", "mlp")
     """Force networks that are compared on the first bench; the first kind is used throughout."""
     diagnosis_seconds: float = 4.0
@@ -79,16 +65,13 @@ class ReproductionSettings:
     """Kinds of recordings that it sees: steps, sinusoids, ramps, in this order."""
     refit_seconds: float = 30.0
     """Length of each recording to which the numbers of the named causes are fitted [s]."""
-    refit_kinds: int = 3
-    """Kinds of those recordings."""
+    refit_kinds: int = 3  # Kinds of those recordings.
     diagnosis_passes: int = 2
     """Diagnoses at most, each going on from the model that the one before has extended."""
     diagnoses_each_unit: bool = False
     """Whether every bench is diagnosed, or the causes of the first are refitted on the others."""
-    time_step: float = 2.5e-4
-    """Longest step of the closed-loop simulations [s]."""
-    policies: PolicyEffort | None = None
-    """How policies are trained here; none are if none."""
+    time_step: float = 2.5e-4  # Longest step of the closed-loop simulations [s].
+    policies: PolicyEffort | None = None  # How policies are trained here; none are if none.
 
     def __post_init__(self) -> None:
         """Refuse what would leave nothing to compare."""

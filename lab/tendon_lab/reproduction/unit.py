@@ -24,10 +24,8 @@ BLOCKED = ("tape_roll", "hand", "perturbation")
 class Unit:
     """A bench's folder and what was recorded on it."""
 
-    name: str
-    """Name of the unit in tables."""
-    folder: Path
-    """Holds a dataset, or the folders `RECORDINGS` and `EXPERIMENTS`, each a dataset."""
+    name: str  # Name of the unit in tables
+    folder: Path  # Holds a dataset, or the folders `RECORDINGS` and `EXPERIMENTS`, each a dataset
 
     @cached_property
     def dataset(self) -> Dataset:

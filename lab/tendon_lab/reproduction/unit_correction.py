@@ -34,14 +34,10 @@ late, and that must not decide."""
 class Corrected:
     """A servo and a network, and what they are made of."""
 
-    model: Model
-    """Both, pulling the nominal mechanism."""
-    servo: MeasuredServo
-    """The servo without the network."""
-    share: float
-    """Share of the network's force that is added [1]."""
-    bound: float
-    """Most that is added [N]."""
+    model: Model  # Both, pulling the nominal mechanism
+    servo: MeasuredServo  # The servo without the network
+    share: float  # Share of the network's force that is added [1]
+    bound: float  # Most that is added [N]
 
 
 class CorrectedSource(nn.Module):

@@ -24,8 +24,7 @@ BENCH = "finger"
 class VirtualBenches:
     """Virtual benches, as fast as this computer runs them."""
 
-    operator: Operator
-    """Told how it goes."""
+    operator: Operator  # Told how it goes
 
     def record(self, unit: int, out: Path, *, seed: int, most: int | None) -> None:
         """Record the paper's plan and its further experiments on one unit.

@@ -21,14 +21,11 @@ class EvaluateForceConfig:
 
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings; its test recordings are used."""
-    networks: tuple[Path, ...]
-    """Network files that train-force wrote, or folders of them."""
-    out: Path
-    """Folder for the results; made if it is not there."""
+    networks: tuple[Path, ...]  # Network files that train-force wrote, or folders of them.
+    out: Path  # Folder for the results; made if it is not there.
     trust: bool = False
     """Trust these files from now on: a network file is a program and runs with your rights."""
-    plots: bool = True
-    """Whether to draw the figures."""
+    plots: bool = True  # Whether to draw the figures.
 
 
 def main(config: EvaluateForceConfig) -> None:

@@ -26,12 +26,9 @@ class ExamConfig:
     show them. A run that broke off goes on where it stopped.
     """
 
-    folder: Annotated[Path, tyro.conf.Positional]
-    """Datasets and their truths."""
-    out: Path
-    """Where the answers go."""
-    only: tuple[str, ...] = ()
-    """Names of datasets; all by default."""
+    folder: Annotated[Path, tyro.conf.Positional]  # Datasets and their truths.
+    out: Path  # Where the answers go.
+    only: tuple[str, ...] = ()  # Names of datasets; all by default.
     jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(
         default_factory=lambda: JobOptions(jobs=core_count())
     )

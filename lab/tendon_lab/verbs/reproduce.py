@@ -36,14 +36,12 @@ if TYPE_CHECKING:
 class ReproduceConfig:
     """What to reproduce, and where it goes."""
 
-    out: Path
-    """Folder for everything; made if it is not there."""
+    out: Path  # Folder for everything; made if it is not there.
     quick: bool = False
     """Fewer benches, short trainings and no policies of its own: minutes instead of hours."""
     only: tuple[str, ...] = ()
     """Stages to run, with those that they need; all of them unless given."""
-    seed: int = 0
-    """Seed of what the recordings draw and of the networks' starting weights."""
+    seed: int = 0  # Seed of what the recordings draw and of the networks' starting weights.
     units: tuple[int, ...] = ()
     """Units of the virtual bench; 0 to 4 if quick, else 0 to 9, unless given."""
     recordings: tuple[Path, ...] = ()

@@ -26,8 +26,7 @@ class ImpliedForces:
 
     dataset: Dataset
     """Dataset with the implied force in its train recordings, in place of a measured one [N]."""
-    lines: tuple[Line, ...]
-    """Line of each bench."""
+    lines: tuple[Line, ...]  # Line of each bench
 
 
 def imply_forces(dataset: Dataset, config: LineFit | None = None) -> ImpliedForces:

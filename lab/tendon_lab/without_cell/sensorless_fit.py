@@ -41,8 +41,7 @@ class LineFit:
 
     steps: int = 800
     seed: int = 0
-    threads: int = 1
-    """Threads of torch: the same number gives the same lines."""
+    threads: int = 1  # Threads of torch: the same number gives the same lines
 
 
 class Witness(nn.Module):

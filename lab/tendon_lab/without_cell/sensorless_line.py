@@ -21,8 +21,7 @@ from tendon_lab.without_cell.sensorless_motion import SensorlessMotion
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
-LINE_STIFFNESS = 1.0e4
-"""Stiffness of a braided line of some 0.2 m with its knots [N/m]."""
+LINE_STIFFNESS = 1.0e4  # Stiffness of a braided line of some 0.2 m with its knots [N/m]
 LINE_SPREAD = 0.5
 """Standard deviation of its logarithm [1], the same for all benches: lines differ by half."""
 KNOT_SPREAD = 0.15
@@ -31,10 +30,8 @@ SPRING_SPREAD = 0.03
 """Standard deviation of a bought spring's stiffness [1]: half of the usual 5 to 7 %."""
 SLACK = 3.2e-4
 """Slack of a tendon homed by hand [m]: mean of what is never negative and 0.4 mm as a rule."""
-SLACK_SPREAD = 2.4e-4
-"""Standard deviation of that slack [m]."""
-ARM_SPREAD = 0.03
-"""Standard deviation of a printed moment arm [1]: 0.2 mm in 8 mm."""
+SLACK_SPREAD = 2.4e-4  # Standard deviation of that slack [m]
+ARM_SPREAD = 0.03  # Standard deviation of a printed moment arm [1]: 0.2 mm in 8 mm
 CAMERA_SPREAD = 5.0e-4
 """Spread of a camera's offset [m], along x and along z, all along a bench's recordings."""
 GUIDE_FRICTION, GUIDE_SPREAD = 0.05, 0.03
@@ -50,12 +47,9 @@ class LinePrior:
     bench: str
     give: float
     """Give of a slider's spring at the line [m/N]; none on a finger, whose joints are seen."""
-    friction: float
-    """psi [1]"""
-    friction_spread: float
-    """Standard deviation of psi [1]."""
-    arms: tuple[float, ...] = ()
-    """Moment arms [m]; none on a slider."""
+    friction: float  # psi [1]
+    friction_spread: float  # Standard deviation of psi [1]
+    arms: tuple[float, ...] = ()  # Moment arms [m]; none on a slider
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,16 +57,11 @@ class Line:
     """Tendon of one bench, with the numbers that are to be found."""
 
     bench: str
-    stiffness: float
-    """kappa [N/m]"""
-    slack: float
-    """s [m]"""
-    friction: float
-    """psi [1]"""
-    arms: tuple[float, ...] = ()
-    """Moment arms [m]; none on a slider."""
-    camera: tuple[float, ...] = ()
-    """Offset of the camera in x and z [m]; none on a slider."""
+    stiffness: float  # kappa [N/m]
+    slack: float  # s [m]
+    friction: float  # psi [1]
+    arms: tuple[float, ...] = ()  # Moment arms [m]; none on a slider
+    camera: tuple[float, ...] = ()  # Offset of the camera in x and z [m]; none on a slider
 
     def tension(self, motion: SensorlessMotion) -> Array:
         """Return the tension that a motion implies [N], shape (T,); a line never pushes."""

@@ -23,16 +23,12 @@ sides."""
 class SensorlessMotion:
     """Motion of one recording, without its force."""
 
-    recording: Recording
-    """Has no ``force``."""
-    mechanism: Mechanism
-    """Mechanism of the bench, with the recording's own numbers."""
-    wound: Array
-    """Line on the spool [m], shape (T,)."""
+    recording: Recording  # Has no ``force``
+    mechanism: Mechanism  # Mechanism of the bench, with the recording's own numbers
+    wound: Array  # Line on the spool [m], shape (T,)
     joints: Array
     """Joint angles that the tip tells [rad], shape (T, J); J = 0 where only the spool is seen."""
-    direction: Array
-    """From -1, paid out, to 1, wound in [1], shape (T,)."""
+    direction: Array  # From -1, paid out, to 1, wound in [1], shape (T,)
 
     def joints_seen_by(self, camera: Sequence[float]) -> Array:
         """Return the joint angles if the tip is seen off its place by x and z [m], shape (T, J)."""

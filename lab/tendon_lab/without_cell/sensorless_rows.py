@@ -20,12 +20,9 @@ from tendon_train.actuator.samples.windows import WindowShape, window_rows
 SHAPE = WindowShape(window=3, rate=20.0, pad_start=False)
 """What is seen of the servo: now, and one and two ticks of its loop ago. Its force answers to its
 command within these; 0.1 s is too short to tell a stiff bench from a soft one."""
-TIP_STEP = 1.0e-5
-"""Step of a tip by which its joints' derivatives are taken [m]."""
-STEEPEST = 200.0
-"""Largest such derivative that is used [rad/m]: a straight finger's is infinite."""
-SPACING = 0.075
-"""Between two rows that are used [s]; nearer ones say the same."""
+TIP_STEP = 1.0e-5  # Step of a tip by which its joints' derivatives are taken [m]
+STEEPEST = 200.0  # Largest such derivative that is used [rad/m]: a straight finger's is infinite
+SPACING = 0.075  # Between two rows that are used [s]; nearer ones say the same
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,20 +32,14 @@ class SlidingRows:
     servo: Tensor
     """theta_d - theta and theta_dot of the last instants, and which way it turns, in standard
     deviations, shape (N, 7)."""
-    unwinds: Tensor
-    """1 where the tendon drives the servo back, else 0, shape (N,)."""
-    wound: Tensor
-    """Line on the spool [m], shape (N,)."""
-    direction: Tensor
-    """From -1, paid out, to 1, wound in [1], shape (N,)."""
-    joints: Tensor
-    """Joint angles [rad], shape (N, J); zeros for missing joints."""
+    unwinds: Tensor  # 1 where the tendon drives the servo back, else 0, shape (N,)
+    wound: Tensor  # Line on the spool [m], shape (N,)
+    direction: Tensor  # From -1, paid out, to 1, wound in [1], shape (N,)
+    joints: Tensor  # Joint angles [rad], shape (N, J); zeros for missing joints
     joints_by_tip: Tensor
     """Derivatives of the joint angles by x and z of the seen tip [rad/m], shape (N, J, 2)."""
-    bench: Tensor
-    """Number of each row's bench, shape (N,)."""
-    weight: Tensor
-    """One over the number of rows of the same recording [1], shape (N,)."""
+    bench: Tensor  # Number of each row's bench, shape (N,)
+    weight: Tensor  # One over the number of rows of the same recording [1], shape (N,)
 
 
 def sliding_rows(motions: Sequence[SensorlessMotion], benches: Sequence[str]) -> SlidingRows:

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from tendon_hardware.load_cells.calibration import LoadCellCalibration
     from tendon_hardware.load_cells.load_cell_type import LoadCell
 
-EXIT_DRIFT = 1
-"""Exit code where zero has moved further than a recording should bear."""
+EXIT_DRIFT = 1  # Exit code where zero has moved further than a recording should bear.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,25 +38,19 @@ class Calibrate:
     """Serial port of the load cell, or gpio:DATA,CLOCK for one on the Pi's own pins."""
     port: str | None = None
     """virtual[:BENCH[:SEED]] for a bench that is not there; its masses are hung by a program."""
-    faster_than_real_time: bool = False
-    """Let a virtual bench run as fast as it can."""
+    faster_than_real_time: bool = False  # Let a virtual bench run as fast as it can.
     masses: str = ""
     """Known masses in kg, three or more, as in 0.2,0.5,1,2; the greatest should pull about as hard
     as the servo will, 21 N."""
-    out: Path = Path("calibration.toml")
-    """File to write."""
+    out: Path = Path("calibration.toml")  # File to write.
     retare: Path | None = None
     """Measure zero only, and say how far it has moved since this calibration was made."""
-    cell: str = "load_cell"
-    """Your name for this cell, as on its label."""
-    gain: int = 128
-    """Gain of the converter: 128, 64 or 32."""
+    cell: str = "load_cell"  # Your name for this cell, as on its label.
+    gain: int = 128  # Gain of the converter: 128, 64 or 32.
     gravity: float = 9.80665
     """Gravity where you are, m/s^2: 9.780 at the equator, 9.832 at the poles."""
-    tare_s: float = 5.0
-    """Length of a measurement without load."""
-    hold_s: float = 3.0
-    """Length of a measurement with a mass."""
+    tare_s: float = 5.0  # Length of a measurement without load.
+    hold_s: float = 3.0  # Length of a measurement with a mass.
 
 
 class Console:

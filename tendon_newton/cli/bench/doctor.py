@@ -30,8 +30,7 @@ from tendon_newton.errors import InvalidParameter
 if TYPE_CHECKING:
     from tendon_hardware.doctor import Observation
 
-EXIT_FIX = 1
-"""Exit code where something must be mended."""
+EXIT_FIX = 1  # Exit code where something must be mended.
 COLOURS = {"good": 32, "note": 33, "fix": 31}
 """Green, yellow and red, by ANSI's numbers; the words stand there too."""
 
@@ -50,18 +49,15 @@ class Doctor:
     where nobody says so."""
     calibration: Path | None = None
     """For a dataset: the arm's calibration file, which says what 100 percent are."""
-    port: str | None = None
-    """Serial port of the servo's adapter, or virtual[:BENCH[:SEED]]."""
+    port: str | None = None  # Serial port of the servo's adapter, or virtual[:BENCH[:SEED]].
     load_cell_port: str | None = None
     """Serial port of the load cell; a virtual bench brings its own."""
-    servo: str = "xc330_t288_t"
-    """Servo of a virtual bench; a real one says itself what it is."""
+    servo: str = "xc330_t288_t"  # Servo of a virtual bench; a real one says itself what it is.
     set_baud: int | None = None
     """Set the rate of the only servo on the port, which comes with 57600 from the factory."""
     set_id: int | None = None
     """Set the ID of the only servo on the port: 1 from the factory, and its own on a shared bus."""
-    reboot: bool = False
-    """Restart the servos on the port first, which clears their alerts."""
+    reboot: bool = False  # Restart the servos on the port first, which clears their alerts.
 
 
 def main(config: Doctor) -> None:

@@ -17,8 +17,7 @@ class VirtualBenchConfig:
     bench: Literal["finger", "spring_weak", "spring_strong", "finger_antagonist"] = "finger"
     """Mechanism that the tendon pulls; the antagonistic finger has two tendons, with a servo
     each."""
-    seed: int = 0
-    """Number of the unit: servos, tendons and fingers differ from unit to unit."""
+    seed: int = 0  # Number of the unit: servos, tendons and fingers differ from unit to unit.
     obstacle: Literal["free", "tape_roll", "hand", "hand_perturbation"] = "free"
     """Obstacle in the mechanism's way."""
     load_cell_rate: Literal[80, 20, 10] = 80
@@ -28,8 +27,7 @@ class VirtualBenchConfig:
     worn: str = "new"
     """Wear of the unit: friction, its gear has run dry; spool, its spool has slipped; planted,
     three wrong things that its seed draws; or one alone by its effect, such as tendon_slack."""
-    plant_file: Path | None = None
-    """Also write every constant of the unit here, as TOML."""
+    plant_file: Path | None = None  # Also write every constant of the unit here, as TOML.
 
 
 def main(config: VirtualBenchConfig) -> None:

@@ -54,8 +54,7 @@ class DiagnoseConfig:
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings, or with such a folder for each joint of an arm;
     test recordings only report the error."""
-    out: Path
-    """Folder for the results; made if it is not there."""
+    out: Path  # Folder for the results; made if it is not there.
     model: Path | None = None
     """Model file to start from; by default model.toml beside the recordings."""
     against: Path | None = None
@@ -71,8 +70,7 @@ class DiagnoseConfig:
     test recordings, such as one long log of a deployment."""
     budget: str | None = None
     """Time that all of it may take, about: 90s, 5min, 1h. What is found by then is reported."""
-    jobs: int | None = None
-    """Cores to simulate on; all of them by default."""
+    jobs: int | None = None  # Cores to simulate on; all of them by default.
     json: bool = False
     """Print diagnosis.json and nothing else, for a folder of joints one object with that of each
     under joints, and arm.json under arm; progress goes to the error stream."""

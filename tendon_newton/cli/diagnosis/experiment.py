@@ -25,21 +25,17 @@ if TYPE_CHECKING:
 class ExperimentConfig:
     """Which diagnosis, which benches, and how long."""
 
-    diagnosis: Annotated[Path, tyro.conf.Positional]
-    """Folder that the verb diagnose wrote."""
-    out: Path
-    """Command file to write, ending in .csv; its folder is made if it is not there."""
+    diagnosis: Annotated[Path, tyro.conf.Positional]  # Folder that the verb diagnose wrote.
+    out: Path  # Command file to write, ending in .csv; its folder is made if it is not there.
     benches: tuple[str, ...] = ()
     """Benches that you have; by default those of the data, and for a tendon all of the assets."""
     task: Path | None = None
     """Recording, or CSV file with t and theta_d, whose motion a model shall predict. By default
     steps to random angles on the first bench."""
-    duration: float = 12.0
-    """Length of the run [s]."""
+    duration: float = 12.0  # Length of the run [s].
     force_limit: float = 24.0
     """Tension that the run may not reach in simulation [N]; a torque where a shaft is turned."""
-    seed: int = 0
-    """Seed of all draws."""
+    seed: int = 0  # Seed of all draws.
 
 
 def main(config: ExperimentConfig) -> None:

@@ -22,8 +22,7 @@ import tyro
 if TYPE_CHECKING:
     from tendon_newton.diagnosis.accounts.account_file import Accounts
 
-WIDTH = 100
-"""Letters in a line of sentences."""
+WIDTH = 100  # Letters in a line of sentences.
 
 
 @dataclass(frozen=True, kw_only=True)

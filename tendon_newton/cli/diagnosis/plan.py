@@ -25,23 +25,17 @@ if TYPE_CHECKING:
 class PlanConfig:
     """Which model, which benches, how long."""
 
-    model: Annotated[Path, tyro.conf.Positional]
-    """Model file with the effects that are suspected."""
-    out: Path
-    """Folder for the commands; made if it is not there."""
-    benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")
-    """Benches that you have."""
+    model: Annotated[Path, tyro.conf.Positional]  # Model file with the effects that are suspected.
+    out: Path  # Folder for the commands; made if it is not there.
+    benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")  # Benches that you have.
     task: Path | None = None
     """Recording, or CSV file with t and theta_d, whose motion a model shall predict. By default
     steps to random angles on the first bench."""
-    budget: str = "1min"
-    """Time that all runs together may take: 90s, 3min."""
-    run_length: float = 12.0
-    """Length of a run [s]."""
+    budget: str = "1min"  # Time that all runs together may take: 90s, 3min.
+    run_length: float = 12.0  # Length of a run [s].
     force_limit: float = 24.0
     """Tension that no run may reach in simulation [N]; a torque where a shaft is turned [N m]."""
-    seed: int = 0
-    """Seed of all draws."""
+    seed: int = 0  # Seed of all draws.
 
 
 def main(config: PlanConfig) -> None:

@@ -32,8 +32,7 @@ class FitTendonConfig:
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and recordings of a finger with force, tip_x and tip_z; others are
     left out. Test recordings only report the error."""
-    out: Path
-    """Folder for the results; made if it is not there."""
+    out: Path  # Folder for the results; made if it is not there.
     force: str = "ideal"
     """Force model: ideal, a model file (.toml), or a force network (.safetensors)."""
 

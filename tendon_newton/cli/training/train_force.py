@@ -33,10 +33,8 @@ if TYPE_CHECKING:
 class TrainForceConfig:
     """Train a force network on recordings of a bench with a load cell."""
 
-    dataset: Annotated[Path, tyro.conf.Positional]
-    """Folder with dataset.toml and its recordings."""
-    out: Path
-    """Folder for the files; made if it is not there."""
+    dataset: Annotated[Path, tyro.conf.Positional]  # Folder with dataset.toml and its recordings.
+    out: Path  # Folder for the files; made if it is not there.
     training: tyro.conf.OmitArgPrefixes[TrainingConfig] = field(default_factory=TrainingConfig)
     """Settings that decide the training."""
 

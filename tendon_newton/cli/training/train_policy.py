@@ -37,8 +37,7 @@ from tendon_train.policy.config.policy_training_config import PolicyTrainingConf
 if TYPE_CHECKING:
     from tendon_train.policy.runs.forecast import Forecast
 
-LONG = 1800.0
-"""Time from which on a shorter training is proposed [s]."""
+LONG = 1800.0  # Time from which on a shorter training is proposed [s].
 TRY = "--worlds 256 --steps 32 --epochs 4 --learning-rate 1e-3"
 
 
@@ -46,8 +45,7 @@ TRY = "--worlds 256 --steps 32 --epochs 4 --learning-rate 1e-3"
 class TrainPolicyConfig:
     """Train a policy for a finger by reinforcement learning in simulation."""
 
-    out: Path
-    """Folder for the files; made if it is not there."""
+    out: Path  # Folder for the files; made if it is not there.
     trust: bool = False
     """Trust the force network from now on: its file is a program and runs with your rights."""
     training: tyro.conf.OmitArgPrefixes[PolicyTrainingConfig] = field(

@@ -52,8 +52,7 @@ HISTORY = 30  # Samples in an observation, as the paper has them
 RATE = 20.0  # Policy steps per second [Hz]
 SERVO_RATE = 80.0  # Readings of the servo per second [Hz]
 
-COMMAND_SPEED = 80.0
-"""Greatest change of the command [rad/s]: four radians in a policy step."""
+COMMAND_SPEED = 80.0  # Greatest change of the command [rad/s]: four radians in a policy step
 Values = TypeVar("Values", bound=Any)  # NumPy arrays and torch tensors alike
 
 

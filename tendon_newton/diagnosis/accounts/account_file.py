@@ -26,29 +26,19 @@ class Account:
     """What a diagnosis says of one cause that it tried."""
 
     name: str
-    share: float
-    """Share of the squared error above the noise that it explains alone [1]."""
-    values: Mapping[str, float]
-    """Numbers of that fit."""
+    share: float  # Share of the squared error above the noise that it explains alone [1]
+    values: Mapping[str, float]  # Numbers of that fit
     named: bool
-    rival_of: tuple[str, ...]
-    """Named causes from which the data cannot tell it."""
-    rivals: tuple[str, ...]
-    """Causes from which the data cannot tell it, where it is named."""
-    experiment: str | None
-    """What to record to tell them apart."""
-    at_bound: tuple[str, ...]
-    """Numbers that ended at the edge of their ranges."""
-    criteria: tuple[Criterion, ...]
-    """What it had to pass, in order."""
-    probability: float | None
-    """Share of draws of blocks of time in which it passes again [1]."""
+    rival_of: tuple[str, ...]  # Named causes from which the data cannot tell it
+    rivals: tuple[str, ...]  # Causes from which the data cannot tell it, where it is named
+    experiment: str | None  # What to record to tell them apart
+    at_bound: tuple[str, ...]  # Numbers that ended at the edge of their ranges
+    criteria: tuple[Criterion, ...]  # What it had to pass, in order
+    probability: float | None  # Share of draws of blocks of time in which it passes again [1]
     acts_in: tuple[str, ...] | None
     """Recordings in which it changes more than is left over anyway; None where unknown."""
-    looked_at: int
-    """Recordings in which that was looked at."""
-    scale: BenchScale
-    """Size of the benches: on a shaft forces are torques."""
+    looked_at: int  # Recordings in which that was looked at
+    scale: BenchScale  # Size of the benches: on a shaft forces are torques
 
     @property
     def failed(self) -> tuple[Criterion, ...]:
@@ -63,10 +53,8 @@ class Accounts:
     stated: StatedDiagnosis
     causes: tuple[Account, ...]
     """Every cause that was tried, the named ones first, then by what each explains alone."""
-    has_force: bool
-    """Whether any recording has a force."""
-    servos: int
-    """Servos of every recording."""
+    has_force: bool  # Whether any recording has a force
+    servos: int  # Servos of every recording
 
     def find(self, name: str) -> Account | None:
         """Return the account of one cause; None where it was not tried."""

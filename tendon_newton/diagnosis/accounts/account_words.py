@@ -26,8 +26,7 @@ from tendon_newton.diagnosis.search.decide.account import (
 )
 from tendon_newton.effects import EFFECTS, law_of
 
-MANY = 3
-"""Recordings that are told by name."""
+MANY = 3  # Recordings that are told by name
 
 
 def sentences(cause: Account) -> list[str]:

@@ -18,10 +18,8 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, TendonNewtonError
 from tendon_newton.identification.study import Study
 
-CLOSE = 3
-"""Single causes that are told where no set was found."""
-WORTH_SAYING = 0.1
-"""Share of the gap from which a cause came close [1]."""
+CLOSE = 3  # Single causes that are told where no set was found
+WORTH_SAYING = 0.1  # Share of the gap from which a cause came close [1]
 GO_ON = "Let the search come to its end: run it again, with more --budget or without Ctrl-C."
 """What to do first after a search that was ended early."""
 RECORD: dict[str, str] = {

@@ -17,16 +17,12 @@ from tendon_newton.identification.study import Residual, Study, replacements
 
 APART = 5.0
 """A recording whose error is so many times the median one of the others stands apart [1]."""
-BETTER = 3.0
-"""Another bench fits a recording if it makes its error so many times smaller [1]."""
+BETTER = 3.0  # Another bench fits a recording if it makes its error so many times smaller [1]
 FEW_ROWS, NEARLY_ALL = 0.1, 0.9
 """An error comes at times if so few rows have so much of its square [1]."""
-LEAST_RECORDINGS = 3
-"""Fewer have no majority."""
-ALIKE = 1.0e-6
-"""Commands that differ by less are the same [rad]."""
-CONTRADICTS = 10.0
-"""Noise floors by which equal runs differ that contradict each other [1]."""
+LEAST_RECORDINGS = 3  # Fewer have no majority
+ALIKE = 1.0e-6  # Commands that differ by less are the same [rad]
+CONTRADICTS = 10.0  # Noise floors by which equal runs differ that contradict each other [1]
 UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     "theta": (
         (57.3, "degrees in place of rad"),
@@ -42,10 +38,8 @@ UNITS: dict[str, tuple[tuple[float, str], ...]] = {
     ),
 }
 """Signal -> measured over true value, and what was then taken for what."""
-NEAR_UNIT = 0.15
-"""How near a ratio must be to one of a unit, as a share of it [1]."""
-FOLLOWS = 0.9
-"""Correlation of measured and simulated from which their ratio means a unit [1]."""
+NEAR_UNIT = 0.15  # How near a ratio must be to one of a unit, as a share of it [1]
+FOLLOWS = 0.9  # Correlation of measured and simulated from which their ratio means a unit [1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +47,7 @@ class Suspect:
     """Something about the data that no cause should be made of."""
 
     recording: str
-    text: str
-    """What was seen and what follows, in sentences."""
+    text: str  # What was seen and what follows, in sentences
 
 
 def plainly_wrong(study: Study) -> tuple[Suspect, ...]:

@@ -21,17 +21,14 @@ from tendon_newton.identification.study import Study, replacements
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
-SIDE = 2.0
-"""Time either side of a step, at least [s]: twice a knock, and more."""
-PULSE = 1.0
-"""Greatest length of a knock [s]."""
+SIDE = 2.0  # Time either side of a step, at least [s]: twice a knock, and more
+PULSE = 1.0  # Greatest length of a knock [s]
 WIDTHS = (0.3, 1.0, 3.0)
 """Changes of tension in which a friction turns round [N], on a nominal bench."""
 MEMORY = 2.0
 """Time for which springs remember a tension, and a run its beginning [s]: 0.7 to 1.2 s and more on
 virtual benches, a choice."""
-JERK = 2
-"""Rows in which a string slips or a knock sets in: a knock takes 20 ms."""
+JERK = 2  # Rows in which a string slips or a knock sets in: a knock takes 20 ms
 LINE = ("routing_friction", "tendon_compliance", "tendon_slack")
 """Effects of the string between load cell and mechanism."""
 BEYOND = 2.0
@@ -47,24 +44,15 @@ class Balance:
     Rows begin when a change of tension has told which way friction points.
     """
 
-    name: str
-    """Of the recording, with the servo where there are several."""
-    source: tuple[int, int]
-    """Which of all recordings it is, and which servo."""
-    time: Array
-    """Since the recording's first row [s], shape (T,)."""
-    angle: Array
-    """Of the motor [rad], shape (T,)."""
-    offset: Array
-    """Angle of the motor beyond what its tension leaves it [rad], shape (T,)."""
-    tension: Array
-    """At the load cell [N], shape (T,)."""
-    turns: Array
-    """Changes of the command's pace around each row [rad], shape (T,)."""
-    radius: float
-    """Of the spool, as it is stated [m]; one on a shaft."""
-    stretch: float
-    """Angle by which the model's string gives [rad/N]."""
+    name: str  # Of the recording, with the servo where there are several
+    source: tuple[int, int]  # Which of all recordings it is, and which servo
+    time: Array  # Since the recording's first row [s], shape (T,)
+    angle: Array  # Of the motor [rad], shape (T,)
+    offset: Array  # Angle of the motor beyond what its tension leaves it [rad], shape (T,)
+    tension: Array  # At the load cell [N], shape (T,)
+    turns: Array  # Changes of the command's pace around each row [rad], shape (T,)
+    radius: float  # Of the spool, as it is stated [m]; one on a shaft
+    stretch: float  # Angle by which the model's string gives [rad/N]
     follows: Array
     """What a model's error on a mechanism follows: the tension, which way frictions point, and what
     is remembered, shape (T, P)."""

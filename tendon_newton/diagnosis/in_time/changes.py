@@ -53,36 +53,26 @@ change not quite leaves something for others."""
 MENDED = 0.95
 """Probability from which a mend has moved its number: several that were mended may make up for each
 other within their intervals, and yet none can have stayed."""
-STEPS = 8
-"""Steps of a refit at most; a bound on time, as is the next."""
-PROMISING = 6
-"""Numbers that are tried beside those that moved, of those that promise most."""
-Moved = frozenset[str]
-"""Causes whose numbers moved."""
+STEPS = 8  # Steps of a refit at most; a bound on time, as is the next
+PROMISING = 6  # Numbers that are tried beside those that moved, of those that promise most
+Moved = frozenset[str]  # Causes whose numbers moved
 
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
     """One number on both days."""
 
-    cause: str
-    """Effect, and the servo that it is of where there are several."""
+    cause: str  # Effect, and the servo that it is of where there are several
     name: str
     unit: str
-    before: float
-    """Value on the first day [unit]."""
-    value: float
-    """Value on the second day [unit]."""
+    before: float  # Value on the first day [unit]
+    value: float  # Value on the second day [unit]
     ci95: tuple[float, float]
     """95 % interval of the second value, that of the first day taken for granted [unit]."""
-    moved: bool
-    """Whether the recordings are worth a change."""
-    probability: float
-    """Probability that it moved [1]."""
-    rivals: tuple[str, ...] = ()
-    """Causes whose change in place of this one would do as well."""
-    mended: bool = False
-    """Whether somebody says that it was mended in between."""
+    moved: bool  # Whether the recordings are worth a change
+    probability: float  # Probability that it moved [1]
+    rivals: tuple[str, ...] = ()  # Causes whose change in place of this one would do as well
+    mended: bool = False  # Whether somebody says that it was mended in between
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,16 +81,11 @@ class Changes:
 
     numbers: tuple[Change, ...]
     """Numbers that moved, the greatest gain first, and those that did not."""
-    before: Errors
-    """Error of the first day's model on recordings of the second day."""
-    after: Errors
-    """Error of the second day's model on them."""
-    usual: Errors | None
-    """Error of the first day's model on that day; None where nobody knows."""
-    model: Model
-    """Model of the second day."""
-    events: tuple[Event, ...] = ()
-    """What happened within recordings of the second day."""
+    before: Errors  # Error of the first day's model on recordings of the second day
+    after: Errors  # Error of the second day's model on them
+    usual: Errors | None  # Error of the first day's model on that day; None where nobody knows
+    model: Model  # Model of the second day
+    events: tuple[Event, ...] = ()  # What happened within recordings of the second day
 
     @property
     def moved(self) -> tuple[Change, ...]:
@@ -112,14 +97,12 @@ class Changes:
 class EarlierDay:
     """What is known of a bench before the days that are held against it."""
 
-    model: Model
-    """Model of that day, with what it lacked there."""
+    model: Model  # Model of that day, with what it lacked there
     worlds: SearchWorlds | None = None
     """Recordings of that day; None where a diagnosis is all that is left of them."""
     estimates: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
     """Numbers that the diagnosis gives with their intervals, by owner and name."""
-    usual: Errors | None = None
-    """Error of the model on that day; None where nobody knows."""
+    usual: Errors | None = None  # Error of the model on that day; None where nobody knows
 
     def estimate(self, owner: str, name: str) -> Estimate | None:
         """Return what the diagnosis gives: what it says of all servos, it says of each."""
@@ -245,8 +228,7 @@ class Days:
         self.first, self.model = earlier.worlds, earlier.model
         self.study = second.study
         self.floors = floors_of(second, ())
-        self.names = walking(self.study, walks)
-        """Causes whose numbers may have moved."""
+        self.names = walking(self.study, walks)  # Causes whose numbers may have moved
         self.mended = frozenset(n for name in mended for n in meant(name, self.names))
         known = [
             *self.study.fit_columns(self.model),

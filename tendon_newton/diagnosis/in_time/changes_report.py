@@ -24,8 +24,7 @@ TEMPLATE = "changes.html.jinja"
 STRANGE = 3.0
 """Errors of the last day's model, in those of the first day's on its own day, from which something
 else is the matter [1]: another command plan makes one and a half."""
-SIZE = (3.6, 1.9)
-"""Width and height of the picture of a number's course [inch]."""
+SIZE = (3.6, 1.9)  # Width and height of the picture of a number's course [inch]
 DayByDay = Mapping[str, Changes]
 """Name of a day -> what changed until then, in the order of the days."""
 

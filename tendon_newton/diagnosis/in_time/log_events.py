@@ -48,18 +48,14 @@ LASTS = 5.0
 """How many times larger the step of a slip must be than a calm day's as a rule [1]: else what
 jerked the tension was a knock. On six virtual units slips have 6 and more, and all
 but one knock below 5."""
-ONSET = 0.1
-"""Share of a pulse's peak from which it is there [1]."""
-AROUND = 7
-"""Rows whose median pace is that of the angle."""
+ONSET = 0.1  # Share of a pulse's peak from which it is there [1]
+AROUND = 7  # Rows whose median pace is that of the angle
 LEAST_JUMP = 4.0
 """How many times larger a skip must be than any jump on that day [1]: those are the encoder's."""
 SETTLED = 0.05
 """Time after which a mechanism has followed a knock, and for which its force is read off [s]."""
-EMPTY = 0.1
-"""Tension of a string that is empty [N]: some times the noise of a load cell."""
-STOP = 0.2
-"""Share of its usual give with which a mechanism stands at a stop [1]."""
+EMPTY = 0.1  # Tension of a string that is empty [N]: some times the noise of a load cell
+STOP = 0.2  # Share of its usual give with which a mechanism stands at a stop [1]
 LEAST_DIP = 0.03
 """Share of the supply that counts as missing on any day [1]: a register has tenths of a volt."""
 LEAST_CALM = 2
@@ -70,19 +66,15 @@ LEAST_CALM = 2
 class Event:
     """Something that happened within a recording."""
 
-    recording: str
-    """Its name, with the servo where there are several."""
+    recording: str  # Its name, with the servo where there are several
     kind: Kind
-    start: float
-    """Since the recording's first row [s]."""
-    end: float | None
-    """The same of its end; None where it stays."""
+    start: float  # Since the recording's first row [s]
+    end: float | None  # The same of its end; None where it stays
     size: float
     """Slack that came [m], jump of the angle [rad], force along the tendon (positive where it
     closes the mechanism) [N], or share of the supply that was lost [1]."""
     unit: str
-    above: float
-    """Size, in units of the greatest on the day that the model knows [1]."""
+    above: float  # Size, in units of the greatest on the day that the model knows [1]
     at_least: bool = False
     """Whether it may be larger: more would have left the string as empty, the stop as firm."""
 
@@ -91,10 +83,8 @@ class Event:
 class Usual:
     """Greatest size of something where nothing happened, by how the command's pace changes."""
 
-    turns: Array
-    """Changes of the pace [rad], rising, shape (N,)."""
-    most: Array
-    """Greatest size up to that change, shape (N,)."""
+    turns: Array  # Changes of the pace [rad], rising, shape (N,)
+    most: Array  # Greatest size up to that change, shape (N,)
 
     def shares(self, sizes: Array, turns: Array) -> Array:
         """Return sizes in units of what is usual where the pace changes so [1], as the sizes."""
@@ -108,16 +98,11 @@ class CalmDay:
 
     balances: tuple[Balance, ...]
     """Those that are long enough to hold a step; none where they are too few."""
-    usual: Array
-    """Model's usual error there, shape (P,)."""
-    jump: Usual
-    """Jumps of the angle there [rad]."""
-    fall: Usual
-    """Falls of the tension there [N]."""
-    step: float
-    """Step of the offset that is found there, RMS [rad]."""
-    pulse: float
-    """Greatest pulse of the offset there [rad]."""
+    usual: Array  # Model's usual error there, shape (P,)
+    jump: Usual  # Jumps of the angle there [rad]
+    fall: Usual  # Falls of the tension there [N]
+    step: float  # Step of the offset that is found there, RMS [rad]
+    pulse: float  # Greatest pulse of the offset there [rad]
     missing: float | None
     """Greatest share of the supply that was missing there [1]; None where no voltage was logged."""
 

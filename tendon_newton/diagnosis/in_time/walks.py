@@ -12,14 +12,10 @@ from tendon_newton.effects import are_one_friction
 class Walk:
     """Effect whose number use or hands change."""
 
-    what: str
-    """Thing that grows or falls, in words."""
-    words: str
-    """Reason, in words."""
-    mend: str
-    """What to do about it, as a command."""
-    wears: int = 0
-    """Whether wear lets the number grow (1), fall (-1), or may do either (0)."""
+    what: str  # Thing that grows or falls, in words
+    words: str  # Reason, in words
+    mend: str  # What to do about it, as a command
+    wears: int = 0  # Whether wear lets the number grow (1), fall (-1), or may do either (0)
     odds: float = 3.0
     """Logarithm of the odds that it did not move since the last day [nat]: 1 in 20."""
 

@@ -16,12 +16,9 @@ from tendon_newton.diagnosis.next_experiment.open_sets import PlayedSets
 class ByHand:
     """A number that a person can measure."""
 
-    how: str
-    """What to do, as an order."""
-    error: float
-    """Standard deviation of the result [unit of the number]."""
-    minutes: float
-    """Time that it takes [min]."""
+    how: str  # What to do, as an order
+    error: float  # Standard deviation of the result [unit of the number]
+    minutes: float  # Time that it takes [min]
 
 
 BY_HAND: dict[str, ByHand] = {

@@ -12,20 +12,14 @@ from tendon_newton.data.excitations import LARGEST_COMMAND
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
 
-SEGMENTS = 8
-"""Segments of a command."""
-NUMBERS = 5
-"""Numbers of a segment: angle, speed, length, swing and frequency."""
-SPEEDS = (0.3, 100.0)
-"""Slowest ramp, in which friction is all that is dynamic, and a step [rad/s]."""
-LONGEST_TO_SHORTEST = 8.0
-"""How much longer the longest segment may be than the shortest one [1]."""
+SEGMENTS = 8  # Segments of a command
+NUMBERS = 5  # Numbers of a segment: angle, speed, length, swing and frequency
+SPEEDS = (0.3, 100.0)  # Slowest ramp, in which friction is all that is dynamic, and a step [rad/s]
+LONGEST_TO_SHORTEST = 8.0  # How much longer the longest segment may be than the shortest one [1]
 LARGEST_SWING = pi / 4.0
 """Amplitude of the swing about a ramp or a hold [rad]; half of all segments have none."""
-FREQUENCIES = (0.5, 6.0)
-"""Frequencies of the swing [Hz]."""
-COMMAND_RATE = 20.0
-"""Commands per second, as a bench is commanded [Hz]."""
+FREQUENCIES = (0.5, 6.0)  # Frequencies of the swing [Hz]
+COMMAND_RATE = 20.0  # Commands per second, as a bench is commanded [Hz]
 RUN_LENGTHS = (2.0, 120.0)
 """Shortest and longest run that is designed [s]: eight segments need a quarter of a second each."""
 
@@ -37,8 +31,7 @@ class DesignedCommand:
     Steps, ramps, holds, sinusoids and drops onto a stop are all of this form.
     """
 
-    numbers: Array
-    """Numbers of each segment, each from 0 to 1, shape (SEGMENTS, NUMBERS)."""
+    numbers: Array  # Numbers of each segment, each from 0 to 1, shape (SEGMENTS, NUMBERS)
 
     @classmethod
     def draw(cls, rng: np.random.Generator, reach: float = 1.0) -> Self:

@@ -25,8 +25,7 @@ from tendon_newton.diagnosis.search.search_worlds import INDEPENDENT
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.intervals import SHARED_FORM
 
-QUIET = 0.1
-"""Spread of a prediction that matters to nobody [errors of form]."""
+QUIET = 0.1  # Spread of a prediction that matters to nobody [errors of form]
 SETS_WORTH = INDEPENDENT / RATE / SHARED_FORM**2
 """Independent witnesses per row as a diagnosis weighs sets, where no runs at hand say more [1]."""
 WORTHS, HALVINGS = (1.0e-6, 1.0), 30
@@ -39,8 +38,7 @@ class Told:
 
     names: float
     """By which the entropy of the sets of causes falls, and that of whether further ones act."""
-    task: float
-    """log2 of what the spread of predictions of the task shrinks by."""
+    task: float  # log2 of what the spread of predictions of the task shrinks by
     numbers: Mapping[str, float]
     """log2 of what the interval of each number of the likeliest set shrinks by, ``owner.name``."""
 
@@ -56,8 +54,7 @@ class Expected:
 
     plan: Plan
     told: Told
-    peak_force: float | None
-    """Largest tension under any model tried [N]; None without a load cell."""
+    peak_force: float | None  # Largest tension under any model tried [N]; None without a load cell
 
 
 class Forecast:

@@ -31,8 +31,7 @@ ANGLE_NOISE = 2.0 * np.pi / 4096.0 / np.sqrt(12.0)
 """Noise of a servo's encoder with 4096 counts a turn [rad]."""
 FORCE_NOISE = 0.05
 """Noise of a load cell of 5 kg on a nominal bench [N]; another bench has a cell of its size."""
-LITTLE = 0.1
-"""A run that is expected to bring less is not worth its time [bit]."""
+LITTLE = 0.1  # A run that is expected to bring less is not worth its time [bit]
 NOTHING = 1.0e3
 """Spread of a number of which nothing is known, as a multiple of its range [1]: the range alone
 bounds it."""
@@ -49,8 +48,7 @@ class FirstPlan:
     steps: tuple[Expected, ...]
     bits: dict[str, float]
     """Bits of each number, ``owner.name``: log2 of its range over the interval expected."""
-    ended: str = ""
-    """Why there are fewer runs than the time allows, without a full stop."""
+    ended: str = ""  # Why there are fewer runs than the time allows, without a full stop
 
     @property
     def untold(self) -> tuple[str, ...]:

@@ -24,12 +24,9 @@ four."""
 class Seen:
     """What rows tell of the numbers of the likeliest set, and of further causes [witnesses]."""
 
-    numbers: Array
-    """Products of the changes by the numbers, shape (F, F)."""
-    along: Array
-    """Products of the changes by the numbers and by the causes, shape (F, E)."""
-    causes: Array
-    """Squared changes by the causes, shape (E,)."""
+    numbers: Array  # Products of the changes by the numbers, shape (F, F)
+    along: Array  # Products of the changes by the numbers and by the causes, shape (F, E)
+    causes: Array  # Squared changes by the causes, shape (E,)
 
     def __add__(self, other: Seen) -> Seen:
         """Return what the rows of both tell."""

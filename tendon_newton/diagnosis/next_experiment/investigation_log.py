@@ -25,15 +25,12 @@ class Step:
 
     name: str
     bench: str
-    seconds: float
-    """Length [s]."""
-    why: str
-    """What it was chosen for."""
+    seconds: float  # Length [s]
+    why: str  # What it was chosen for
     split: str = "train"
     excitation: str = "random_steps"
     """Shape of the command, of the library where no command is designed."""
-    command: tuple[float, ...] | None = None
-    """Designed command at the rows of the recording [rad]."""
+    command: tuple[float, ...] | None = None  # Designed command at the rows of the recording [rad]
     expected: Mapping[str, float] | None = None
     """Information expected about ``names`` and about the ``task`` [bit]."""
     verdict: str | None = None
@@ -45,8 +42,7 @@ class Step:
     left: Mapping[str, float] | None = None
     """What is left open with this run: entropy of the ``names`` [bit], and spread of predictions
     of the ``task`` [errors of form]; None where no set is known."""
-    by_hand: str = ""
-    """Measurement by hand that tells more for its time than a run does, in words."""
+    by_hand: str = ""  # Measurement by hand that tells more for its time than a run does, in words
 
     def brought(self, before: Step) -> dict[str, float] | None:
         """Return information that came with this run [bit], as `expected` has it."""
@@ -68,11 +64,9 @@ class Step:
 class InvestigationLog:
     """All steps so far."""
 
-    options: Mapping[str, Any]
-    """What all runs share, by the names of the command line."""
+    options: Mapping[str, Any]  # What all runs share, by the names of the command line
     steps: tuple[Step, ...] = ()
-    ended: str | None = None
-    """Why nothing more is recorded; None while something is."""
+    ended: str | None = None  # Why nothing more is recorded; None while something is
 
     @property
     def runs(self) -> int:

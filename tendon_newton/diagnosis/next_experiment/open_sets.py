@@ -32,13 +32,10 @@ class OpenSets:
     """What is not known of a bench, and what its sensors see."""
 
     posterior: Posterior
-    model: Model
-    """The model that the sets start from."""
+    model: Model  # The model that the sets start from
     noise: NoiseFloor
-    scale: BenchScale = field(default_factory=BenchScale)
-    """How large the benches are."""
-    looks_further: bool = False
-    """Whether causes may act that no set holds."""
+    scale: BenchScale = field(default_factory=BenchScale)  # How large the benches are
+    looks_further: bool = False  # Whether causes may act that no set holds
 
     @property
     def weights(self) -> Array:
@@ -124,18 +121,14 @@ def spread_before(study: Study, column: int, scale: Coordinate, own: FittedSet) 
 class PlayedSets:
     """A planned run under all sets, its rows reduced to what a forecast needs."""
 
-    means: Array
-    """Products of what the sets predict, shape (K, K)."""
+    means: Array  # Products of what the sets predict, shape (K, K)
     slopes: tuple[tuple[Array, ...], ...]
     """Products of the changes by the numbers of two sets, shape (F, F') each."""
     mixed: tuple[Array, ...]
     """Products of the changes by a set's numbers with what the sets predict, shape (F, K) each."""
-    further: Seen
-    """What the rows tell of causes that the likeliest set lacks."""
-    rows: int
-    """Rows of all signals."""
-    peak_force: float | None = None
-    """Largest tension under the sets [N]; None without a load cell."""
+    further: Seen  # What the rows tell of causes that the likeliest set lacks
+    rows: int  # Rows of all signals
+    peak_force: float | None = None  # Largest tension under the sets [N]; None without a load cell
 
 
 def moved_sets(question: OpenSets, study: Study) -> tuple[MovedSet, ...]:

@@ -14,8 +14,7 @@ from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.identification.study import Residual, Study, replacements
 from tendon_newton.mechanisms.loading import load_mechanism
 
-DURATION = 12.0
-"""Length of a proposed run [s]."""
+DURATION = 12.0  # Length of a proposed run [s]
 TENDON_BENCHES = ("finger", "spring_weak", "spring_strong")
 """Benches on which a run may be proposed for a servo with a tendon; a direct drive stays put."""
 OTHER_MASSES = (0.5, 2.0)
@@ -28,14 +27,10 @@ class Plan:
 
     setting: Setting
     excitation: str
-    time: Array
-    """[s], shape (T,)."""
-    command: Array
-    """Of the servo that moves [rad], shape (T,)."""
-    servo: int = 0
-    """The servo that moves; the others hold at 0."""
-    servos: int = 1
-    """Servos D of the bench."""
+    time: Array  # [s], shape (T,)
+    command: Array  # Of the servo that moves [rad], shape (T,)
+    servo: int = 0  # The servo that moves; the others hold at 0
+    servos: int = 1  # Servos D of the bench
 
     @property
     def commands(self) -> Array:

@@ -24,15 +24,12 @@ from tendon_newton.diagnosis.next_experiment.worst_case import (
     within_limit,
 )
 
-DRAWN = 5
-"""Commands drawn for each servo of each bench at the start."""
+DRAWN = 5  # Commands drawn for each servo of each bench at the start
 REACHES = (1.0, 0.5, 0.25)
 """Shares of the servo's range that drawn commands use, in turn [1]. Where little is known, some
 model pulls too hard under most commands, and the gentle ones are left."""
-KEPT = 3
-"""Best commands of a round, which the next round varies."""
-VARIED = 3
-"""Variants of each of them."""
+KEPT = 3  # Best commands of a round, which the next round varies
+VARIED = 3  # Variants of each of them
 ROUNDS = ((0.4, 0.3), (0.25, 0.15))
 """Share of the numbers that move, and by how much, in each round of variants [1]."""
 SEED, TASK_SEED = 7, 8

@@ -10,10 +10,8 @@ from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import library_plans
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, usual_task
 
-DURATION = 12.0
-"""Length of a proposed run [s]."""
-LITTLE = 0.1
-"""A run that is expected to tell less tells nothing [bit]."""
+DURATION = 12.0  # Length of a proposed run [s]
+LITTLE = 0.1  # A run that is expected to tell less tells nothing [bit]
 NO_RUN = "no run of the library does"
 """Beginning of the proposal where no run tells the causes apart."""
 

@@ -16,8 +16,7 @@ from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
 from tendon_newton.errors import InvalidRecording, shown
 
 PROMISE = "a task is a recording, or a CSV file with the columns t [s] and theta_d [rad]"
-SIZE_LIMIT = 1 << 22
-"""Bytes of a command file at most."""
+SIZE_LIMIT = 1 << 22  # Bytes of a command file at most
 
 
 def read_task(path: Path, setting: Setting) -> Plan:

@@ -19,12 +19,9 @@ from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, by_run
 
 LOOKED_AT, TOGETHER = 8, 1
 """Runs of a bench that are simulated together while commands are varied, and at the end."""
-FEW_DRAWS, DRAWS = 10, 128
-"""Models drawn from the intervals for each of these runs."""
-STEP = 5.0e-4
-"""Simulation step [s]: peaks of force are shorter than a step of the search."""
-WIDER = 2.0
-"""How much wider than the intervals models are drawn [1]."""
+FEW_DRAWS, DRAWS = 10, 128  # Models drawn from the intervals for each of these runs
+STEP = 5.0e-4  # Simulation step [s]: peaks of force are shorter than a step of the search
+WIDER = 2.0  # How much wider than the intervals models are drawn [1]
 CORNER = 3.5
 """How far the model that pulls hardest is from the middle [standard deviations of the draws]: one
 draw in four thousand is further in its direction."""
@@ -34,10 +31,8 @@ draw in four thousand is further in its direction."""
 class Designs:
     """Runs that a search has tried."""
 
-    runs: tuple[Expected, ...]
-    """Runs that stay within the limit, best first."""
-    refused: tuple[float, ...]
-    """Largest tensions of the others [N]."""
+    runs: tuple[Expected, ...]  # Runs that stay within the limit, best first
+    refused: tuple[float, ...]  # Largest tensions of the others [N]
 
 
 class WorstCase:

@@ -14,10 +14,8 @@ from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.effects import law_of
 
 TEMPLATE = "path.html.jinja"
-SURE = 0.9
-"""Probability of a cause from which it stands alone [1]."""
-SIZE = (3.6, 1.9)
-"""Size of one number's panel [inch]."""
+SURE = 0.9  # Probability of a cause from which it stands alone [1]
+SIZE = (3.6, 1.9)  # Size of one number's panel [inch]
 
 
 def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:

@@ -38,10 +38,8 @@ TEMPLATE = "report.html.jinja"
 class Origin:
     """Origin of a diagnosis, as far as is known."""
 
-    dataset: Path | None = None
-    """Folder of the recordings."""
-    command: str | None = None
-    """Command line that made the report."""
+    dataset: Path | None = None  # Folder of the recordings
+    command: str | None = None  # Command line that made the report
 
     def quotation(self) -> str | None:
         """Return the first paragraph of the dataset's README; None without one."""

@@ -22,10 +22,8 @@ SIGNAL_WORDS = {
     "voltage": "the supply voltage",
 }
 
-NEAR_NOISE = 1.5
-"""An error of up to so many noise floors is called noise."""
-LEAST_P = 1.5 / SURROGATES
-"""Below, the chance is too small to be counted with so many surrogates."""
+NEAR_NOISE = 1.5  # An error of up to so many noise floors is called noise
+LEAST_P = 1.5 / SURROGATES  # Below, the chance is too small to be counted with so many surrogates
 RESIDUALS = (
     "Measured minus simulated. A model that lacks nothing leaves only noise: a line within the "
     "grey band, and in the lower pictures a hill within the grey area at the left."

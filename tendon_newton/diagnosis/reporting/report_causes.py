@@ -12,8 +12,7 @@ from tendon_newton.diagnosis.owner import with_owner
 from tendon_newton.diagnosis.reporting.report_words import cause_sentence, docstring_part
 from tendon_newton.diagnosis.result import Errors, NamedEffect, Rival
 
-Row = dict[str, Any]
-"""Cells of a table's row, for the template."""
+Row = dict[str, Any]  # Cells of a table's row, for the template
 
 
 def cause_rows(causes: Sequence[NamedEffect], scale: BenchScale, servos: int = 1) -> list[Row]:

@@ -21,8 +21,7 @@ from tendon_newton.diagnosis.unexplained.remainder import side_words
 from tendon_newton.diagnosis.unexplained.remainder_structure import Profile, RemainderStructure
 from tendon_newton.effects import law_of
 
-PANEL = (4.6, 2.5)
-"""Width and height of a panel [inch]."""
+PANEL = (4.6, 2.5)  # Width and height of a panel [inch]
 SIGNALS = ("theta", "force")
 AXES = {
     "theta": "motor angle [rad]",
@@ -34,10 +33,8 @@ AXES = {
     "temperature": "temperature [°C]",
     "voltage": "supply voltage [V]",
 }
-BARS = 12
-"""Candidates that the ranking shows."""
-WORLDS = 400
-"""Drawn worlds that a panel shows."""
+BARS = 12  # Candidates that the ranking shows
+WORLDS = 400  # Drawn worlds that a panel shows
 
 
 class Panels:

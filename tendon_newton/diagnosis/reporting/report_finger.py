@@ -20,12 +20,9 @@ from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
 
-FRAMES = 20.0
-"""Pictures per second [Hz]."""
-MARGIN = 0.08
-"""Room around all postures as a share of their extent [1]."""
-WIDTH = 300.0
-"""Width of a picture, in its own units."""
+FRAMES = 20.0  # Pictures per second [Hz]
+MARGIN = 0.08  # Room around all postures as a share of their extent [1]
+WIDTH = 300.0  # Width of a picture, in its own units
 Bones = Sequence[Array]
 
 

@@ -17,12 +17,9 @@ from tendon_newton.diagnosis.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report_causes import Row
 from tendon_newton.diagnosis.result import Diagnosis
 
-NEARLY_ALL = 0.9995
-"""Shares above round to 100.0 %."""
-AT_REST = 0.02
-"""Share of the greatest speed up to which a servo is at rest [1]."""
-SLACK = 5.0
-"""Noise floors of force up to which a string that never pushes is slack [1]."""
+NEARLY_ALL = 0.9995  # Shares above round to 100.0 %
+AT_REST = 0.02  # Share of the greatest speed up to which a servo is at rest [1]
+SLACK = 5.0  # Noise floors of force up to which a string that never pushes is slack [1]
 PACKAGES = ("tendon-newton", "newton", "warp-lang", "numpy")
 
 

@@ -12,30 +12,22 @@ from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.survey import Survey
 from tendon_newton.effects import are_related, law_of
 
-CLOSER = 6
-"""Directions that are solved for, of those that promise most to one step of a set."""
-ROUNDS = 3
-"""Times that the weights of the signals are renewed while a set is solved for."""
-FORCED = 4
-"""Single causes of which each is forced into a set."""
+CLOSER = 6  # Directions that are solved for, of those that promise most to one step of a set
+ROUNDS = 3  # Times that the weights of the signals are renewed while a set is solved for
+FORCED = 4  # Single causes of which each is forced into a set
 PROMISE = 0.2
 """Share of what a cause is worth that another must promise to be tried in its place [1]."""
-MOST_STEPS = 20
-"""Additions, removals and exchanges of one choice."""
+MOST_STEPS = 20  # Additions, removals and exchanges of one choice
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
     """A set of directions with its coefficients."""
 
-    added: tuple[int, ...]
-    """Atoms."""
-    removed: tuple[str, ...]
-    """Effects of the fit that go."""
-    coefficients: dict[int, float]
-    """Direction -> coefficient."""
-    score: float
-    """Score that the quadratic predicts [nat per row]."""
+    added: tuple[int, ...]  # Atoms
+    removed: tuple[str, ...]  # Effects of the fit that go
+    coefficients: dict[int, float]  # Direction -> coefficient
+    score: float  # Score that the quadratic predicts [nat per row]
 
 
 class Chooser:

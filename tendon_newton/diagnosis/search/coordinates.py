@@ -11,8 +11,7 @@ from tendon_newton.diagnosis.posterior import Coordinate
 from tendon_newton.effects import law_of
 from tendon_newton.identification.study import Study
 
-SIZES = (0.5, 2.0)
-"""Typical values of a strength are multiplied by these for a survey [1]."""
+SIZES = (0.5, 2.0)  # Typical values of a strength are multiplied by these for a survey [1]
 SIGNED_SHARE = 0.1
 """Share of its range that is typical of a number that declares no typical value [1]."""
 SHARES_OF_RANGE = (0.1, 0.4)
@@ -23,10 +22,8 @@ SHAPES = (0.3, 1.0, 3.0)
 """Times and speeds that shape an effect, as multiples of what is typical [1]."""
 PLACES = (0.15, 0.35, 0.55, 0.75)
 """Places along the measured travel where a survey puts an obstacle [1]."""
-REST_FACTOR = 2.0
-"""Breakaway force that a survey looks at, as a multiple of the sliding one [1]."""
-PEAK = 0.995
-"""Share of the rows below what counts as the greatest measured value [1]."""
+REST_FACTOR = 2.0  # Breakaway force that a survey looks at, as a multiple of the sliding one [1]
+PEAK = 0.995  # Share of the rows below what counts as the greatest measured value [1]
 
 
 def coordinate_of(study: Study, column: int) -> Coordinate:

@@ -10,10 +10,8 @@ from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 
-STARTS = 3
-"""Starts that are followed."""
-FIRST_STEPS, LAST_STEPS = 4, 12
-"""Steps of a refit while effects are added, and at the end."""
+STARTS = 3  # Starts that are followed
+FIRST_STEPS, LAST_STEPS = 4, 12  # Steps of a refit while effects are added, and at the end
 
 
 def as_stated(worlds: SearchWorlds, model: Model, effects: Sequence[str]) -> Fit:

@@ -13,14 +13,11 @@ from tendon_newton.diagnosis.search.refit import LAST_SHARE, Fit, linearise, ref
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
 from tendon_newton.identification.objective import TAIL, group_sums, loss_weights
 
-FOLDS = 5
-"""Parts that are left out in turn, at most."""
-LEAST_PARTS = 3
-"""Recordings from which whole ones are left out; fewer are cut in time."""
+FOLDS = 5  # Parts that are left out in turn, at most
+LEAST_PARTS = 3  # Recordings from which whole ones are left out; fewer are cut in time
 PART = 4
 """Length of the spans of time [blocks] that are left out where recordings are few: every fifth."""
-TOLD = 0.5
-"""Share of what all rows tell of a direction that the seen ones must tell [1]."""
+TOLD = 0.5  # Share of what all rows tell of a direction that the seen ones must tell [1]
 RIDGE, HOLD = 1.0e-9, 1.0e3
 """Least curvature of a direction, and what holds one, as shares of what all rows tell [1]."""
 STEPS = 2

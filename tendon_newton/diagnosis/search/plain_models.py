@@ -32,8 +32,7 @@ PLAIN_MODELS: dict[str, tuple[str, ...]] = {
 }
 """What it is called -> its effects. The four numbers of the second are those that servo models of
 robot learning fit; the frictions are those of published servo identifications."""
-STEPS = 6
-"""Steps of a plain model's fit at most."""
+STEPS = 6  # Steps of a plain model's fit at most
 
 
 def fit_plain_models(pool: Pool, names: Sequence[str]) -> dict[str, Fit]:

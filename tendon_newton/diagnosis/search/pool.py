@@ -19,8 +19,7 @@ FOLLOWED = (12, 6, 3)
 """Sets that are followed ever further, after one look and after each two steps of their refit."""
 Log = Callable[[str], None]
 Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
-RENEWED = 4
-"""Steps of a refit at other floors: what they hid was not fitted."""
+RENEWED = 4  # Steps of a refit at other floors: what they hid was not fitted
 
 
 @dataclass
@@ -28,16 +27,11 @@ class Pool:
     """All sets that were fitted on one study, the best place of each."""
 
     worlds: SearchWorlds
-    floors: Floors
-    """Least scale of each signal; all scores are at these."""
-    price: float
-    """Gain in score that each number of a cause must bring [nat per row]."""
-    most: int
-    """Causes that are looked for at once."""
-    followed: Sequence[int] = FOLLOWED
-    """Sets that are followed, see `FOLLOWED`."""
-    price_share: float = 1.0
-    """Share of the price that is asked while the search is on [1]."""
+    floors: Floors  # Least scale of each signal; all scores are at these
+    price: float  # Gain in score that each number of a cause must bring [nat per row]
+    most: int  # Causes that are looked for at once
+    followed: Sequence[int] = FOLLOWED  # Sets that are followed, see `FOLLOWED`
+    price_share: float = 1.0  # Share of the price that is asked while the search is on [1]
     log: Log = lambda _: None
     allows: Allows = lambda _names, _values: True
     """Whether a set may be named, given its values by column."""

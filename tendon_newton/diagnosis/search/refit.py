@@ -17,50 +17,38 @@ from tendon_newton.identification.objective import loss_terms, loss_weights
 DAMPING, BOLDER = 0.1, 0.03
 """First Marquardt factor of a fit, and the share of its factor that is tried beside it [1]. A fit
 goes on with the factor that led further; where neither did, with a greater one."""
-LEAST_DAMPING, MOST_DAMPING = 1.0e-3, 3.0
-"""Least and greatest factor [1]."""
+LEAST_DAMPING, MOST_DAMPING = 1.0e-3, 3.0  # Least and greatest factor [1]
 STRIDES, STICKING = (0.01, 0.03), (0.02, 0.1)
 """The least and the first step of a finite difference, as shares of a coordinate and of a typical
 size besides; and where something sticks. A short difference says where something happened to stick,
 or to hit a stop, so differences are as long as the last step."""
-SHORTER = 0.2
-"""A stride's share of the one before where that led no further."""
+SHORTER = 0.2  # A stride's share of the one before where that led no further
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
-FREEDOM = 3.0
-"""Degrees of freedom of Student's density of what is stated [1]."""
+FREEDOM = 3.0  # Degrees of freedom of Student's density of what is stated [1]
 WAYS = tuple(side * 0.01 * 2.0**k for k in range(7) for side in (-1.0, 1.0))
 """How far the numbers at which a law switches are looked at, as logarithms of their ratios [1]."""
-REACH = 2.0
-"""Typical sizes by which one step changes a number that is never zero."""
+REACH = 2.0  # Typical sizes by which one step changes a number that is never zero
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
     """A set of causes at one place."""
 
-    names: tuple[str, ...]
-    """Effects whose numbers are free."""
+    names: tuple[str, ...]  # Effects whose numbers are free
     columns: tuple[int, ...]
     """Places of all free numbers, those of the model's own ``fit`` list first."""
-    place: Array
-    """Coordinates of the numbers, shape (F,)."""
-    residual: Array
-    """Measured minus simulated [rad, N], shape (M,)."""
-    score: float
-    """Negative log likelihood per row [nat], see `SearchWorlds.score`."""
-    scales: Array
-    """Most likely scale of each signal [rad, N], shape (S,)."""
-    stride: Array
-    """Steps of the next finite differences, as shares of the coordinates, shape (F,)."""
+    place: Array  # Coordinates of the numbers, shape (F,)
+    residual: Array  # Measured minus simulated [rad, N], shape (M,)
+    score: float  # Negative log likelihood per row [nat], see `SearchWorlds.score`
+    scales: Array  # Most likely scale of each signal [rad, N], shape (S,)
+    stride: Array  # Steps of the next finite differences, as shares of the coordinates, shape (F,)
     slopes: Mapping[int, Array] = field(default_factory=dict)
     """Derivatives of the residual by some columns' coordinates, taken nearby, shape (M,) each: the
     next step makes do with them."""
-    damping: float = DAMPING
-    """Marquardt factor of the next step [1]."""
-    settled: bool = False
-    """Whether no further step would lower its loss at these floors."""
+    damping: float = DAMPING  # Marquardt factor of the next step [1]
+    settled: bool = False  # Whether no further step would lower its loss at these floors
 
 
 def values_of(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> dict[int, float]:

@@ -13,10 +13,8 @@ SPAN, MOST_SPANS = 8.0, 9
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
 LEAST_SPAN, SEARCHED_SECONDS = 4.5, 40.0
 """Length of a beginning [s] at least, and of all of them together where they are longer."""
-MOST_SECONDS = 80.0
-"""Length of what decides together [s] at most."""
-MOST_DECIDING = 16
-"""Recordings of which beginnings decide where all are longer than that together."""
+MOST_SECONDS = 80.0  # Length of what decides together [s] at most
+MOST_DECIDING = 16  # Recordings of which beginnings decide where all are longer than that together
 
 GOLDEN = 0.618034
 """Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""

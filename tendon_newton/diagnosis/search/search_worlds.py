@@ -21,15 +21,13 @@ from tendon_newton.identification.testable import stated_columns
 if TYPE_CHECKING:
     from tendon_newton.diagnosis.search.survey import Column
 
-UNIT = Scales(theta=1.0, force=1.0)
-"""Residuals in their own units."""
+UNIT = Scales(theta=1.0, force=1.0)  # Residuals in their own units
 SANE_FORCE, SANE_ANGLE = 200.0, 20.0
 """A world whose force [N] or angle [rad] is further off than this, on a nominal bench, diverged."""
 SEARCH_STEP = 2.0e-3
 """Simulation step of a search and of its decision [s]. Two planted sets are 0.3 and 0.7 mrad RMS
 from steps of 0.25 ms at it, below the error of form of any law (`docs/lab/method.md`)."""
-FINER = 0.4
-"""Share of the step with which such a world is simulated again [1]."""
+FINER = 0.4  # Share of the step with which such a world is simulated again [1]
 FINEST = 0.1
 """Share of the step with which a model that is left at the end is judged [1]. At the whole step a
 finger hits its stop up to a substep late, and is 50 mrad off in a few rows; here it is 5 mrad."""
@@ -40,14 +38,10 @@ INDEPENDENT = 2.0
 virtual benches, 26 to 43 rows at 80 Hz tell as much as one alone would."""
 SEEN = 0.98
 """Share of the residuals whose size tells how much of them is noise [1]: jumps tell nothing."""
-WITHIN = 2.0
-"""Tolerances by which a stated number may differ without a cause [1]."""
-STILL = 1.0e-9
-"""Change of the angle from row to row that is none [rad]."""
-NEAR = 3
-"""Rows either side without motion that make a row one at rest."""
-PASSES = 8
-"""Fixed-point passes for a scale; each gains a digit."""
+WITHIN = 2.0  # Tolerances by which a stated number may differ without a cause [1]
+STILL = 1.0e-9  # Change of the angle from row to row that is none [rad]
+NEAR = 3  # Rows either side without motion that make a row one at rest
+PASSES = 8  # Fixed-point passes for a scale; each gains a digit
 QUIET = 0.437
 """Score of a signal whose residuals are normal and as large as its floor [nat]: the mean of
 9/2 log(1 + z^2 / 9) for a standard normal z."""
@@ -57,10 +51,8 @@ QUIET = 0.437
 class Floors:
     """What a model that is right leaves."""
 
-    theta: float
-    """Least scale of the angle's residuals [rad]."""
-    force: float
-    """Least scale of the tension's residuals [N]."""
+    theta: float  # Least scale of the angle's residuals [rad]
+    force: float  # Least scale of the tension's residuals [N]
     rest: float = 1.0
     """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
 
@@ -73,8 +65,7 @@ class Floors:
 class WorldScore:
     """How likely residuals are, per row, with the scale of each signal at its best."""
 
-    value: Array
-    """Negative log likelihood per row, summed over signals [nat], shape (N,)."""
+    value: Array  # Negative log likelihood per row, summed over signals [nat], shape (N,)
     scales: Array
     """Scale of each signal's residuals [rad, N]; zero without a load cell, shape (N, S)."""
 

@@ -13,8 +13,7 @@ from tendon_newton.diagnosis.search.refit import Fit, values_of
 from tendon_newton.diagnosis.search.survey import Survey
 from tendon_newton.effects import are_confused, are_one_law, are_related, special_cases
 
-SHARES = (1.0, 2.0, 0.5)
-"""Multiples of a cause's number at which a relative starts [1]."""
+SHARES = (1.0, 2.0, 0.5)  # Multiples of a cause's number at which a relative starts [1]
 Start = tuple[tuple[str, ...], dict[int, float]]
 """Causes and the values to start from, column -> value."""
 

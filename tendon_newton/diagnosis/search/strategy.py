@@ -20,14 +20,11 @@ from tendon_newton.diagnosis.search.refit import (
 from tendon_newton.diagnosis.search.starts import Start, new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Survey, survey
 
-SETS, SINGLES = 6, 5
-"""Different sets, and single causes, that are refitted after a survey."""
-RIVALS = 3
-"""Effects that are tried in the place of each cause."""
+SETS, SINGLES = 6, 5  # Different sets, and single causes, that are refitted after a survey
+RIVALS = 3  # Effects that are tried in the place of each cause
 SETTLED = 10
 """Further steps after which a single cause has settled at the latest: it takes few simulations."""
-ROUNDS = 6
-"""Surveys at most, each from the best fit so far."""
+ROUNDS = 6  # Surveys at most, each from the best fit so far
 
 
 def find(

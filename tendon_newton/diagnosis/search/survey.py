@@ -19,26 +19,20 @@ from tendon_newton.diagnosis.search.refit import (
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds, trimmed_size
 from tendon_newton.identification.objective import loss_weights
 
-TRUST = 0.7
-"""Share of a coordinate, and of a typical size besides, by which a slope is trusted [1]."""
-STRETCH = (0.15, 2.0)
-"""Multiples of a secant's own size within which it is trusted [1]."""
+TRUST = 0.7  # Share of a coordinate, and of a typical size besides, by which a slope is trusted [1]
+STRETCH = (0.15, 2.0)  # Multiples of a secant's own size within which it is trusted [1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
     """One direction in which residuals change."""
 
-    name: str
-    """Effect that it belongs to; empty for the model's own unknown numbers."""
-    kind: str
-    """``atom``: the effect appears; ``slope``: a number of it moves; ``removal``: it goes."""
+    name: str  # Effect that it belongs to; empty for the model's own unknown numbers
+    kind: str  # ``atom``: the effect appears; ``slope``: a number of it moves; ``removal``: it goes
     values: dict[int, float]
     """Column -> value at one unit of an atom; column -> coordinate step of a slope."""
-    low: float
-    """Least coefficient."""
-    high: float
-    """Greatest one."""
+    low: float  # Least coefficient
+    high: float  # Greatest one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,18 +41,12 @@ class Survey:
 
     fit: Fit
     columns: tuple[Column, ...]
-    gram: Array
-    """Products of all directions, for each signal, shape (S, C, C)."""
-    slope: Array
-    """Products of the directions with the residual, shape (S, C)."""
-    square: Array
-    """Squared residual, shape (S,)."""
-    rows: Array
-    """Rows that count, by weight, shape (S,)."""
-    floors: Array
-    """Least scale of each signal, shape (S,)."""
-    directions: Array
-    """Changes of the residual, shape (C, M)."""
+    gram: Array  # Products of all directions, for each signal, shape (S, C, C)
+    slope: Array  # Products of the directions with the residual, shape (S, C)
+    square: Array  # Squared residual, shape (S,)
+    rows: Array  # Rows that count, by weight, shape (S,)
+    floors: Array  # Least scale of each signal, shape (S,)
+    directions: Array  # Changes of the residual, shape (C, M)
 
     @property
     def slopes(self) -> dict[int, Array]:

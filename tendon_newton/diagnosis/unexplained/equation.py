@@ -18,32 +18,24 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array, Indices, Mask
 from tendon_newton.diagnosis.unexplained.remainder import Remainder, Side, side_words
 
-MOST_TERMS = 3
-"""Terms of a formula beside its constant."""
-LEAST_STEP = 0.03
-"""Share of the variance that a term must explain to be kept."""
-LEAST_R2 = 0.3
-"""Held-out share of the variance below which a formula is not offered."""
+MOST_TERMS = 3  # Terms of a formula beside its constant
+LEAST_STEP = 0.03  # Share of the variance that a term must explain to be kept
+LEAST_R2 = 0.3  # Held-out share of the variance below which a formula is not offered
 LEAST_OF_LEARNER = 0.6
 """Share of what the flexible learner reaches below which a formula is not offered."""
-ANGLES = ("theta", "theta_d")
-"""Signals in which something may repeat itself."""
+ANGLES = ("theta", "theta_d")  # Signals in which something may repeat itself
 MOST_PER_RADIAN = 70.0
 """Fastest repetition that is looked for [1/rad]; a tooth of 5 degrees is slower."""
-PERIODS_STEP = 0.15
-"""Periods over an angle's range by which the repetitions that are tried differ."""
-STICK = 0.05
-"""Speed over which a direction is smoothed [rad/s]."""
+PERIODS_STEP = 0.15  # Periods over an angle's range by which the repetitions that are tried differ
+STICK = 0.05  # Speed over which a direction is smoothed [rad/s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
     """One term of a formula: a coefficient and a function of the signals."""
 
-    function: str
-    """Function of the term in words: ``sign(theta_dot)``, ``sin(8.6 theta + 0.3)``."""
-    coefficient: float
-    """[N or rad, per the function's unit]"""
+    function: str  # Function of the term in words: ``sign(theta_dot)``, ``sin(8.6 theta + 0.3)``
+    coefficient: float  # [N or rad, per the function's unit]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,12 +43,10 @@ class FoundEquation:
     """A sparse formula for the remainder."""
 
     side: Side
-    terms: tuple[Term, ...]
-    """The constant first, then the strongest."""
+    terms: tuple[Term, ...]  # The constant first, then the strongest
     held_out_r2: float
     """Share of the variance predicted on recordings that neither terms nor numbers have seen."""
-    scale: BenchScale = field(default_factory=BenchScale)
-    """Scale of the benches."""
+    scale: BenchScale = field(default_factory=BenchScale)  # Scale of the benches
 
     def to_json(self) -> dict[str, Any]:
         """Return it for ``diagnosis.json``."""
@@ -82,12 +72,9 @@ class Atom:
     """A function of the signals that a formula may hold: one column, or a sine with its cosine."""
 
     name: str
-    columns: Array
-    """Shape (M, 1) or (M, 2)."""
-    angle: str | None = None
-    """Signal in which the function repeats itself."""
-    per_radian: float = 0.0
-    """Rate of the repetition [1/rad]."""
+    columns: Array  # Shape (M, 1) or (M, 2)
+    angle: str | None = None  # Signal in which the function repeats itself
+    per_radian: float = 0.0  # Rate of the repetition [1/rad]
 
 
 def find_equation(

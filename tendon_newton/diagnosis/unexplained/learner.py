@@ -9,14 +9,11 @@ import numpy as np
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.diagnosis.unexplained.remainder import Remainder
 
-HARMONICS = 24
-"""Cosines per signal."""
+HARMONICS = 24  # Cosines per signal
 FINE = {"theta": 128, "theta_d": 128}
 """Cosines of angles: teeth, magnets and counts repeat many times over the range."""
-MIXED = 100
-"""Cosines of random directions, for what several signals decide together."""
-STEEPNESS = (2.0, 5.0)
-"""Typical phase of these across a signal's range [rad]."""
+MIXED = 100  # Cosines of random directions, for what several signals decide together
+STEEPNESS = (2.0, 5.0)  # Typical phase of these across a signal's range [rad]
 RIDGES = (1.0e-4, 1.0e-3, 1.0e-2, 1.0e-1)
 """Ridge factors [1]; the best one counts, for noise as for the residual."""
 

@@ -14,14 +14,10 @@ from tendon_newton.data.root_mean_square import rms
 from tendon_newton.identification.study import Study, replacements
 
 Side = Literal["servo", "mechanism", "whole"]
-RECENT = 0.1
-"""Time over which the change of command and force is taken [s]."""
-TURNED = 0.05
-"""Speed from which a direction counts as a direction [rad/s]."""
-TAUT = 0.05
-"""Tension from which the servo's slopes are taken on a nominal bench [N]."""
-OUTLIERS = 0.005
-"""Share of the rows whose size is cut: the rows of jumps must not decide."""
+RECENT = 0.1  # Time over which the change of command and force is taken [s]
+TURNED = 0.05  # Speed from which a direction counts as a direction [rad/s]
+TAUT = 0.05  # Tension from which the servo's slopes are taken on a nominal bench [N]
+OUTLIERS = 0.005  # Share of the rows whose size is cut: the rows of jumps must not decide
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,14 +25,10 @@ class Remainder:
     """The residual of one side at M rows of some recordings, and what it may depend on."""
 
     side: Side
-    residual: Array
-    """Measured minus modelled [N or rad], shape (M,)."""
-    signals: Mapping[str, Array]
-    """Name -> value at each row, shape (M,)."""
-    recording: Indices
-    """Index of each row's recording, shape (M,)."""
-    scale: BenchScale = field(default_factory=BenchScale)
-    """Scale of the benches."""
+    residual: Array  # Measured minus modelled [N or rad], shape (M,)
+    signals: Mapping[str, Array]  # Name -> value at each row, shape (M,)
+    recording: Indices  # Index of each row's recording, shape (M,)
+    scale: BenchScale = field(default_factory=BenchScale)  # Scale of the benches
 
     @property
     def size(self) -> float:
@@ -57,12 +49,9 @@ class RemainderRows:
 
     recording: Recording
     index: int
-    kept: Mask
-    """Whether each row's past is known, shape (T,)."""
-    theta: Array
-    """Residual of the angle [rad], shape (T,)."""
-    force: Array | None
-    """Residual of the tension [N]; None without a load cell."""
+    kept: Mask  # Whether each row's past is known, shape (T,)
+    theta: Array  # Residual of the angle [rad], shape (T,)
+    force: Array | None  # Residual of the tension [N]; None without a load cell
 
     @property
     def angle(self) -> Array:

@@ -20,12 +20,9 @@ from tendon_newton.diagnosis.unexplained.remainder import (
 )
 from tendon_newton.identification.study import Study
 
-SURROGATES = 60
-"""Noise records; the least p-value is one in so many."""
-MOST_ROWS = 3000
-"""Rows that are learned from, evenly thinned."""
-P_VALUE = 0.02
-"""Chance of finding structure in noise."""
+SURROGATES = 60  # Noise records; the least p-value is one in so many
+MOST_ROWS = 3000  # Rows that are learned from, evenly thinned
+P_VALUE = 0.02  # Chance of finding structure in noise
 LEAST_R2 = 0.1
 """Held-out share of the remaining variance below which structure is not worth a word.
 
@@ -34,16 +31,11 @@ planted servos (examples/studies/remainders.py).
 """
 BEARS = 0.2
 """A signal whose loss costs less than this share of the best one's is not said to matter."""
-MOST_SIGNALS = 4
-"""Signals that are named at most."""
-MOST_PROFILES = 2
-"""Signals that are drawn, and in which a formula may repeat itself."""
-BINS = 40
-"""Bins of a signal in a picture."""
-LEAST_ROWS = 8
-"""Rows that a bin must hold to be drawn."""
-SPLITS = 5
-"""Folds at most, and spans of time where there is but one recording."""
+MOST_SIGNALS = 4  # Signals that are named at most
+MOST_PROFILES = 2  # Signals that are drawn, and in which a formula may repeat itself
+BINS = 40  # Bins of a signal in a picture
+LEAST_ROWS = 8  # Rows that a bin must hold to be drawn
+SPLITS = 5  # Folds at most, and spans of time where there is but one recording
 SEED = 0
 
 
@@ -52,37 +44,26 @@ class Profile:
     """How the remainder, and what was learned of it, goes with one signal, by bins."""
 
     signal: str
-    center: Array
-    """Mean of the signal in each bin, shape (N,)."""
-    mean: Array
-    """Mean remainder [N or rad]."""
-    error: Array
-    """Half of its 95 % interval, from the scatter between stretches of time."""
-    learned: Array
-    """Mean of what the learner says of rows that it has not seen."""
+    center: Array  # Mean of the signal in each bin, shape (N,)
+    mean: Array  # Mean remainder [N or rad]
+    error: Array  # Half of its 95 % interval, from the scatter between stretches of time
+    learned: Array  # Mean of what the learner says of rows that it has not seen
 
 
 @dataclass(frozen=True, kw_only=True)
 class RemainderStructure:
     """Structure that a flexible learner finds in the remainder."""
 
-    side: Side
-    """Side of the load cell on which the structure sits."""
-    found: bool
-    """Whether more than noise is there."""
-    held_out_r2: float
-    """Share of the variance predicted on recordings that the learner did not see."""
-    p_value: float
-    """Chance of that with noise of the remainder's own colour."""
-    size: float
-    """Root mean square of the remainder [N or rad]."""
+    side: Side  # Side of the load cell on which the structure sits
+    found: bool  # Whether more than noise is there
+    held_out_r2: float  # Share of the variance predicted on recordings that the learner did not see
+    p_value: float  # Chance of that with noise of the remainder's own colour
+    size: float  # Root mean square of the remainder [N or rad]
     importance: Mapping[str, float]
     """Share of the variance that is lost when one signal is shuffled, greatest first."""
     profiles: tuple[Profile, ...] = ()
-    equation: FoundEquation | None = None
-    """A short formula that does as well, if there is one."""
-    scale: BenchScale = field(default_factory=BenchScale)
-    """Scale of the benches."""
+    equation: FoundEquation | None = None  # A short formula that does as well, if there is one
+    scale: BenchScale = field(default_factory=BenchScale)  # Scale of the benches
 
     @property
     def depends_on(self) -> tuple[str, ...]:

@@ -61,8 +61,7 @@ VELOCITY_UNIT = 0.0239691227
 CURRENT_UNIT = 1e-3  # One step of a current register [A]
 VOLTAGE_UNIT = 0.1  # One step of a voltage register [V]
 MULTI_TURN_LIMIT = 1_048_575  # Largest goal of the extended position mode [counts]
-GOALS = frozenset(range(GOAL_PWM, REALTIME_TICK))
-"""Registers that a tripped bus watchdog locks."""
+GOALS = frozenset(range(GOAL_PWM, REALTIME_TICK))  # Registers that a tripped bus watchdog locks
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

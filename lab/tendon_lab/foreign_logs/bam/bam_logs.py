@@ -37,11 +37,9 @@ from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, sh
 
 REQUIRED = ("timestamp", "position", "goal_position", "torque_enable")
 OPTIONAL = ("speed", "load", "torque", "input_volts", "temp", "current")
-SIZE_LIMIT = 1 << 25
-"""Bytes of a log, whose entries take twenty times as much in memory."""
+SIZE_LIMIT = 1 << 25  # Bytes of a log, whose entries take twenty times as much in memory
 FILE_KEYS = ("mass", "length", "kp", "vin", "entries")
-ARM_SHARE = 0.1
-"""Weight of an arm that nobody states, as a share of the lightest load [1]."""
+ARM_SHARE = 0.1  # Weight of an arm that nobody states, as a share of the lightest load [1]
 CURRENT_UNIT = 1.0e-3  # [A] ``current`` of the logs that have it is in milliamperes
 
 
@@ -49,12 +47,9 @@ CURRENT_UNIT = 1.0e-3  # [A] ``current`` of the logs that have it is in milliamp
 class LogKind:
     """What an importer takes for its own."""
 
-    title: str
-    """What messages call the logs."""
-    motors: Mapping[str, BamMotor]
-    """Servos by how their names begin."""
-    unnamed: BamMotor | None = None
-    """The servo of a log that names none."""
+    title: str  # What messages call the logs
+    motors: Mapping[str, BamMotor]  # Servos by how their names begin
+    unnamed: BamMotor | None = None  # The servo of a log that names none
 
 
 def read_logs(folder: Path, kind: LogKind) -> Imported:

@@ -49,8 +49,7 @@ NUMBERS = (
     "load_friction_motor_quad",
     "load_friction_external_quad",
 )
-EXPONENT = 2.0
-"""Exponent of our Stribeck curves [1]."""
+EXPONENT = 2.0  # Exponent of our Stribeck curves [1]
 NOTHING = 1e-3
 """Share of the greatest friction below which a term that is left out is not worth a word [1]."""
 

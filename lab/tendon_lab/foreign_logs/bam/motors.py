@@ -17,20 +17,13 @@ from tendon_newton.data.model_file import NamedValues
 class BamMotor:
     """One servo."""
 
-    duty_per_gain: float
-    """Duty per position error and unit of the firmware's gain [1/rad]."""
-    torque_constant: float
-    """To start from [N m/A]."""
-    resistance: float
-    """To start from [ohm]."""
-    armature: float
-    """Rotor behind the gear, to start from [kg m^2]."""
-    gain: float
-    """Gain of the firmware at which its parameter files are meant."""
-    supply: float
-    """Supply at which they are meant [V]."""
-    max_duty: float = 1.0
-    """Greatest duty [1]."""
+    duty_per_gain: float  # Duty per position error and unit of the firmware's gain [1/rad]
+    torque_constant: float  # To start from [N m/A]
+    resistance: float  # To start from [ohm]
+    armature: float  # Rotor behind the gear, to start from [kg m^2]
+    gain: float  # Gain of the firmware at which its parameter files are meant
+    supply: float  # Supply at which they are meant [V]
+    max_duty: float = 1.0  # Greatest duty [1]
     full_duty: float | None = None
     """Counts of full duty in the column ``load``; None where that column is something else."""
     effects: tuple[NamedValues, ...] = ()

@@ -12,8 +12,7 @@ from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_train.actuator.training_config import SERVO_LIMIT
 
-PAPER_STEPS = 0.61
-"""The paper's Transformer on the steps, mean of three setups [N]."""
+PAPER_STEPS = 0.61  # The paper's Transformer on the steps, mean of three setups [N]
 PAPER_CONTACT = {
     "contact_ramp": 0.79,
     "contact_ramp_tape_roll": 1.45,

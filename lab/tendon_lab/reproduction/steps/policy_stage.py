@@ -18,12 +18,10 @@ from tendon_train.policy.config.policy_training_config import PolicyTrainingConf
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
 
-PAPER_STAIRS = {"ideal": 24.0, "network": 12.0}
-"""[mm]"""
+PAPER_STAIRS = {"ideal": 24.0, "network": 12.0}  # [mm]
 PAPER_REDUCTION = 50.0  # [%]
 TRAINED_ON = (*IDEALS, *BEST)
-NOMINAL = ("none",)
-"""Nothing differs between worlds: a model of the servo as it is learns best so."""
+NOMINAL = ("none",)  # Nothing differs between worlds: a model of the servo as it is learns best so
 
 Errors = Mapping[str, Sequence[float]]
 """Name of a policy or its model -> tip error on each bench [mm]."""

@@ -16,10 +16,8 @@ from tendon_newton.data.root_mean_square import rms
 from tendon_train.actuator.training_config import SERVO_LIMIT
 
 BENCH, KIND = "spring_strong", "contact_ramp"
-LOAD = 0.05
-"""Mass of the carriage [kg]."""
-SMOOTHING = 0.1
-"""Time over which an angle is fitted by a parabola for its acceleration [s]."""
+LOAD = 0.05  # Mass of the carriage [kg]
+SMOOTHING = 0.1  # Time over which an angle is fitted by a parabola for its acceleration [s]
 ROTOR = float(DATA_SHEET["armature"])
 FIGURE = "ramp.png"
 
@@ -29,14 +27,10 @@ class Ramp:
     """A ramp and what the ideal source makes of its signals, shapes (T,)."""
 
     recording: Recording
-    measured: Array
-    """[N]"""
-    ideal: Array
-    """P = 4.2 N/rad [N]."""
-    refitted: Array
-    """P refitted [N]."""
-    inertia: Array
-    """m_eff x'' [N]."""
+    measured: Array  # [N]
+    ideal: Array  # P = 4.2 N/rad [N]
+    refitted: Array  # P refitted [N]
+    inertia: Array  # m_eff x'' [N]
 
 
 async def run(reproduction: Reproduction) -> Outcome:

@@ -23,12 +23,10 @@ from tendon_newton.errors import unknown_name
 class ReproductionStage:
     """One step of a reproduction."""
 
-    title: str
-    """Heading in the report."""
+    title: str  # Heading in the report
     run: Callable[[Reproduction], Awaitable[Outcome]]
     """Waits for its jobs, and says what they have found."""
-    needs: tuple[str, ...] = ()
-    """Stages whose files it reads."""
+    needs: tuple[str, ...] = ()  # Stages whose files it reads
 
 
 RECORDINGS = "recordings"

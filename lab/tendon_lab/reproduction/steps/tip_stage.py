@@ -18,8 +18,7 @@ from tendon_newton.data.recording import Recording
 
 SINES = {"open_sine": "about 0.2 rad", "closing_sine": "about pi/2"}
 """Kind of the recording and its centre in words; the first is the one that is compared."""
-PAPER_TIP = {"ideal": 14.58, "network": 8.61}
-"""[mm]"""
+PAPER_TIP = {"ideal": 14.58, "network": 8.61}  # [mm]
 PAPER_REDUCTION = 41.0  # [%]
 COLOURS = {
     "ideal": "#d1495b",
@@ -28,13 +27,10 @@ COLOURS = {
     "physical": "#2f8f5b",
     "hybrid": "#e08e1a",
 }
-SHOWN = 8.0
-"""Time that a figure shows [s]."""
+SHOWN = 8.0  # Time that a figure shows [s]
 
-Errors = dict[str, dict[str, list[float]]]
-"""Kind -> model -> tip error of each bench [mm]."""
-Signals = list[list[float]]
-"""Height of the tip [mm], angle [rad] and tension [N] at every row."""
+Errors = dict[str, dict[str, list[float]]]  # Kind -> model -> tip error of each bench [mm]
+Signals = list[list[float]]  # Height of the tip [mm], angle [rad] and tension [N] at every row
 
 
 async def run(reproduction: Reproduction) -> Outcome:

@@ -30,8 +30,7 @@ from tendon_newton.effects import are_one_friction, are_related, special_cases
 
 FAMILY = 5.0
 """How much further behind than others a law of the same friction may stay and replace one [1]."""
-PREDICTORS = 3
-"""Sets of least score that are asked how they predict parts that no number has seen."""
+PREDICTORS = 3  # Sets of least score that are asked how they predict parts that no number has seen
 FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
@@ -41,10 +40,8 @@ rivals."""
 class Refusal:
     """What kept a cause from being named that had been found."""
 
-    gain: float
-    """What it was worth on parts that no number has seen [nat per row]."""
-    at_bound: bool = False
-    """Whether a number of it ended at the edge of its range."""
+    gain: float  # What it was worth on parts that no number has seen [nat per row]
+    at_bound: bool = False  # Whether a number of it ended at the edge of its range
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,13 +59,11 @@ class Decided:
     """Fits with another cause in the place of each that explain the data as well."""
     refused: dict[str, Refusal] = field(default_factory=dict[str, Refusal])
     """Causes that were dropped."""
-    plain: tuple[PlainModel, ...] = ()
-    """Plain models beside it, the best on unseen parts first."""
+    plain: tuple[PlainModel, ...] = ()  # Plain models beside it, the best on unseen parts first
     predictor: Fit | None = None
     """The set that predicts parts best that no number has seen, its causes deserved or not; None
     where nobody asked."""
-    predicts: float | None = None
-    """Negative log likelihood of that set per row of such parts [nat]."""
+    predicts: float | None = None  # Negative log likelihood of that set per row of such parts [nat]
     undecided: tuple[str, ...] = ()
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
 

@@ -51,10 +51,8 @@ UNDECIDED = (
     "Found, and not named, since the time was over before they were tested on parts that no number "
     "had seen"
 )
-HELD = 1.0e12
-"""Curvature that holds a number where it is stated."""
-MOST_CAUSES = 9
-"""Causes that are looked for at once."""
+HELD = 1.0e12  # Curvature that holds a number where it is stated
+MOST_CAUSES = 9  # Causes that are looked for at once
 
 
 def find_causes(

@@ -33,8 +33,7 @@ from tendon_newton.identification.study import Study
 
 AT_END = 0.01
 """Share of a range that counts as its end [1]: a rigid string is written as the stiffest one."""
-NUDGE = 1.0e-6
-"""Change of a coordinate by which others in another clock are differentiated [1]."""
+NUDGE = 1.0e-6  # Change of a coordinate by which others in another clock are differentiated [1]
 LEAST_WEIGHT, MOST_SETS = 0.02, 8
 """Sets with a smaller share of the weight [1], and beyond so many, are no part of the posterior."""
 

@@ -22,8 +22,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
 
-STEPS = 4
-"""Steps of a refit at most: few rows are new."""
+STEPS = 4  # Steps of a refit at most: few rows are new
 
 
 def go_on(

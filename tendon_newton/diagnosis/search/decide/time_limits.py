@@ -11,8 +11,7 @@ import numpy as np
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.search_spans import SEARCHED_SECONDS, deciding
 
-SEARCH_SHARE = 0.6
-"""Share of a budget that the search may take; deciding takes the rest [1]."""
+SEARCH_SHARE = 0.6  # Share of a budget that the search may take; deciding takes the rest [1]
 SEARCHED, DECIDED = 2300, 300
 """Candidates that are simulated on beginnings, and on what decides, where there are several causes:
 1,900 to 2,600, and 170 to 400, on three planted sets and on 36 minutes of recordings."""
@@ -22,14 +21,10 @@ SEARCHED, DECIDED = 2300, 300
 class Limits:
     """Ends of the parts of a diagnosis, and what decides."""
 
-    searched: float
-    """Instant of the monotonic clock from which nothing further is looked for [s]."""
-    decided: float
-    """Instant from which no more is tested on parts that no number has seen [s]."""
-    beginnings: float
-    """Length of all beginnings together, on which sets are chosen [s]."""
-    decides_apart: bool
-    """Whether more than the beginnings decides."""
+    searched: float  # Instant of the monotonic clock from which nothing further is looked for [s]
+    decided: float  # Instant from which no more is tested on parts that no number has seen [s]
+    beginnings: float  # Length of all beginnings together, on which sets are chosen [s]
+    decides_apart: bool  # Whether more than the beginnings decides
 
 
 def limits_of(

@@ -8,8 +8,7 @@ from tendon_newton.data.cards.policy_observation import HISTORY, RATE, Task
 from tendon_newton.errors import InvalidParameter
 from tendon_train.policy.config.turning_config import TurningConfig
 
-FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}
-"""Default finger of each task."""
+FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}  # Default finger of each task.
 ObstacleChoice = Literal["none", "sphere", "box", "plane"]
 POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "action_unit", "max_step")
 NOT_NEGATIVE = (
@@ -25,8 +24,7 @@ NOT_NEGATIVE = (
 class EnvironmentConfig:
     """A finger, what pulls it, what differs between its worlds, and what it is paid for."""
 
-    worlds: int = 4096
-    """Fingers that learn side by side."""
+    worlds: int = 4096  # Fingers that learn side by side.
     task: Task = "tip"
     """What is learned: to bring a finger's tip to goals, or to turn a ball in a hand's palm."""
     finger: str = FINGERS["tip"]
@@ -47,18 +45,12 @@ class EnvironmentConfig:
     obstacle: ObstacleChoice = "none"
     """Obstacle in the finger's way: none, or a sphere, a box or a plane that the tip meets at an
     angle drawn like a goal. Its size, stiffness and friction are drawn too."""
-    obstacle_chance: float = 0.5
-    """Share of the episodes with an obstacle [1]."""
-    rate: float = RATE
-    """Policy steps per second [Hz]."""
-    history: int = HISTORY
-    """Samples that the policy sees."""
-    episode: float = 20.0
-    """Length of an episode [s]."""
-    goals: tuple[float, float] = (0.0, 0.6 * pi)
-    """Least and greatest goal angle [rad]."""
-    goal_change: float = 0.005
-    """Chance that a step ends with a new goal [1]."""
+    obstacle_chance: float = 0.5  # Share of the episodes with an obstacle [1].
+    rate: float = RATE  # Policy steps per second [Hz].
+    history: int = HISTORY  # Samples that the policy sees.
+    episode: float = 20.0  # Length of an episode [s].
+    goals: tuple[float, float] = (0.0, 0.6 * pi)  # Least and greatest goal angle [rad].
+    goal_change: float = 0.005  # Chance that a step ends with a new goal [1].
     command_range: tuple[float, float] = (-1.2, 2.0 * pi)
     """Least and greatest command of a servo that closes [rad]; of one that opens, counted from its
     angle in the closed finger. The range begins below zero, so that the servo pays the tendon out
@@ -74,18 +66,12 @@ class EnvironmentConfig:
     action_unit: float = 1.0
     """Offset that an output of 1 of the network asks for [rad]. An update moves outputs as far
     whatever they mean, so that a task of large offsets is learned sooner with a large unit."""
-    goal_weight: float = 5.0
-    """Price of the distance between tip and goal [1/m]."""
-    smooth_weight: float = 0.001
-    """Price of the change of the action [1/rad]."""
-    tendon_speed_weight: float = 0.0
-    """Price of the squared speed of the tendon [s2/m2]."""
-    effort_weight: float = 0.0
-    """Price of the squared action [1/rad2]."""
-    max_step: float = 5.0e-4
-    """Longest step of the simulation [s]."""
-    precision: Literal["float32", "float64"] = "float32"
-    """Numbers inside the simulation."""
+    goal_weight: float = 5.0  # Price of the distance between tip and goal [1/m].
+    smooth_weight: float = 0.001  # Price of the change of the action [1/rad].
+    tendon_speed_weight: float = 0.0  # Price of the squared speed of the tendon [s2/m2].
+    effort_weight: float = 0.0  # Price of the squared action [1/rad2].
+    max_step: float = 5.0e-4  # Longest step of the simulation [s].
+    precision: Literal["float32", "float64"] = "float32"  # Numbers inside the simulation.
     turning: TurningConfig = field(default_factory=TurningConfig)
     """Settings of the task to turn a ball."""
 

@@ -8,10 +8,8 @@ import tyro
 from tendon_newton.errors import InvalidParameter
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 
-OBSERVED = "policy"
-"""Name of the observations among those that the environment offers."""
-HIDDEN = "hidden"
-"""Name of what only the critic sees."""
+OBSERVED = "policy"  # Name of the observations among those that the environment offers.
+HIDDEN = "hidden"  # Name of what only the critic sees.
 POSITIVE = (
     "iterations",
     "steps",
@@ -33,27 +31,20 @@ class PolicyTrainingConfig:
     environment: tyro.conf.OmitArgPrefixes[EnvironmentConfig] = field(
         default_factory=EnvironmentConfig
     )
-    seed: int = 0
-    """Seed of the starting weights and of all draws."""
+    seed: int = 0  # Seed of the starting weights and of all draws.
     iterations: int = 200
     """Rounds of acting and learning; more of them go on with a finished training."""
-    steps: int = 128
-    """Policy steps of every world in an iteration."""
-    batch: int = 1024
-    """Steps that one update of the weights learns from, at most."""
-    epochs: int = 1
-    """Times that an iteration learns from each step."""
-    learning_rate: float = 5.0e-4
-    """Learning rate of Adam."""
+    steps: int = 128  # Policy steps of every world in an iteration.
+    batch: int = 1024  # Steps that one update of the weights learns from, at most.
+    epochs: int = 1  # Times that an iteration learns from each step.
+    learning_rate: float = 5.0e-4  # Learning rate of Adam.
     learning_rate_end: float | None = None
     """Last learning rate, reached evenly from iteration to iteration; none keeps it. The less a
     policy explores, the more a change of its weights does to the probability of an action."""
     schedule: Literal["fixed", "adaptive"] = "fixed"
     """Whether the learning rate stays, or follows how far an update moves the policy."""
-    clip: float = 0.2
-    """Most that an update may change the probability of an action, as a share."""
-    discount: float = 0.95
-    """Worth of a reward one step earlier [1]."""
+    clip: float = 0.2  # Most that an update may change the probability of an action, as a share.
+    discount: float = 0.95  # Worth of a reward one step earlier [1].
     trace: float = 0.95
     """Weight of later steps in an advantage, before the critic's part (the lambda of GAE) [1]."""
     exploration: float = 0.7
@@ -65,16 +56,12 @@ class PolicyTrainingConfig:
     exploration_memory: float = 0.0
     """Share of a step's noise that the next step keeps [1]. What takes several steps, such as a
     finger's stroke, is hardly ever found by noise that is new in each."""
-    gradient_limit: float = 1.0
-    """Longest gradient of an update."""
+    gradient_limit: float = 1.0  # Longest gradient of an update.
     hidden: tuple[int, ...] = (128, 64, 32)
     """Widths of the layers of actor and critic, with ReLU between them."""
-    checkpoint_every: int = 10
-    """Iterations from one checkpoint to the next."""
-    device: str = "auto"
-    """cpu, cuda, or auto: a GPU where torch finds one."""
-    threads: int = 1
-    """Threads of torch on the CPU."""
+    checkpoint_every: int = 10  # Iterations from one checkpoint to the next.
+    device: str = "auto"  # cpu, cuda, or auto: a GPU where torch finds one.
+    threads: int = 1  # Threads of torch on the CPU.
 
     def __post_init__(self) -> None:
         for name in POSITIVE:

@@ -21,16 +21,12 @@ class TurningConfig:
     start_command: float = 3.5
     """Greatest command at the start of an episode [rad], the smaller the likelier: fingers are open
     or just hold the ball."""
-    rate_window: float = 1.0
-    """Time constant of the mean rate that is paid for [s]."""
+    rate_window: float = 1.0  # Time constant of the mean rate that is paid for [s].
     rate_weight: float = 1.0
     """Pay for the mean rate up to the commanded one [s/rad]; as much is taken off beyond."""
-    place_weight: float = 20.0
-    """Price of the ball's distance from where it starts [1/m]."""
-    drop_price: float = 10.0
-    """Price of a drop [1]; the episode ends there."""
-    size_spread: float = 0.02
-    """Most that a ball's radius differs, as a share of it [1]."""
+    place_weight: float = 20.0  # Price of the ball's distance from where it starts [1/m].
+    drop_price: float = 10.0  # Price of a drop [1]; the episode ends there.
+    size_spread: float = 0.02  # Most that a ball's radius differs, as a share of it [1].
     camera_noise: tuple[float, float] = (5.0e-4, 1.5e-3)
     """Least and greatest standard deviation of each coordinate that a camera gives [m]."""
     camera_delay: tuple[int, int] = (1, 2)
