@@ -107,12 +107,8 @@ def readme(kept: Records) -> str:
 
 TURNING = {
     ("data sheet", "one core, 5 min"): [f"cpu_nominal_{k}" for k in range(5)],
-    ("data sheet", "one H200"): [f"nominal_{k}" for k in range(3)],
     ("diagnosis", "one core, 8 min"): [f"cpu_diagnosed_{k}" for k in range(5)],
-    ("diagnosis", "one core, 27 min"): ["cpu_diagnosed_0_longer"],
-    ("diagnosis", "one H200, 160 s"): ["cuda_diagnosed_0_longer"],
     ("diagnosis", "one H200, 213 s, batches of 16,384"): [f"diagnosed_{k}" for k in range(3)],
-    ("diagnosis, seven numbers drawn", "one H100, 194 s"): ["drawn_alone"],
     ("diagnosis, seven numbers drawn", "ten seeds on one H100, 290 s"): [
         f"drawn_{k}" for k in range(10)
     ],
