@@ -1,7 +1,5 @@
 """One heap for all threads of a verb."""
 
-from __future__ import annotations
-
 import ctypes
 import sys
 

@@ -1,7 +1,5 @@
 """The whole diagnosis: from a dataset and a model to named causes and a measured gain."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

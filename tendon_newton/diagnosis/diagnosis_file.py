@@ -1,7 +1,5 @@
 """Read a ``diagnosis.json``, ours or another program's, without trusting it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

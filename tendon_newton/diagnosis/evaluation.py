@@ -1,7 +1,5 @@
 """Held-out closed-loop errors of models, and how sure we are of the gain."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

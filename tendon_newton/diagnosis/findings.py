@@ -1,7 +1,5 @@
 """What a search hands to the diagnosis: causes, numbers, classes, and an account of every cause."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Measured and simulated signals of the held-out recordings, as a report shows them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

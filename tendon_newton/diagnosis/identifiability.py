@@ -1,7 +1,5 @@
 """Numbers that a fit could not pin down: said, not hidden."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """``identified.usda``: what a diagnosis found about a mechanism, for any program that reads USD."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Whose a cause is, in words: of one servo, or of all where there are several."""
 
-from __future__ import annotations
-
 from tendon_newton.data.servo_names import servo_of
 from tendon_newton.effects import law_of
 

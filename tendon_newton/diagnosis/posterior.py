@@ -1,7 +1,5 @@
 """What a diagnosis leaves open, as worlds to draw: whole sets of causes, their numbers together."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

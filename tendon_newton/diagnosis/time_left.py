@@ -1,7 +1,5 @@
 """How long a diagnosis will take, said before it starts, and how much of that is left."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence

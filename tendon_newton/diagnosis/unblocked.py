@@ -1,7 +1,5 @@
 """Recordings in which nothing is in the mechanism's way: the others hold a force of no model."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ pulls with a spool of 12.5 mm. On any other machine they follow from what its as
 its recordings show.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import groupby
 

@@ -1,7 +1,5 @@
 """Recordings cut in time, so that one long log gives something to fit and something to test."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

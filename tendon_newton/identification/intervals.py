@@ -1,7 +1,5 @@
 """How well a fit knows its numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import stdtrit
 

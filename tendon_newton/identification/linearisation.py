@@ -1,7 +1,5 @@
 """A fit around its optimum: residuals and their derivatives."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

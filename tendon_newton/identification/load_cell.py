@@ -1,7 +1,5 @@
 """What a load cell that is slower than the log makes of a force."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tendon_newton.data.recording import Array, Indices

@@ -1,7 +1,5 @@
 """The noise of encoder and load cell, estimated from the data alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The robust loss of residuals, in units of what may be left over, by row and by block of time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -4,8 +4,6 @@ Without commands and without springs a mechanism only integrates: a constant err
 with the square of time, and soon nothing else is seen. A fit compares short segments instead.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace

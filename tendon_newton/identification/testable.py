@@ -1,7 +1,5 @@
 """Which causes some recordings can show at all, and what a reader must know of the others."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

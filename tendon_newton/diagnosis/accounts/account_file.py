@@ -1,7 +1,5 @@
 """Read from a ``diagnosis.json`` what it says of every cause that was tried."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

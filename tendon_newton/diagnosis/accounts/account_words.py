@@ -3,8 +3,6 @@
 Scores are in nat per row: a gain of g makes the residuals smaller by the share 1 - exp(-g).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

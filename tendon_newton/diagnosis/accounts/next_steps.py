@@ -1,7 +1,5 @@
 """What came closest where a gap is left, what stopped it, and what to do next."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from tendon_newton.data.dataset import Dataset

@@ -1,7 +1,5 @@
 """Recordings that contradict each other, the model's bench or its units, told before any cause."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations

@@ -4,8 +4,6 @@ The model of the first day stays as it is but for the numbers that moved. Sets o
 to the second day, and the one is taken that its recordings are worth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

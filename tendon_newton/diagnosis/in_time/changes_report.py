@@ -1,7 +1,5 @@
 """``changes.html`` and ``changes.json``: what changed since a day, in words and numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import asdict

@@ -5,8 +5,6 @@ command stays. A slip leaves a step in the balance of motor and tension, and a k
 of the supply shows in the voltage, where it is logged.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -1,7 +1,5 @@
 """All numbers around one set of changes between two days, and what the recordings say of each."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers of a bench that change from day to day, and what to do about each."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tendon_newton.data.servo_names import effect_of

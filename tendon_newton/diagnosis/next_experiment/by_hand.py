@@ -1,7 +1,5 @@
 """Measurements that a person makes without the motor, and what each would settle."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

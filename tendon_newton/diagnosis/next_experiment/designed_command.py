@@ -1,7 +1,5 @@
 """Commands described by numbers from 0 to 1, so that a search can improve them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 from typing import Self

@@ -1,7 +1,5 @@
 """What a run, or a measurement by hand, is expected to tell: names, the user's task, numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Runs to record before there are any data: what they will tell about a model's numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Sets of causes that data leave open, as models to simulate on runs that are only planned."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Runs that are only planned: where, which servo moves, and by which command."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Which run tells the most about what a diagnosis left open: commands are improved, not picked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

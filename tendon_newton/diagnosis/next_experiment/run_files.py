@@ -1,7 +1,5 @@
 """A proposed run as files: its command, where to record it, and what it is expected to show."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Which run of the library would tell a cause from those that look like it, in words."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from tendon_newton.diagnosis.explanation import Setting

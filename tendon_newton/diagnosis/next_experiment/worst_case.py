@@ -4,8 +4,6 @@ Models are drawn, since many numbers may be off together, and one is driven to w
 hardest, since few draws come near that corner.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Matplotlib figures inside a page: text stays text, colours follow the page, names are unique."""
 
-from __future__ import annotations
-
 import html
 import io
 import re

@@ -1,7 +1,5 @@
 """Pages of HTML that need nothing else, from templates beside the code."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """``investigation.html``: how an answer grew, run by run."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``report.html``: a diagnosis for people, in one file that needs nothing else."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What a reader should see in each group of a report's pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from tendon_newton.diagnosis.held_out import WINDOW

@@ -1,7 +1,5 @@
 """The tables that a report begins with: causes that are named or suspected, and their rivals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a reader must not believe too firmly: numbers that the data did not pin down."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from tendon_newton.diagnosis.explanation import Estimate

@@ -1,7 +1,5 @@
 """The pictures of a report, one panel each."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 The pictures move by SVG alone: a report has no script.
 """
 
-from __future__ import annotations
-
 import html
 from collections.abc import Mapping, Sequence
 from typing import Any

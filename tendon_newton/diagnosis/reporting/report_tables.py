@@ -1,7 +1,5 @@
 """The tables and key numbers of a report."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 

@@ -1,7 +1,5 @@
 """Numbers and causes in words: what a report says about a diagnosis."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Mapping

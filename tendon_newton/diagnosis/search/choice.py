@@ -1,7 +1,5 @@
 """Sparse sets of causes chosen on a survey's quadratic, without simulating."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

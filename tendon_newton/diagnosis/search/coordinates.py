@@ -1,7 +1,5 @@
 """Numbers of effects in coordinates in which a fit is nearly linear, and sizes to look at."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

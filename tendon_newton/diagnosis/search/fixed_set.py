@@ -1,7 +1,5 @@
 """A given set of effects fitted to recordings: nothing is looked for and nothing is named."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from tendon_newton.data.model_file import Model

@@ -1,7 +1,5 @@
 """What a model that is right leaves: noise, and by how much simple laws miss."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a cause is worth on recordings that no number has seen, by real refits."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 

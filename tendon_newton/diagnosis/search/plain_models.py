@@ -1,7 +1,5 @@
 """Plain models that a reader would try first: an answer has to predict unseen parts better."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from tendon_newton.diagnosis.findings import PlainModel

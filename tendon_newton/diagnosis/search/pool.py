@@ -1,7 +1,5 @@
 """All sets of causes that were fitted, and the best of them."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Causes dropped and exchanged, each by a real refit of all others."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

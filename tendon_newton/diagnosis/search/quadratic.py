@@ -1,7 +1,5 @@
 """Quadratics with bounds: what a choice of causes and a step of a refit both solve."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import get_lapack_funcs
 

@@ -1,7 +1,5 @@
 """Sets of causes fitted jointly: Levenberg-Marquardt for many sets at once."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Parts of long data: beginnings on which sets are chosen, and what decides where there is much."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where refits of sets start: at what a survey predicts, where they stood, or at a special case."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 
 import numpy as np

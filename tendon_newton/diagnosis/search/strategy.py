@@ -1,7 +1,5 @@
 """From a survey to a set of causes: choose, refit jointly, look again from there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every effect of the catalogue looked at once, around one fit: secants, slopes and removals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ missed, as in sparse regression of equations. Source: Brunton, Proctor and Kutz,
 3932.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import atan2, hypot

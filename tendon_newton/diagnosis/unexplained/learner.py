@@ -1,7 +1,5 @@
 """A flexible learner: ridge regression on cosines of signals, judged on what it has not seen."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The rest of the error, side by side: that of the servo, and that of the mechanism."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal

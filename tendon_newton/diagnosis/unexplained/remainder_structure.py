@@ -1,7 +1,5 @@
 """Does structure remain? A flexible learner against noise of the same colour, and on what."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """An account of every cause: what it explains alone, what it adds, and what it did not pass."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

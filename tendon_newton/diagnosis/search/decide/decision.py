@@ -1,7 +1,5 @@
 """May a cause be named? One rule, on all rows."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 

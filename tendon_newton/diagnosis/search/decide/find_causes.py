@@ -1,7 +1,5 @@
 """From recordings to findings: beginnings choose, all rows decide, every cause gets an account."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

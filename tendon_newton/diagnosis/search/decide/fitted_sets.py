@@ -1,7 +1,5 @@
 """Numbers of sets of causes with intervals, all of them uncertain together."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 

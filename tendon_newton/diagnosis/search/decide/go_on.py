@@ -1,7 +1,5 @@
 """Sets of causes carried on to further recordings: refitted, looked around once, weighed anew."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from tendon_newton.data.model_file import Model

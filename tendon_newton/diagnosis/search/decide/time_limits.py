@@ -1,7 +1,5 @@
 """What a search and its decision may take of a budget of time, and what decides in that time."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass

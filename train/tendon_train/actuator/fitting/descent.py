@@ -1,7 +1,5 @@
 """How weights go down: Muon for the matrices between layers, Adam for all else, in one cycle."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Exploration that goes on for some steps, so that fingers get somewhere by it."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 

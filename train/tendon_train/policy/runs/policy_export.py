@@ -1,7 +1,5 @@
 """From a trained policy to its files: ONNX and TorchScript, each with the policy's card."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path

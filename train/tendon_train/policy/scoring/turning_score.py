@@ -1,7 +1,5 @@
 """Let a policy turn balls in simulation, and measure what the balls did."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

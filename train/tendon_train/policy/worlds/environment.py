@@ -1,7 +1,5 @@
 """Thousands of fingers as an environment of rsl-rl."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass

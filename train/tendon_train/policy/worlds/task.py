@@ -1,7 +1,5 @@
 """What the hands of an environment are for: a goal, what is seen besides servos, what is paid."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol

@@ -1,7 +1,5 @@
 """The task of a finger whose tip goes to moving goals."""
 
-from __future__ import annotations
-
 from math import inf
 
 import torch

@@ -7,8 +7,6 @@ with the commanded rate :math:`\Omega`, the mean rate :math:`\bar\omega` over th
 and the distance :math:`d` of the ball's middle from where it starts.
 """
 
-from __future__ import annotations
-
 from math import exp
 
 import numpy as np
