@@ -27,9 +27,9 @@ HEADINGS = {
     "effects": "[effects](#effects) that the model has already, an `[[effects]]` table each",
     "bench_overrides": "[numbers of a bench](#numbers-of-a-bench) that differ from its asset",
     "fit": "[unknown numbers](#unknown-numbers), refitted by a diagnosis",
-    "tolerances": "how well things are stated, where you know it better than the catalogue: "
-    "`load_cell_gain = 0.01`, `torque_constant = 0.05`; standard deviations, as shares or in SI. "
-    "An effect with 0 is exact, and no cause: `acceleration_limit = 0` where a register holds it",
+    "tolerances": "how well things are stated, where you know better: `load_cell_gain = 0.01`; "
+    "standard deviations, as shares or in SI. An effect with 0 is exact, and no cause: "
+    "`acceleration_limit = 0` where a register holds it",
 }
 EXAMPLE = """\
 fit = ["torque_constant", "resistance"]
@@ -54,13 +54,12 @@ force = 1.2
 INTRODUCTION = (
     "# The model file\n\n"
     "A model is a bench's mechanism, one actuator and a list of effects. The file `model.toml` "
-    "states actuator and effects. `collect` and `import` write a model file beside the recordings, "
-    "and `diagnose` writes the extended one. Every verb that simulates reads one. "
+    "states actuator and effects. `collect` and `import` write one beside the recordings, "
+    "`diagnose` writes the extended one, and every verb that simulates reads one. "
     "[The equations](model.md) say what the numbers do. `python docs/make_model_file.py` makes "
-    "this page from the program's own tables, and a test compares the two.\n\n"
+    "this page.\n\n"
     f"```toml\n{EXAMPLE}```\n\n"
-    "All numbers are in SI units and radians. A number outside the range of its kind is refused "
-    "with the range. A key that is not known is refused with the keys that are.\n\n"
+    "All numbers are in SI units and radians.\n\n"
 )
 
 
@@ -81,16 +80,14 @@ def actuators() -> str:
     low, high = SPOOL_RADII
     parts = [
         "## The actuator\n",
-        "`kind` names the actuator, and all keys of the kind must be there. Exceptions are keys "
-        "that may be left out, and those of `learned`, which the card of its network has. A kind "
-        "without a table below has no keys.\n",
+        "`kind` names the actuator. All keys of the kind must be there, but for those that may be "
+        "left out, and those of `learned`, which the card of its network has.\n",
         rows(
             ("kind", "what it is"),
             ([f"`{kind}`", summary(actuator)] for kind, actuator in ACTUATORS.items()),
         ),
-        f"Any kind takes `spool_radius`, {low:g} to {high:g} m. Without this key the radius of the "
-        "bench's asset counts. `learned` needs `file`, the path of the network that `train-force` "
-        "wrote. A relative path is looked for beside the model file first.\n",
+        f"Any kind takes `spool_radius`, {low:g} to {high:g} m; without it that of the asset "
+        "counts. `learned` needs `file`, the path of the network that `train-force` wrote.\n",
     ]
     for kind, actuator in ACTUATORS.items():
         if actuator.parameters:
@@ -120,11 +117,10 @@ def effects() -> str:
         "## Effects\n",
         "Each `[[effects]]` table has the effect's `name` and all its keys. At its **null value** "
         "an effect does nothing, as if its table were left out.\n",
-        "On a bench of several servos `servo = 1` makes an effect that of servo 1 alone: that of "
-        "the columns `theta_d_1`, `theta_1` and `force_1`. Without this key an effect is of all "
-        "servos. What a file says of one servo counts there before what it says of all. Effects "
-        "of the mechanism take such a key on a hand alone, whose fingers share nothing: there "
-        "`servo = 1` is the finger of servo 1. `gravity_misalignment` and `sample_period_error` "
+        "On a bench of several servos `servo = 1` makes an effect that of servo 1 alone, of the "
+        "columns `theta_d_1`, `theta_1` and `force_1`. Without this key an effect is of all "
+        "servos that have none of their own. Effects of the mechanism take it on a hand alone: "
+        "there it is the finger of servo 1. `gravity_misalignment` and `sample_period_error` "
         "take none, and an export holds no such effect.\n",
     ]
     for side, heading in SIDES.items():
@@ -160,9 +156,9 @@ def benches() -> str:
     return (
         "## Numbers of a bench\n\n"
         "`[bench_overrides.BENCH]` states what differs from the asset of that name. Each key has "
-        "one value per joint, from the base to the tip; with one joint a lone number will do. An "
-        "entry of `dataset.toml` may state the same for one recording. `arm_mass` is the mass of "
-        "an even arm from the joint to the link's centre, besides `mass`.\n\n" + table
+        "one value per joint, from the base to the tip. An entry of `dataset.toml` may state the "
+        "same for one recording. `arm_mass` is the mass of an even arm from the joint to the "
+        "link's centre, besides `mass`.\n\n" + table
     )
 
 
@@ -171,12 +167,12 @@ def unknown() -> str:
     return (
         "## Unknown numbers\n\n"
         "`fit` lists keys of the actuator, or of a bench's numbers, that nobody has measured. A "
-        "diagnosis refits them in the model that it starts from and with every cause that it "
-        "tries. Numbers of the actuator that `fit` leaves out stay as they are.\n\n"
-        "A diagnosis takes masses, lengths and moment arms of a bench for as good as a drawing. "
-        f"Each may differ by up to {100.0 * TOLERANCE:.0f} %, and no cause is named for that. The "
-        "numbers that it ends with stand in `bench_overrides` of its `model.toml`. What "
-        "`bench_overrides` state, here or in `dataset.toml`, stays as it is stated.\n"
+        "diagnosis refits them with every cause that it tries; other numbers of the actuator stay "
+        "as they are.\n\n"
+        "Masses, lengths and moment arms of a bench are as good as a drawing: each may differ by "
+        f"up to {100.0 * TOLERANCE:.0f} %, and no cause is named for that. The numbers of the "
+        "answer stand in `bench_overrides` of its `model.toml`. What `bench_overrides` state "
+        "stays as it is stated.\n"
     )
 
 
