@@ -20,6 +20,9 @@ SURE = float(ndtri(0.975))  # Standard deviations to either end of a 95 % interv
 QUARTERS = 4.0
 """A range holds so many standard deviations of a number of which nothing else is known [1]: as many
 as a 95 % interval."""
+RIGID = 0.01
+"""Coordinate below which a drawn number that is infinite when absent is absent [1]: strings stiffer
+than a hundred typical ones, 1 MN/m, do not stretch, and no step of a simulation follows them."""
 Kind = Literal["linear", "log", "inverse"]
 Worlds = Mapping[tuple[str, str], Array]
 """Owner and name of each number that differs, and its value in each world, shape (N,)."""
@@ -88,6 +91,8 @@ class FittedSet:
         width, sizes, ways = self._ways()
         places = np.array([n.place for n in self.numbers]) + (normal * sizes @ ways.T) * width
         places = np.clip(places, [c.lower for c in own], [c.upper for c in own])
+        rigid = (places < RIGID) & np.array([c.kind == "inverse" for c in own], dtype=bool)
+        places = np.where(rigid, 0.0, places)
         values = [[c.value(u) for c, u in zip(own, row, strict=True)] for row in places]
         return np.array(values).reshape(normal.shape)
 

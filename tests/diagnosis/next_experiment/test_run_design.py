@@ -169,6 +169,40 @@ def test_an_unlikely_set_is_drawn_for_the_limit_too() -> None:
     assert together > 1.8 * alone
 
 
+def test_a_string_that_hardly_stretches_pulls_no_harder_than_its_servo() -> None:
+    """35 MN/m behind a rotor and guides: a step of 0.5 ms winds as much as 300 N stretch."""
+    volts = {"duty_per_rad": 0.08, "max_duty": 0.73, "supply_voltage": 8.9}
+    servo = {"torque_constant": 1.56, "resistance": 15.7, "armature": 0.002}
+    guides = NamedValues(name="routing_friction", values={"exponent": 0.063})
+    lag = NamedValues(name="actuator_lag", values={"time_constant": 0.054})
+    model = Model(
+        actuator=NamedValues(name="pwm_servo", values={**volts, **servo, "spool_radius": 0.0125}),
+        effects=(guides, lag),
+    )
+    scale = Coordinate(kind="inverse", origin=1.0e4, unit=1.0, lower=0.0, upper=20.0)
+    stiff = OpenNumber(owner="tendon_compliance", name="stiffness", coordinate=scale, place=3e-4)
+    own = FittedSet(
+        weight=1.0,
+        causes=("tendon_compliance",),
+        numbers=(stiff,),
+        covariance=np.array([[1e-12]]),
+    )
+    question = replace(open_sets(), posterior=Posterior(sets=(own,)), model=model)
+    time = TIME[:720]
+    rng = np.random.default_rng(0)
+    plans = [
+        Plan(
+            setting=Setting(bench="spring_weak"),
+            excitation="designed",
+            time=time,
+            command=DesignedCommand.draw(rng).at(time),
+        )
+        for _ in range(12)
+    ]
+    worst = WorstCase(question, np.random.default_rng(0)).drawn(plans, 1)
+    assert worst.max() < 0.73 * 8.9 * 1.56 / 15.7 / 0.0125  # what it gives at standstill
+
+
 @pytest.mark.parametrize(("limit", "words"), [(0.2, "no run stays within"), (24.0, "")])
 def test_a_plan_says_why_it_is_empty(limit: float, words: str) -> None:
     """Where every command pulls too hard: how hard the calmest does, and what to change."""

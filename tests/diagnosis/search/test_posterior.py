@@ -84,6 +84,14 @@ def test_draws_stay_within_ranges_and_are_fixed_by_their_seed() -> None:
     assert not np.array_equal(drawn[FORCE], BOTH.sample(COUNT, 3)[FORCE])
 
 
+def test_what_is_drawn_hundreds_of_times_too_stiff_to_matter_is_rigid() -> None:
+    """A limit of 8 per unit is drawn up to 800, or not at all: half of 2 % around none are."""
+    near = replace(SURE, numbers=(number(SPEED, 0.0, INVERSE),), covariance=np.array([[1.0e-4]]))
+    drawn = Posterior(sets=(near,)).sample(COUNT, 4)[SPEED]
+    assert np.isinf(drawn).mean() == pytest.approx(0.84, abs=0.01)  # one deviation from none
+    assert drawn[np.isfinite(drawn)].max() <= 800.0
+
+
 def test_a_set_without_a_number_comes_back_from_its_file(tmp_path: Path) -> None:
     """Of several servos nothing is stated with a tolerance: no cause is no number there."""
     none = FittedSet(weight=1.0, causes=(), numbers=(), covariance=np.zeros((0, 0)))
