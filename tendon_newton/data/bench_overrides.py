@@ -1,4 +1,7 @@
-"""Numbers of a bench that differ from its asset, from a dataset entry or a model file."""
+"""Numbers of a bench that differ from its asset, from a dataset entry or a model file.
+
+`mechanisms.geometry.overrides` puts them into a mechanism.
+"""
 
 from dataclasses import dataclass, fields
 from typing import Any

@@ -1,4 +1,4 @@
-"""The ways in which a diagnosis can be read, where the data leaves several open."""
+"""A fitted number with its interval, and a bench as it was set up."""
 
 from __future__ import annotations
 
