@@ -12,6 +12,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.importers import IMPORTERS, MAPPED
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.exports import EXPORTS
+from tendon_newton.exports.networks import network_target
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.importers.logs import xl330_log
 from tests.lab.foreign_logs.bam_files import bam_log
@@ -98,8 +99,10 @@ def test_an_import_writes_inside_its_folder(kind, name, tmp_path, capsys) -> Non
 
 @pytest.mark.parametrize("name", NAMES[:-1])  # USD keeps text that is not UTF-8 out
 @pytest.mark.parametrize("target", EXPORTS)
-def test_an_export_writes_inside_its_folder(target: str, name: str, tmp_path: Path) -> None:
+def test_an_export_writes_inside_its_folder(target, name, tmp_path, monkeypatch) -> None:
     """A bench's name comes from its USD file; no target makes a path of it."""
+    for steps in ("MLP_STEPS", "MEMORY_STEPS"):  # only the files' names matter
+        monkeypatch.setattr(network_target, steps, 1)
     model = ideal_model()
     mechanism = replace(bench_of("spring_weak", model), name=name.format(outside=tmp_path))
     out = tmp_path / "home" / "out"
