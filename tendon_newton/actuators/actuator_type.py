@@ -19,7 +19,6 @@ class Actuator(DeviceCode):
     model.
     """
 
-    name: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
     held: ClassVar[bool] = False
     """Whether its force [N] is decided outside the kernels once per control step, and held."""

@@ -12,7 +12,6 @@ class Ideal(Actuator):
     P = 4.2 N/rad for an XC330 on a 12.5 mm spool.
     """
 
-    name = "ideal"
     stiffness = "gain"
     parameters = (
         Parameter("gain", "N/rad", null=0.0, nominal=4.2, lower=0.1, upper=100.0).since(

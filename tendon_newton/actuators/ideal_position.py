@@ -16,7 +16,6 @@ class IdealPosition(Actuator):
     sag of a loop without an integral part is the load over its gain.
     """
 
-    name = "ideal_position"
     parameters = (
         Parameter(
             "compliance", "rad/(N m)", null=0.0, nominal=0.08, lower=0.0, upper=1.0, optional=True

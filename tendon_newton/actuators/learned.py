@@ -47,7 +47,6 @@ class Learned(Actuator):
     H = 30 samples at 20 Hz, held.
     """
 
-    name = "learned"
     parameters = (
         Parameter("hold_stiffness", "N/rad", null=0.0, nominal=6.0, lower=0.0, upper=1000.0).since(
             "fitted to train recordings; the virtual bench has 6.3 N/rad"

@@ -17,7 +17,6 @@ class MeasuredPath(Actuator):
     Source: Dahl, A solid friction model (1968), with an exponent of 1, for z; Hooke (1678) for s.
     """
 
-    name = "measured_path"
     parameters = (
         Parameter(
             "travel", "rad", null=0.0, nominal=0.002, lower=1.0e-4, upper=0.05, absolute=True

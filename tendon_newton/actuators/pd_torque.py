@@ -26,7 +26,6 @@ class PdTorque(Actuator):
     kd, tau) of Unitree's and MIT's motor drivers.
     """
 
-    name = "pd_torque"
     rotor = True
     parameters = (
         Parameter("kp", "N m/rad", null=0.0, nominal=20.0, lower=0.0, upper=2.0e4).since(

@@ -44,7 +44,6 @@ class PwmServo(Actuator):
     per count of error).
     """
 
-    name = "pwm_servo"
     rotor = True
     modulated = True
     parameters = (

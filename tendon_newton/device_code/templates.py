@@ -13,7 +13,7 @@ import inspect
 import sys
 import types
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_origin
 
 import warp as wp
 
@@ -34,9 +34,15 @@ def device_template(function: Function) -> Function:
 
 
 class DeviceCode:
-    """A class that is never instantiated, and whose static methods are device code."""
+    """A class that is never instantiated, and whose static methods are device code.
+
+    Its name is its file's.
+    """
+
+    name: ClassVar[str]
 
     def __init_subclass__(cls) -> None:
+        cls.name = cls.__module__.rpartition(".")[2]
         for member in vars(cls).values():
             if isinstance(member, staticmethod):
                 device_template(member.__func__)

@@ -62,7 +62,6 @@ class AccelerationLimit(Effect):
     Confused with: command_rate_limit, which it contains; actuator_lag in jumps of one size.
     """
 
-    name = "acceleration_limit"
     side = "actuator"
     memory = Stage.ERROR
     includes = ("command_rate_limit",)

@@ -20,7 +20,6 @@ class ActuatorLag(Effect):
     Confused with: command_delay (the row of a jump tells), viscous_friction (fast reversals tell).
     """
 
-    name = "actuator_lag"
     side = "actuator"
     memory = Stage.MOTOR_FORCE
     parameters = (

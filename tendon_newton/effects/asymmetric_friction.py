@@ -17,7 +17,6 @@ class AsymmetricFriction(Effect):
     which stay at rest.
     """
 
-    name = "asymmetric_friction"
     side = "actuator"
     dry = ("winding", "unwinding")
     includes = ("coulomb_friction",)

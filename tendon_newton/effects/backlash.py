@@ -18,7 +18,6 @@ class Backlash(Effect):
     deadband, which leaves theta where it is while the command moves.
     """
 
-    name = "backlash"
     side = "transmission"
     undamped = True
     parameters = (

@@ -77,7 +77,6 @@ class Effect(DeviceCode):
     model. An effect acts in each `Stage` that names one of its device functions.
     """
 
-    name: ClassVar[str]
     side: ClassVar[Literal["actuator", "transmission", "mechanism", "sensor"]]
     parameters: ClassVar[tuple[Parameter, ...]]
     dry: ClassVar[tuple[str, ...]] = ()

@@ -17,7 +17,6 @@ class CommandDelay(Effect):
     since only a delay leaves the first rows of a jump without any answer.
     """
 
-    name = "command_delay"
     side = "actuator"
     parameters = (
         Parameter("delay", "s", null=0.0, nominal=0.02, lower=0.0, upper=0.4).since(

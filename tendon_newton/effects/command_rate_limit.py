@@ -32,7 +32,6 @@ class CommandRateLimit(Effect):
     nothing of it; actuator_lag and command_delay in jumps of one size.
     """
 
-    name = "command_rate_limit"
     side = "actuator"
     memory = Stage.ERROR
     parameters = (

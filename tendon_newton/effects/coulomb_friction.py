@@ -16,7 +16,6 @@ class CoulombFriction(Effect):
     forces tells), joint_dry_friction (the load cell sits between them).
     """
 
-    name = "coulomb_friction"
     side = "actuator"
     dry = ("force",)
     parameters = (

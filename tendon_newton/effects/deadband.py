@@ -16,7 +16,6 @@ class Deadband(Effect):
     long ramps tell.
     """
 
-    name = "deadband"
     side = "actuator"
     parameters = (
         Parameter("width", "rad", null=0.0, nominal=0.05, lower=0.0, upper=1.0).since(

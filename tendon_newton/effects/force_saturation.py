@@ -26,7 +26,6 @@ class ForceSaturation(Effect):
     Confused with: speed_limit and obstruction in single steps; ramps into the limit tell.
     """
 
-    name = "force_saturation"
     side = "actuator"
     parameters = (
         Parameter("limit", "N", null=math.inf, nominal=10.0, lower=0.5, upper=100.0).since(

@@ -15,7 +15,6 @@ class GainDrift(Effect):
     short logs; a long recording that comes back to the same commands tells.
     """
 
-    name = "gain_drift"
     side = "actuator"
     parameters = (
         Parameter("rate", "1/s", null=0.0, nominal=0.005, lower=-0.05, upper=0.05).since(

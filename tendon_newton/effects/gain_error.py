@@ -16,7 +16,6 @@ class GainError(Effect):
     alone.
     """
 
-    name = "gain_error"
     side = "actuator"
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=3.0).since(

@@ -24,7 +24,6 @@ class GearLoadFriction(Effect):
     Confused with: load_dependent_friction, wherever the motor's gain is not known.
     """
 
-    name = "gear_load_friction"
     side = "actuator"
     dry = ("coefficient",)
     parameters = (

@@ -17,7 +17,6 @@ class GravityMisalignment(Effect):
     (a hanging pose tells).
     """
 
-    name = "gravity_misalignment"
     side = "mechanism"
     parameters = (
         Parameter(

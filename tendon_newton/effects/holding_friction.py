@@ -17,7 +17,6 @@ class HoldingFriction(Effect):
     Confused with: load_dependent_friction, which also costs force while winding in; gain_error.
     """
 
-    name = "holding_friction"
     side = "actuator"
     dry = ("share",)
     parameters = (

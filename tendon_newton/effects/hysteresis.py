@@ -64,7 +64,6 @@ class Hysteresis(Effect):
     gap has no force; viscoelastic_spring, which forgets with time.
     """
 
-    name = "hysteresis"
     side = "actuator"
     memory = Stage.TENSION
     includes = ("coulomb_friction",)

@@ -15,7 +15,6 @@ class InertiaError(Effect):
     tell.
     """
 
-    name = "inertia_error"
     side = "mechanism"
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=10.0).since(

@@ -15,7 +15,6 @@ class JointDampingError(Effect):
     side of the load cell).
     """
 
-    name = "joint_damping_error"
     side = "mechanism"
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.0, upper=10.0).since(

@@ -15,7 +15,6 @@ class JointDryFriction(Effect):
     Confused with: routing_friction; a wide range of forces tells.
     """
 
-    name = "joint_dry_friction"
     side = "mechanism"
     parameters = (
         Parameter("fraction", "1", null=0.0, nominal=0.05, lower=0.0, upper=0.8).since(

@@ -16,7 +16,6 @@ class JointStiffnessError(Effect):
     tip tell), gravity_misalignment on the finger (a hanging pose tells).
     """
 
-    name = "joint_stiffness_error"
     side = "mechanism"
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=4.0, tolerance=0.04).since(

@@ -14,7 +14,6 @@ class LoadCellBias(Effect):
     Confused with: deadband and position_offset (theta tells).
     """
 
-    name = "load_cell_bias"
     side = "sensor"
     parameters = (
         Parameter(

@@ -15,7 +15,6 @@ class LoadCellDelay(Effect):
     Confused with: load_cell_lag (the row of a jump tells), command_delay (theta tells).
     """
 
-    name = "load_cell_delay"
     side = "sensor"
     parameters = (
         Parameter("delay", "s", null=0.0, nominal=0.03, lower=0.0, upper=0.5).since(

@@ -14,7 +14,6 @@ class LoadCellDrift(Effect):
     Confused with: gain_drift (which needs a load and moves theta), load_cell_bias on short logs.
     """
 
-    name = "load_cell_drift"
     side = "sensor"
     parameters = (
         Parameter("rate", "N/s", null=0.0, nominal=0.0, lower=-1.0, upper=1.0).since(

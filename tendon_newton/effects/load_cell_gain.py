@@ -14,7 +14,6 @@ class LoadCellGain(Effect):
     Confused with: gain_error (theta tells).
     """
 
-    name = "load_cell_gain"
     side = "sensor"
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.3, upper=3.0, tolerance=0.015).since(

@@ -15,7 +15,6 @@ class LoadCellLag(Effect):
     Confused with: load_cell_delay (the row of a jump tells), actuator_lag (theta tells).
     """
 
-    name = "load_cell_lag"
     side = "sensor"
     parameters = (
         Parameter("time_constant", "s", null=0.0, nominal=0.03, lower=0.0, upper=0.5).since(

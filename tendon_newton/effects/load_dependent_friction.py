@@ -18,7 +18,6 @@ class LoadDependentFriction(Effect):
     load cell sits between them); coulomb_friction over a narrow range of forces.
     """
 
-    name = "load_dependent_friction"
     side = "actuator"
     dry = ("coefficient",)
     parameters = (

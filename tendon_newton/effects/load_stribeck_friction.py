@@ -20,7 +20,6 @@ class LoadStribeckFriction(Effect):
     Confused with: gear_load_friction, which it contains; only slow motion under load tells.
     """
 
-    name = "load_stribeck_friction"
     side = "actuator"
     dry = ("coefficient", "static_coefficient")
     includes = ("gear_load_friction",)

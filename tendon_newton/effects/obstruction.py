@@ -20,7 +20,6 @@ class Obstruction(Effect):
     0.
     """
 
-    name = "obstruction"
     side = "mechanism"
     undamped = True
     parameters = (

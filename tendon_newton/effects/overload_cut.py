@@ -21,7 +21,6 @@ class OverloadCut(Effect):
     Confused with: torque_fade (gradual, and back after a rest), force_saturation (at once).
     """
 
-    name = "overload_cut"
     side = "actuator"
     memory = Stage.DUTY
     switches = ("duty", "time")

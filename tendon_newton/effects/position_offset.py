@@ -15,7 +15,6 @@ class PositionOffset(Effect):
     tendon is loose); gravity_misalignment on one spring.
     """
 
-    name = "position_offset"
     side = "sensor"
     parameters = (
         Parameter("angle", "rad", null=0.0, nominal=0.0, lower=-1.0, upper=1.0).since(

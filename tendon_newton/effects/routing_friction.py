@@ -21,7 +21,6 @@ class RoutingFriction(Effect):
     (whose friction does not grow with force).
     """
 
-    name = "routing_friction"
     side = "transmission"
     needs_string = True
     dry = ("exponent",)

@@ -15,7 +15,6 @@ class SamplePeriodError(Effect):
     or a delay that is known, tells.
     """
 
-    name = "sample_period_error"
     side = "sensor"
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.8, upper=1.25).since(

@@ -20,7 +20,6 @@ class SpeedLimit(Effect):
     tell.
     """
 
-    name = "speed_limit"
     side = "actuator"
     parameters = (
         Parameter("limit", "rad/s", null=math.inf, nominal=8.0, lower=0.5, upper=100.0).since(

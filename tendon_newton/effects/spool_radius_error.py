@@ -17,7 +17,6 @@ class SpoolRadiusError(Effect):
     alone; two springs, or a finger with a tracked tip, tell.
     """
 
-    name = "spool_radius_error"
     side = "transmission"
     needs_string = True
     parameters = (

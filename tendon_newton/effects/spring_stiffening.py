@@ -15,7 +15,6 @@ class SpringStiffening(Effect):
     Confused with: obstruction (which begins at once) and joint_stiffness_error over a narrow range.
     """
 
-    name = "spring_stiffening"
     side = "mechanism"
     parameters = (
         Parameter("beta", "1", null=0.0, nominal=0.5, lower=-0.8, upper=5.0).since(

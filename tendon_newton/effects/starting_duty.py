@@ -18,7 +18,6 @@ class StartingDuty(Effect):
     deadband of the other sign at one gain (several gains tell).
     """
 
-    name = "starting_duty"
     side = "actuator"
     parameters = (
         Parameter("duty", "1", null=0.0, nominal=0.016, lower=0.0, upper=0.3).since(

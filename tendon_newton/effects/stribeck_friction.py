@@ -18,7 +18,6 @@ class StribeckFriction(Effect):
     Confused with: coulomb_friction, which it contains; only slow motion tells.
     """
 
-    name = "stribeck_friction"
     side = "actuator"
     dry = ("coulomb_force", "static_force")
     includes = ("coulomb_friction",)

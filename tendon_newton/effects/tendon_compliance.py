@@ -27,7 +27,6 @@ class TendonCompliance(Effect):
     tell, since the lead goes with the force and not with the position.
     """
 
-    name = "tendon_compliance"
     side = "transmission"
     undamped = True
     needs_string = True

@@ -21,7 +21,6 @@ class TendonSlack(Effect):
     Confused with: gravity_misalignment on one weak spring; a second spring or a finger tells.
     """
 
-    name = "tendon_slack"
     side = "transmission"
     undamped = True
     needs_string = True

@@ -48,7 +48,6 @@ class TorqueFade(Effect):
     force_saturation where the load is always high.
     """
 
-    name = "torque_fade"
     side = "actuator"
     memory = Stage.MOTOR_FORCE
     parameters = (

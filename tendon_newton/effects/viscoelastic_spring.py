@@ -18,7 +18,6 @@ class ViscoelasticSpring(Effect):
     Confused with: joint_damping_error as the relaxation time goes to 0; holds of seconds tell.
     """
 
-    name = "viscoelastic_spring"
     side = "mechanism"
     memory = Stage.SPRING
     parameters = (

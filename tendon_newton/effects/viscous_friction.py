@@ -16,7 +16,6 @@ class ViscousFriction(Effect):
     load cell sits between them: force against theta tells).
     """
 
-    name = "viscous_friction"
     side = "actuator"
     parameters = (
         Parameter("coefficient", "N s/rad", null=0.0, nominal=0.5, lower=0.0, upper=20.0).since(

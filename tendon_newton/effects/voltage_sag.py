@@ -17,7 +17,6 @@ class VoltageSag(Effect):
     Confused with: gain_error over a narrow range of forces, force_saturation over a wide one.
     """
 
-    name = "voltage_sag"
     side = "actuator"
     parameters = (
         Parameter("sag", "1/N", null=0.0, nominal=0.01, lower=0.0, upper=0.2).since(
