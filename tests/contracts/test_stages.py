@@ -18,7 +18,6 @@ from tendon_newton.simulation.dynamics import sensors
 from tendon_newton.simulation.kernels import history_kernels
 from tendon_newton.simulation.model.stage_fields import KNOWN_IN, check_stage
 from tendon_newton.simulation.tendons import spools, states
-from tests.stage_table import CONTRIBUTING, with_table
 
 CALLERS = (servo, gear, string, spool, states, sensors, spools, history_kernels)
 """Modules whose functions hand a tendon to the effects of a stage."""
@@ -35,13 +34,6 @@ def misspelt(force: Jet, tendon: Tendon, values: Values) -> Jet:
 def early(error: Jet, tendon: Tendon, values: Values) -> Jet:
     """Ask for the tension where the error is decided."""
     return error * tendon.tension
-
-
-def test_the_table_is_up_to_date() -> None:
-    """`python -m tests.stage_table` writes it."""
-    text = CONTRIBUTING.read_text()
-    assert "| `encoder` |" in text
-    assert text == with_table(text)
 
 
 def test_a_field_that_no_struct_has_is_refused_in_one_line() -> None:

@@ -121,11 +121,6 @@ def test_every_link_of_the_site_leads_to_a_page_and_its_heading() -> None:
     assert wrong == []
 
 
-def test_the_page_of_public_names_is_made_from_the_package() -> None:
-    """``python docs/make_api.py`` would write the same."""
-    assert (DOCS / "api.md").read_text(encoding="utf-8") == loaded("make_api").page()
-
-
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the site, built by one command without a warning."""

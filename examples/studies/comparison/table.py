@@ -34,8 +34,11 @@ def tables(results: Results) -> str:
 
 def errors(results: Results, keys: Sequence[str]) -> str:
     """Return held-out errors [mrad], with numbers and time of a fit on the first split."""
-    splits = (key.split(": ")[1].removeprefix("test ") for key in keys)
-    lines = [["left out", *splits, "numbers", "time"]]
+    single = [key for key in keys if " and " not in key]
+    pairs = [key for key in keys if key not in single]
+    splits = [key.split(": ")[1].removeprefix("test ") for key in single]
+    means = [f"{len(pairs)} pairs, mean"] if pairs else []
+    lines = [["left out", *splits, *means, "numbers", "time"]]
     lines.append(["---"] * len(lines[0]))
     for row, words in named_rows(results, keys).items():
         found = next((results[key][row] for key in keys if row in results[key]), {})
@@ -44,7 +47,9 @@ def errors(results: Results, keys: Sequence[str]) -> str:
         cost = (
             [str(found["numbers"]), f"{found['seconds']:.0f} s"] if "seconds" in found else [""] * 2
         )
-        lines.append([words, *(error(results[key].get(row)) for key in keys), *cost])
+        left = [error([results[key].get(row)]) for key in single]
+        left += [error([results[key].get(row) for key in pairs])] if pairs else []
+        lines.append([words, *left, *cost])
     return as_table(lines)
 
 
@@ -106,13 +111,17 @@ def shares_of_arm(results: Results) -> str:
     """Return what each model leaves of the squared error of a servo that is where it is told."""
     pairs = [rows for split, rows in results.items() if split.startswith(ARM) and OURS in rows]
     lines = [["squared error that is left", "pooled", "each pair alike"], ["---"] * 3]
+    told = [rows[TOLD]["held_out"] ** 2 for rows in pairs]
+    seen: list[list[float]] = []
     for row in (OURS, *(name for name in pairs[0] if name not in (OURS, TOLD))):
         left = [rows[row]["held_out"] ** 2 for rows in pairs]
-        told = [rows[TOLD]["held_out"] ** 2 for rows in pairs]
+        if left in seen:
+            continue  # a servo that follows by definition takes no notice of friction
+        seen.append(left)
         alike = mean(one / whole for one, whole in zip(left, told, strict=True))
         name = "four numbers, nothing stated" if row == "four numbers" else row
         lines.append([name, f"{sum(left) / sum(told):.3f}", f"{alike:.3f}"])
-    return f"{as_table(lines)}\n\n{len(pairs)} pairs."
+    return f"{as_table(lines)}\n\n{len(pairs)} pairs; models without effect are left out."
 
 
 def as_table(lines: Iterable[Sequence[str]]) -> str:
@@ -120,6 +129,7 @@ def as_table(lines: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def error(found: Mapping[str, Any] | None) -> str:
-    """Return one held-out error in words."""
-    return "waits" if found is None else f"{found['held_out']:.1f}"
+def error(found: Sequence[Mapping[str, Any] | None]) -> str:
+    """Return the mean held-out error of some splits in words."""
+    made = [cells["held_out"] for cells in found if cells is not None]
+    return f"{mean(made):.1f}" if len(made) == len(found) else "waits"
