@@ -286,18 +286,6 @@ def test_a_broken_mapping_is_refused(tmp_path: Path, text: str, said: str) -> No
         read_topic_mapping(path)
 
 
-def test_the_mapping_of_the_documentation_is_a_mapping(tmp_path: Path) -> None:
-    """The one shown in docs/recordings.md can be read as it stands."""
-    page = Path(__file__).resolve().parents[2] / "docs" / "recordings.md"
-    blocks = page.read_text(encoding="utf-8").split("```toml\n")[1:]
-    (text,) = (b.split("```")[0] for b in blocks if b.startswith("# mapping.toml"))
-    path = tmp_path / "mapping.toml"
-    path.write_text(text, encoding="utf-8")
-    sources = read_topic_mapping(path).sources
-    assert sources["theta_d"].scale == pytest.approx(DEGREE)
-    assert sources["force"].scale == -1.0
-
-
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
