@@ -15,7 +15,6 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.identification.study import Study, replacements
 from tendon_newton.simulation.hosts.replay import bench_of
@@ -29,10 +28,6 @@ MEMORY = 2.0
 """Time for which springs remember a tension, and a run its beginning [s]: 0.7 to 1.2 s and more on
 virtual benches, a choice."""
 JERK = 2  # Rows in which a string slips or a knock sets in: a knock takes 20 ms
-LINE = ("routing_friction", "tendon_compliance", "tendon_slack")
-"""Effects of the string between load cell and mechanism."""
-BEYOND = 2.0
-"""Greatest force that is tried on a mechanism, in the greatest tension of its recording [1]."""
 CALM = 0.1
 """Time for which a change of the command's pace jerks a bench [s]: five rows, on virtual ones."""
 
@@ -47,12 +42,10 @@ class Balance:
     name: str  # Of the recording, with the servo where there are several
     source: tuple[int, int]  # Which of all recordings it is, and which servo
     time: Array  # Since the recording's first row [s], shape (T,)
-    angle: Array  # Of the motor [rad], shape (T,)
     offset: Array  # Angle of the motor beyond what its tension leaves it [rad], shape (T,)
     tension: Array  # At the load cell [N], shape (T,)
     turns: Array  # Changes of the command's pace around each row [rad], shape (T,)
     radius: float  # Of the spool, as it is stated [m]; one on a shaft
-    stretch: float  # Angle by which the model's string gives [rad/N]
     follows: Array
     """What a model's error on a mechanism follows: the tension, which way frictions point, and what
     is remembered, shape (T, P)."""
@@ -85,7 +78,7 @@ def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
         command = recordings[i].command
         assert own.force is not None
         assert command is not None
-        force, angle = own.force[:, 0], own.motor_position[:, 0]
+        force = own.force[:, 0]
         offset = residual.theta[0]
         size = force / WIDTHS[-1]
         columns = [np.ones_like(force), size, size**2, size**3, size**4]
@@ -103,58 +96,54 @@ def balances(recordings: Sequence[Recording], model: Model) -> list[Balance]:
                     name=own.name,
                     source=(i, d),
                     time=(own.time - own.time[0])[rows],
-                    angle=angle[rows],
                     offset=offset[rows],
                     tension=force[rows],
                     turns=turns(own.time, command[:, d])[rows],
                     radius=radius,
-                    stretch=1.0 / (string_stiffness(model, d) * radius),
                     follows=np.stack(columns, axis=1)[rows],
                 )
             )
     return out
 
 
-def string_stiffness(model: Model, servo: int) -> float:
-    """Return how stiff a servo's string is in a model [N/m]."""
-    own = [e for e in model.effects if e.name == "tendon_compliance" and e.servo in (None, servo)]
-    return float(own[-1].values["stiffness"]) if own else np.inf
-
-
-def held_angles(
-    sources: Sequence[tuple[int, int]], recordings: Sequence[Recording], model: Model
-) -> list[tuple[Array, Array]]:
-    """Return forces on a mechanism and the motor's angles at which they hold it, both rising.
+def pushed_offsets(
+    sources: Sequence[tuple[int, int]],
+    pushes: Sequence[Array],
+    recordings: Sequence[Recording],
+    model: Model,
+) -> list[Array]:
+    """Return offsets of the motor's angle where something pushes beside the tension [rad].
 
     Args:
-        sources: Which recording, and which servo's force rises; the others' stay as they were.
+        sources: Which recording, and which servo's mechanism is pushed.
+        pushes: Forces along the tendon that are tried, positive where they close the mechanism [N],
+            shape (N, T) each, of a recording's last T rows.
         recordings: All of them.
-        model: Model of the bench. Its string neither rubs, gives nor hangs here.
+        model: Model of the bench.
+
+    Returns:
+        Motor beyond where tension and push leave it, as the pushes.
     """
     if not sources:
         return []
-    ramps = [rising(recordings[i], d) for i, d in sources]
-    study = driven_mechanism(ramps, model)
-    owners = study.table.owners
-    line = {c: p.null for c, (owner, p) in enumerate(owners) if effect_of(owner) in LINE}
-    residuals = study.residuals(*replacements([line]))
-    out = []
-    for n, (_, d) in enumerate(sources):
-        k = study.sources.index((n, d))
-        own = study.recordings[k]
-        assert own.force is not None
-        angle = np.maximum.accumulate(own.motor_position[:, 0] - residuals[k].theta[0])
-        out.append((own.force[:, 0], angle + 1e-9 * np.arange(len(angle))))
-    return out
+    tried = [
+        pushed(recordings[i], d, push)
+        for (i, d), own in zip(sources, pushes, strict=True)
+        for push in own
+    ]
+    study = driven_mechanism(tried, model)
+    residuals = dict(zip(study.sources, study.residuals(*replacements([{}])), strict=True))
+    servos = [d for (_, d), own in zip(sources, pushes, strict=True) for _ in own]
+    offsets = iter([residuals[n, d].theta[0] for n, d in enumerate(servos)])
+    return [np.stack([next(offsets)[-len(push) :] for push in own]) for own in pushes]
 
 
-def rising(recording: Recording, servo: int) -> Recording:
-    """Return a recording in which one servo's force rises from nothing to far beyond its own."""
+def pushed(recording: Recording, servo: int, push: Array) -> Recording:
+    """Return a recording with a force more on a servo's mechanism in its last rows [N]."""
     assert recording.force is not None
-    force = np.tile(np.median(recording.force, axis=0), (len(recording.time), 1))
-    force[:, servo] = np.linspace(0.0, BEYOND * recording.force[:, servo].max(), len(force))
-    still = np.zeros_like(force)
-    return replace(recording, force=force, motor_position=still, motor_velocity=still)
+    force = recording.force.copy()
+    force[-len(push) :, servo] += push
+    return replace(recording, force=force)
 
 
 def driven_mechanism(recordings: Sequence[Recording], model: Model) -> Study:

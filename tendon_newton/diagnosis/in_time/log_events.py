@@ -22,8 +22,8 @@ from tendon_newton.diagnosis.in_time.balance import (
     balances,
     commanded,
     falls,
-    held_angles,
     pulses,
+    pushed_offsets,
     rows_in,
     size_of_step,
     turns,
@@ -53,7 +53,9 @@ LEAST_JUMP = 4.0
 SETTLED = 0.05
 """Time after which a mechanism has followed a knock, and for which its force is read off [s]."""
 EMPTY = 0.1  # Tension of a string that is empty [N]: some times the noise of a load cell
-STOP = 0.2  # Share of its usual give with which a mechanism stands at a stop [1]
+TRIED = np.linspace(0.0, 2.0, 9)
+"""Forces of a knock that are tried, in how far the tension fell [1]: a string is stiffer than what
+it pulls, so little of a force goes into anything else."""
 LEAST_DIP = 0.03
 """Share of the supply that counts as missing on any day [1]: a register has tenths of a volt."""
 LEAST_CALM = 2
@@ -74,7 +76,7 @@ class Event:
     unit: str
     above: float  # Size, in units of the greatest on the day that the model knows [1]
     at_least: bool = False
-    """Whether it may be larger: more would have left the string as empty, the stop as firm."""
+    """Whether it may be larger: more would have left the string as empty, the mechanism as far."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,43 +228,48 @@ def knock(own: Balance, at: int, above: float) -> Event:
 def with_forces(
     events: Sequence[tuple[Event, Balance]], recordings: Sequence[Recording], model: Model
 ) -> list[Event]:
-    """Return events whose knocks have the force that holds the model's mechanism where it is."""
-    knocks = [own for event, own in events if event.kind == "knock"]
-    held = iter(held_angles([own.source for own in knocks], recordings, model))
+    """Return events whose knocks have the force that moves the model's mechanism as it moved."""
+    knocks = [(event, own) for event, own in events if event.kind == "knock"]
+    pushes = [TRIED[:, None] * fallen(event, own) for event, own in knocks]
+    offsets = pushed_offsets([own.source for _, own in knocks], pushes, recordings, model)
+    found = iter(offsets)
     return [
-        pushed(event, own, *next(held)) if event.kind == "knock" else event for event, own in events
+        pushing(event, own, next(found)) if event.kind == "knock" else event
+        for event, own in events
     ]
 
 
-def pushed(event: Event, own: Balance, forces: Array, angles: Array) -> Event:
-    r"""Return a knock with its force, read off as soon as it has set in.
+def fallen(event: Event, own: Balance) -> Array:
+    """Return a push as large as the tension fell, which sets in as it fell [N], shape (T,)."""
+    at = int(np.searchsorted(own.time, event.start))
+    settled = at + rows_in(own.time, SETTLED)
+    share = (own.tension[max(0, at - 1)] - own.tension) / event.size
+    share[settled:] = 1.0
+    share[:at] = 0.0
+    return event.size * np.maximum.accumulate(np.clip(share, 0.0, 1.0))
 
-    .. math:: P = T(\theta + F / (k r)) - F
 
-    T holds the mechanism at an angle of the motor, and the string stretches by F / k. Both count
-    from between before the knock and after it: guides hold the mechanism back as it comes and as it
-    goes.
+def pushing(event: Event, own: Balance, offsets: Array) -> Event:
+    """Return a knock with its force, read off as soon as it has set in.
+
+    With that force beside the measured tension the model's mechanism goes as far as motor and
+    string went. What the model erred before the knock it errs then.
 
     Args:
-        event: The knock.
+        event: The knock, as large as the tension fell.
         own: The recording's balance.
-        forces: Forces on the mechanism [N], rising, shape (N,).
-        angles: Angles of the motor at which they hold it [rad], rising, shape (N,).
+        offsets: Of the motor's angle under the forces that are tried [rad], shape (N, T).
     """
     assert event.end is not None
     at, end = np.searchsorted(own.time, [event.start, event.end])
     settled = rows_in(own.time, SETTLED)
-    around = [max(0, at - 1), min(end + settled, len(own.time) - 1)]
     during = slice(at + settled, max(at + settled + 1, min(at + 2 * settled, end - 1)))
-    tension = float(np.median(own.tension[during]))
-    fall = float(own.tension[around].mean()) - tension
-    turned = float(np.median(own.angle[during]) - own.angle[around].mean())
-    place = float(np.interp(tension + fall, forces, angles)) + turned + own.stretch * fall
-    give = np.gradient(angles, forces)
-    if np.interp(place, angles, give) < STOP * np.median(give):
-        return replace(event, size=fall, at_least=True)
-    size = float(np.interp(place, angles, forces)) - tension
-    return replace(event, size=size, at_least=tension < EMPTY)
+    before = offsets[:, max(0, at - JERK - 1) : max(1, at)].mean(axis=1)
+    left = (np.median(offsets[:, during], axis=1) - before) * np.sign(event.size)
+    if np.median(own.tension[during]) < EMPTY or not left[-1] <= 0.0 < left[0]:
+        return replace(event, at_least=True)
+    left = np.minimum.accumulate(left)
+    return replace(event, size=float(np.interp(0.0, left[::-1], event.size * TRIED[::-1])))
 
 
 def jumps(recording: Recording) -> list[tuple[Array, Array]]:
