@@ -55,7 +55,11 @@ def went(number: Mapping[str, Any], kind: str, size: float, days: tuple[Path, Pa
     if kind == "viscous_friction":  # planted as a factor of the servo's own
         before, after = (truth_of(day)[kind][0]["coefficient"] for day in days)
         size = before - after
-    kept = {key: number[key] for key in ("before", "value", "ci95", "moved", "rivals")}
+    if kind in ("viscous_friction", "tendon_slack"):  # there is no less than none
+        size = min(size, number["before"])
+    kept = {
+        key: number[key] for key in ("before", "value", "ci95", "moved", "probability", "rivals")
+    }
     return kept | {"inside": inside(number, kind, size, back=True)}
 
 

@@ -51,6 +51,9 @@ change not quite leaves something for others."""
 MENDED = 0.95
 """Probability from which a mend has moved its number: several that were mended may make up for each
 other within their intervals, and yet none can have stayed."""
+PROMISED = 1.4
+"""Logarithm of the odds that a mend moves its number [nat]: four of five names of a diagnosis are
+deserved, by docs/lab/exams.md."""
 STEPS = 8  # Steps of a refit at most; a bound on time, as is the next
 PROMISING = 6  # Numbers that are tried beside those that moved, of those that promise most
 Moved = frozenset[str]  # Causes whose numbers moved
@@ -281,9 +284,10 @@ class Days:
         return self.telling * (self.fits[frozenset()].score - self.fits[moved].score)
 
     def worth(self, moved: Moved) -> float:
-        """Return what a set gains, its numbers paid for [nat]."""
+        """Return what a set gains, its numbers paid for and promises kept [nat]."""
         minor = MINOR * max(map(self.gain, self.fits))
-        return self.gain(moved) - sum(walk_of(n).odds + minor for n in moved - self.mended)
+        price = sum(walk_of(n).odds + minor for n in moved - self.mended)
+        return self.gain(moved) + PROMISED * len(moved & self.mended) - price
 
     def search(self) -> Moved:
         """Return the set of changes that the second day is worth."""
