@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal
 
 import numpy as np
 from scipy.special import ndtri
@@ -176,9 +176,8 @@ def read_posterior(diagnosis: Path) -> Posterior:
 
 def read_set(table: CheckedTable) -> FittedSet:
     """Check one set of causes."""
-    numbers = tuple(map(read_number, table.tables("numbers")))
-    weight = table.number("weight")
-    if weight <= 0.0:
+    numbers = table.value("numbers", tuple[OpenNumber, ...])
+    if table.number("weight") <= 0.0:
         table.refuse("weight", "> 0")
     try:
         covariance = np.array(table.values.get("covariance"), dtype=float)
@@ -187,21 +186,4 @@ def read_set(table: CheckedTable) -> FittedSet:
         covariance = np.zeros(0)
     if covariance.shape != (len(numbers),) * 2 or not np.isfinite(covariance).all():
         table.refuse("covariance", f"a table of {len(numbers)} x {len(numbers)} numbers")
-    return FittedSet(
-        weight=weight, causes=table.words("causes"), numbers=numbers, covariance=covariance
-    )
-
-
-def read_number(table: CheckedTable) -> OpenNumber:
-    """Check one number of a set."""
-    own = table.table("coordinate")
-    kind: Any = own.values.get("kind")
-    if kind not in get_args(Kind):
-        own.refuse("kind", f"one of {', '.join(get_args(Kind))}")
-    ends = {key: own.number(key) for key in ("origin", "unit", "lower", "upper")}
-    return OpenNumber(
-        owner=table.word("owner"),
-        name=table.word("name"),
-        coordinate=Coordinate(kind=kind, **ends),
-        place=table.number("place"),
-    )
+    return table.record(FittedSet, numbers=numbers, covariance=covariance)

@@ -21,11 +21,12 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     write_log,
 )
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
-from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE, read_noise, read_scale
+from tendon_newton.diagnosis.next_experiment.open_sets_file import FILE, read_scale
 from tendon_newton.diagnosis.posterior import ENDING, Posterior, read_posterior, write_posterior
 from tendon_newton.diagnosis.reporting.path_report import write_path_report
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.diagnosis.search.decide.go_on import go_on
+from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.workflows.diagnosing import diagnose_into
 from tendon_newton.workflows.investigation_check import (
     Ready,
@@ -224,7 +225,7 @@ def open_sets(log: InvestigationLog, options: InvestigateOptions) -> OpenSets | 
     return OpenSets(
         posterior=likeliest(posterior),
         model=starting_model(options),
-        noise=read_noise(table),
+        noise=table.value("noise_floor", NoiseFloor),
         scale=read_scale(table),
         looks_further=True,
     )

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
@@ -103,7 +103,6 @@ class LoadCellCalibration:
 
 SETTING_KEYS = ("cell", "gain", "rate", "gravity", "date")
 RESULT_KEYS = ("identifier", "tare", "slope", "residual", "hysteresis", "r_squared")
-POINT_KEYS = ("mass", "direction", "counts", "sigma", "readings", "duration")
 
 
 def write_calibration(path: Path, calibration: LoadCellCalibration) -> None:
@@ -159,16 +158,10 @@ def load_partial(path: Path) -> tuple[dict[str, Any], list[CalibrationPoint]]:
 
 def read_points(table: CheckedTable) -> list[CalibrationPoint]:
     """Read the ``[[points]]`` tables."""
-    points: list[CalibrationPoint] = []
     for row in table.tables("points"):
-        refuse_unknown_keys(row.values, POINT_KEYS, row.where, InvalidCalibration)
-        direction = row.word("direction")
-        if direction not in ("up", "down"):
-            row.refuse("direction", "up or down")
-        numbers = {key: row.number(key) for key in ("mass", "counts", "sigma", "duration")}
-        readings = int(row.number("readings"))
-        points.append(CalibrationPoint(**numbers, direction=direction, readings=readings))
-    return points
+        known = [field.name for field in fields(CalibrationPoint)]
+        refuse_unknown_keys(row.values, known, row.where, InvalidCalibration)
+    return list(table.value("points", tuple[CalibrationPoint, ...]))
 
 
 def read_settings(table: CheckedTable) -> dict[str, Any]:
@@ -176,7 +169,7 @@ def read_settings(table: CheckedTable) -> dict[str, Any]:
     return {
         "cell": table.word("cell"),
         "date": table.word("date"),
-        "gain": int(table.number("gain")),
+        "gain": table.whole("gain"),
         "rate": table.number("rate"),
         "gravity": table.number("gravity"),
     }

@@ -7,12 +7,12 @@ It is the JSON text ``card.json`` among the extra files of a TorchScript file, a
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 from typing import Literal
 
 from tendon_newton.data.cards.card_json import read_card_json, refuse_broken
-from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.files.checked_table import STATED, table_of
 from tendon_newton.errors import InvalidNetworkFile
 
 SCHEMA = 1
@@ -30,8 +30,9 @@ HOLD_LIMIT = 1000.0
 class HoldLaw:
     """How a network's force answers to the shaft until the network is asked again."""
 
-    stiffness: float = 0.0  # By how much it falls as the shaft turns [N/rad]
-    damping: float = 0.0  # By how much it falls as the shaft turns faster [N s/rad]
+    # By how much it falls as the shaft turns [N/rad], and as it turns faster [N s/rad]
+    stiffness: float = field(default=0.0, metadata={"key": "stiffness_n_per_rad"})
+    damping: float = field(default=0.0, metadata={"key": "damping_n_s_per_rad"})
 
     def __post_init__(self) -> None:
         for name in ("stiffness", "damping"):
@@ -81,12 +82,12 @@ class ForceNetworkCard:
     """What a program must know to use a force network, checked when built."""
 
     kind: str  # Family of the network
-    network_set: str  # Set that its sizes come from
-    parameter_count: int  # Trained numbers
+    network_set: str = ""  # Set that its sizes come from
+    parameter_count: int = 0  # Trained numbers
     window: int  # Samples in a window, oldest first
-    rate: float  # Samples per second [Hz]
+    rate: float = field(metadata={"key": "rate_hz"})  # Samples per second [Hz]
     # Tension that the servo can produce [N]; a user of the network clips to 0 ... limit.
-    force_limit: float
+    force_limit: float = field(metadata={"key": "force_limit_n"})
     streaming: bool  # Whether it was trained to run on one sample at a time with its state kept
     # Smallest and largest value of each input in training, in its unit
     bounds: Mapping[str, tuple[float, float]]
@@ -95,9 +96,10 @@ class ForceNetworkCard:
     # What it was trained for: forces along measured motion, or the loop of a simulation
     purpose: Literal["prediction", "simulation"] = "prediction"
     hold: HoldLaw = PLAIN_HOLD  # What a simulation makes of its force between two queries
-    inputs: tuple[str, ...] = INPUTS  # Columns of a sample
-    units: tuple[str, ...] = UNITS  # Units of the inputs, then of the output
-    schema: int = SCHEMA
+    inputs: tuple[str, ...] = field(default=INPUTS, metadata=STATED)  # Columns of a sample
+    # Units of the inputs, then of the output
+    units: tuple[str, ...] = field(default=UNITS, metadata=STATED)
+    schema: int = field(default=SCHEMA, metadata=STATED)
 
     def __post_init__(self) -> None:
         promises = (
@@ -121,11 +123,7 @@ class ForceNetworkCard:
 
     def to_json(self) -> str:
         """Return the card as it stands in a file."""
-        table = asdict(self) | {"bounds": {key: list(pair) for key, pair in self.bounds.items()}}
-        for name, key in FILE_KEYS.items():
-            table[key] = table.pop(name)
-        table["hold"] = {key: getattr(self.hold, name) for name, key in HOLD_KEYS.items()}
-        return json.dumps(table, indent=1)
+        return json.dumps(table_of(self), indent=1)
 
     @staticmethod
     def from_json(text: str) -> "ForceNetworkCard":
@@ -135,47 +133,6 @@ class ForceNetworkCard:
             InvalidNetworkFile: The text is no JSON object, or a value is missing or mistyped.
         """
         first = {"schema": SCHEMA, "units": list(UNITS)}
-        return read_card_json(text, read_card, first, InvalidNetworkFile)
-
-
-FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
-"""Attribute -> key in a file, where bare numbers carry their unit in the name."""
-HOLD_KEYS = {"stiffness": "stiffness_n_per_rad", "damping": "damping_n_s_per_rad"}
-"""Attribute of a `HoldLaw` -> key in a file."""
-
-
-def read_card(table: CheckedTable) -> ForceNetworkCard:
-    """Build a card from the table that JSON gives."""
-    training, bounds = table.table("training"), table.table("bounds")
-    hold = PLAIN_HOLD
-    if "hold" in table:
-        stated = table.table("hold", **dict.fromkeys(HOLD_KEYS.values(), 0.0))
-        hold = HoldLaw(**{name: stated.number(key) for name, key in HOLD_KEYS.items()})
-    held_out = table.values.get("held_out")
-    return ForceNetworkCard(
-        schema=table.whole("schema"),
-        kind=table.values["kind"],
-        network_set=str(table.values.get("network_set", "")),
-        parameter_count=int(table.values.get("parameter_count", 0)),
-        inputs=table.words("inputs"),
-        units=table.words("units"),
-        window=table.whole("window"),
-        rate=table.number("rate_hz"),
-        force_limit=table.number("force_limit_n"),
-        streaming=bool(table.values["streaming"]),
-        bounds={name: bounds.pair(name) for name in bounds.values},
-        training=Training(
-            recordings=tuple(
-                TrainingRecording(**row.values) for row in training.tables("recordings")
-            ),
-            split=training.word("split"),
-            seed=training.whole("seed"),
-            git_commit=training.word_or_none("git_commit"),
-            version=training.word("version"),
-        ),
-        held_out=None
-        if held_out is None
-        else HeldOut(**held_out | {"recordings": tuple(held_out["recordings"])}),
-        purpose=table.values.get("purpose", "prediction"),
-        hold=hold,
-    )
+        return read_card_json(
+            text, lambda table: table.record(ForceNetworkCard), first, InvalidNetworkFile
+        )

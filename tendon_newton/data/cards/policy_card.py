@@ -7,11 +7,11 @@ of ``card`` in the metadata of an ONNX file. Reading it needs neither torch nor 
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from math import isfinite, pi
 from pathlib import PurePath
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 
 from tendon_newton.data.cards.card_json import Promise, read_card_json, refuse_broken
 from tendon_newton.data.cards.policy_observation import (
@@ -22,8 +22,8 @@ from tendon_newton.data.cards.policy_observation import (
     Task,
     sample_of,
 )
-from tendon_newton.data.cards.turning_task import TurningTask, read_turning
-from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.cards.turning_task import TurningTask
+from tendon_newton.data.files.checked_table import STATED, CheckedTable, table_of
 from tendon_newton.errors import InvalidPolicyFile
 
 SCHEMA = 1
@@ -71,11 +71,15 @@ class PolicyTraining:
 class FurtherServo:
     """A servo of a policy beyond its first, on the next tendon of the asset."""
 
-    command_range: tuple[float, float]  # Least and greatest desired motor angle [rad]
-    spool_radius: float  # Spool radius of the bench of the training [m]
+    # Least and greatest desired motor angle [rad]
+    command_range: tuple[float, float] = field(metadata={"key": "command_range_rad"})
+    # Spool radius of the bench of the training [m]
+    spool_radius: float = field(metadata={"key": "spool_radius_m"})
     servo: str  # Name in the table of servos
-    force_limit: float  # Tension that it can produce in training [N]
-    pay_out: tuple[float, float] | None = None  # Pay-out rule of this servo [rad], where it has one
+    # Tension that it can produce in training [N]
+    force_limit: float = field(metadata={"key": "force_limit_n"})
+    # Pay-out rule of this servo [rad], where it has one
+    pay_out: tuple[float, float] | None = field(default=None, metadata={"key": "pay_out_rad"})
 
     @property
     def turning_range(self) -> tuple[float, float]:
@@ -91,25 +95,30 @@ class PolicyCard:
     of the others stand in `further_servos`.
     """
 
-    command_range: tuple[float, float]  # Least and greatest desired motor angle [rad]
-    spool_radius: float  # Spool radius of the bench of the training [m]
+    # Least and greatest desired motor angle [rad]
+    command_range: tuple[float, float] = field(metadata={"key": "command_range_rad"})
+    # Spool radius of the bench of the training [m]
+    spool_radius: float = field(metadata={"key": "spool_radius_m"})
     servo: str  # Name in the table of servos
-    force_limit: float  # Tension that the servo can produce in training [N]
+    # Tension that the servo can produce in training [N]
+    force_limit: float = field(metadata={"key": "force_limit_n"})
     action_clip: float  # Greatest action either way [rad]
     training: PolicyTraining
     # Least command of a motor at home, and the angle beyond which it is not at home [rad]; where
     # there is none the whole command range counts everywhere. `motor_command` is its definition.
-    pay_out: tuple[float, float] | None = None
+    pay_out: tuple[float, float] | None = field(default=None, metadata={"key": "pay_out_rad"})
     # SHA-256 of the ``model.toml`` that it was trained on; absent for a model without a file
-    model: str | None = None
+    model: str | None = field(default=None, metadata=STATED)
     # Goals that it has met in training: angles [rad], or rates [rad/s] of a policy that turns
     goal_range: tuple[float, float] = (0.0, pi / 2.0)
-    rate: float = RATE  # Policy steps per second [Hz]
+    # Policy steps per second [Hz]
+    rate: float = field(default=RATE, metadata=STATED | {"key": "rate_hz"})
     # Readings of the servo per second [Hz], a whole multiple of the rate
-    servo_rate: float = SERVO_RATE
-    history: int = HISTORY  # Samples in an observation, oldest first
+    servo_rate: float = field(default=SERVO_RATE, metadata=STATED | {"key": "servo_rate_hz"})
+    # Samples in an observation, oldest first
+    history: int = field(default=HISTORY, metadata=STATED)
     # Where inputs are normalised; either way the file takes them in SI units
-    normalisation: Literal["in_network", "none"] = "in_network"
+    normalisation: Literal["in_network", "none"] = field(default="in_network", metadata=STATED)
     observation: tuple[tuple[str, str], ...] = SAMPLE  # Name and unit of each number of a sample
     action_unit: str = ACTION_UNIT
     action_meaning: str = ACTION_MEANING
@@ -117,7 +126,7 @@ class PolicyCard:
     further_servos: tuple[FurtherServo, ...] = ()
     # Task of a policy that turns a ball; where there is none the tip goes to a goal
     turning: TurningTask | None = None
-    schema: int = SCHEMA
+    schema: int = field(default=SCHEMA, metadata=STATED)
 
     def __post_init__(self) -> None:
         ratio = self.servo_rate / self.rate if self.rate > 0.0 else 0.0
@@ -191,35 +200,10 @@ class PolicyCard:
 
     def to_json(self) -> str:
         """Return the card as it stands in a file."""
-        training = {each.name: getattr(self.training, each.name) for each in fields(PolicyTraining)}
-        table = {
-            "schema": self.schema,
-            "observation": [list(pair) for pair in self.observation],
-            "history": self.history,
-            "rate_hz": self.rate,
-            "servo_rate_hz": self.servo_rate,
-            "action": {
-                "unit": self.action_unit,
-                "clip": self.action_clip,
-                "meaning": self.action_meaning,
-            },
-            **drive_table(self),
-            GOAL_RANGES[self.task]: list(self.goal_range),
-            "normalisation": self.normalisation,
-            "model": self.model,
-            **(
-                {}
-                if self.turning is None
-                else {"task": self.task, "turning": self.turning.to_table()}
-            ),
-            **(
-                {"further_servos": [drive_table(each) for each in self.further_servos]}
-                if self.further_servos
-                else {}
-            ),
-            "training": training | {key: dict(training[key]) for key in ("randomisation", "files")},
-        }
-        return json.dumps(table, indent=1)
+        table = table_of(self)
+        table["action"] = {key: table.pop(f"action_{key}") for key in ("unit", "clip", "meaning")}
+        table[GOAL_RANGES[self.task]] = table.pop("goal_range")
+        return json.dumps(table | ({} if self.turning is None else {"task": self.task}), indent=1)
 
     @staticmethod
     def from_json(text: str) -> "PolicyCard":
@@ -233,60 +217,16 @@ class PolicyCard:
 
 def read_card(table: CheckedTable) -> PolicyCard:
     """Build a card from the table that JSON gives."""
-    training = table.table("training", samples=0, force="", randomisation={}, files={})
-    ranges, files = training.table("randomisation"), training.table("files")
     action = table.table("action")
-    turns = "turning" in table
-    key = GOAL_RANGES["turn" if turns else "tip"]
-    goals = {"goal_range": table.pair(key)} if key in table else {}
-    further = table.tables("further_servos") if "further_servos" in table else []
-    return PolicyCard(
-        schema=table.whole("schema"),
+    key = GOAL_RANGES["turn" if "turning" in table else "tip"]
+    return table.record(
+        PolicyCard,
         observation=tuple((name, unit) for name, unit in table.values["observation"]),
-        history=table.whole("history"),
-        rate=table.number("rate_hz"),
-        servo_rate=table.number("servo_rate_hz"),
         action_unit=action.word("unit"),
         action_clip=action.number("clip"),
         action_meaning=action.word("meaning"),
-        normalisation=table.values["normalisation"],
-        model=table.word_or_none("model"),
-        training=PolicyTraining(
-            seed=training.whole("seed"),
-            git_commit=training.word_or_none("git_commit"),
-            version=training.word("version"),
-            samples=training.whole("samples"),
-            force=training.word("force"),
-            randomisation={name: ranges.pair(name) for name in ranges.values},
-            files={name: files.word(name) for name in files.values},
-        ),
-        further_servos=tuple(FurtherServo(**drive_values(each)) for each in further),
-        turning=read_turning(table.table("turning")) if turns else None,
-        **goals,
-        **drive_values(table),
+        **({"goal_range": table.pair(key)} if key in table else {}),
     )
-
-
-def drive_values(table: CheckedTable) -> dict[str, Any]:
-    """Return what JSON says of one servo, by the names of our attributes."""
-    return {
-        "command_range": table.pair("command_range_rad"),
-        "spool_radius": table.number("spool_radius_m"),
-        "servo": table.word("servo"),
-        "force_limit": table.number("force_limit_n"),
-        "pay_out": table.pair("pay_out_rad") if "pay_out_rad" in table else None,
-    }
-
-
-def drive_table(servo: PolicyCard | FurtherServo) -> dict[str, Any]:
-    """Return what JSON says of one servo."""
-    return {
-        "command_range_rad": list(servo.command_range),
-        **({} if servo.pay_out is None else {"pay_out_rad": list(servo.pay_out)}),
-        "spool_radius_m": servo.spool_radius,
-        "servo": servo.servo,
-        "force_limit_n": servo.force_limit,
-    }
 
 
 def drive_promises(servo: PolicyCard | FurtherServo) -> tuple[Promise, ...]:

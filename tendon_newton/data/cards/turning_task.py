@@ -1,11 +1,10 @@
 """What the card of a policy that turns a ball says of its task, and how far a ball has turned."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isclose, sqrt
 from typing import Any, TypeVar
 
 from tendon_newton.data.cards.card_json import Promise
-from tendon_newton.data.files.checked_table import CheckedTable
 
 LONGEST_DROP = 1.0  # Farthest distance that a card may call a drop [m]
 
@@ -20,7 +19,7 @@ class TurningTask:
     # Axis of the commanded rate in the base frame [1], of length 1
     axis: tuple[float, float, float]
     # Distance of the ball's middle from where it starts beyond which it is dropped [m]
-    drop_distance: float
+    drop_distance: float = field(metadata={"key": "drop_distance_m"})
 
     @property
     def promises(self) -> tuple[Promise, ...]:
@@ -33,18 +32,6 @@ class TurningTask:
             ("turning.drop_distance_m", self.drop_distance,
                 0.0 < self.drop_distance <= LONGEST_DROP, f"up to {LONGEST_DROP:g} m"),
         )  # fmt: skip
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the numbers as they stand in JSON."""
-        return {"asset": self.asset, "axis": list(self.axis), "drop_distance_m": self.drop_distance}
-
-
-def read_turning(table: CheckedTable) -> TurningTask:
-    """Build the task from the table that JSON gives."""
-    x, y, z = map(float, table.values["axis"])
-    return TurningTask(
-        asset=table.word("asset"), axis=(x, y, z), drop_distance=table.number("drop_distance_m")
-    )
 
 
 def half_turn(before: Values, after: Values, axis: Values) -> tuple[Values, Values]:

@@ -1,15 +1,21 @@
-"""Objects of JSON files, read key by key with errors that name the place and the promise."""
+"""Dataclasses as tables of files, and tables read with errors that name place and promise."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from types import NoneType
+from typing import Any, Literal, NoReturn, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import are_tables, are_words, is_list, is_table
 from tendon_newton.errors import TendonNewtonError, listed, shown
+
+Record = TypeVar("Record", bound=Any)  # A dataclass
+# Metadata of a field that has a default, and that a file must have nevertheless
+STATED = {"stated": True}
 
 
 class CheckedTable:
@@ -42,17 +48,24 @@ class CheckedTable:
             self.refuse(key, "a whole number")
         return number
 
+    def vector(self, key: str, count: int) -> tuple[float, ...]:
+        """Return so many finite numbers under a key."""
+        value = self.values.get(key)
+        numbers = [finite_number(each) for each in value] if is_list(value) else []
+        known = tuple(number for number in numbers if number is not None)
+        if not len(known) == len(numbers) == count:
+            self.refuse(key, f"{count} finite numbers")
+        return known
+
     def pair(self, key: str) -> tuple[float, float]:
         """Return the two finite numbers under a key."""
-        pair = self.values.get(key)
-        numbers = [finite_number(value) for value in pair] if is_list(pair) else []
-        if len(numbers) != 2 or numbers[0] is None or numbers[1] is None:
-            self.refuse(key, "two finite numbers")
-        return numbers[0], numbers[1]
+        first, second = self.vector(key, 2)
+        return first, second
 
-    def word_or_none(self, key: str) -> str | None:
-        """Return the text under a key, None where null stands there."""
-        return None if key in self and self.values[key] is None else self.word(key)
+    def flag(self, key: str) -> bool:
+        """Return the truth value under a key."""
+        flag = self.values.get(key)
+        return flag if isinstance(flag, bool) else self.refuse(key, "true or false")
 
     def word(self, key: str) -> str:
         """Return the text under a key."""
@@ -63,6 +76,53 @@ class CheckedTable:
         """Return the texts under a key."""
         words = self.values.get(key)
         return tuple(words) if are_words(words) else self.refuse(key, "a list of names")
+
+    def record(self, kind: type[Record], **known: Any) -> Record:
+        """Return a dataclass, each of whose fields is read from the key of its name by its type.
+
+        A field's metadata may have another `key`. Without its key a field has its default, unless
+        its metadata are `STATED`, and what has no default is None where it may be.
+
+        Args:
+            **known: Fields that are not read.
+        """
+        types = get_type_hints(kind)
+        for field in fields(kind):
+            key = field.metadata.get("key", field.name)
+            optional = field.default is not MISSING or field.default_factory is not MISSING
+            if key not in self and "stated" in field.metadata:
+                self.refuse(key, "stated")
+            if field.name not in known and (key in self or not optional):
+                known[field.name] = self.value(key, types[field.name])
+        return kind(**known)
+
+    def value(self, key: str, kind: Any) -> Any:
+        """Return what stands under a key, of a type as a dataclass states it."""
+        readers: dict[Any, Any] = {
+            float: self.number,
+            int: self.whole,
+            bool: self.flag,
+            str: self.word,
+            tuple[str, ...]: self.words,
+            Mapping[str, float]: self.numbers,
+        }
+        origin, inner = get_origin(kind), get_args(kind)
+        if kind in readers:
+            return readers[kind](key)
+        if isinstance(kind, type) and is_dataclass(kind):
+            return self.table(key).record(kind)
+        if NoneType in inner:
+            return None if self.values.get(key) is None else self.value(key, inner[0])
+        if origin is Literal:
+            value = self.values.get(key)
+            return value if value in inner else self.refuse(key, f"one of {listed(inner)}")
+        if origin is Mapping:
+            table = self.table(key)
+            return {name: table.value(name, inner[1]) for name in table.values}
+        if all(part is float for part in inner):
+            return self.vector(key, len(inner))
+        rows: type[Any] = inner[0]
+        return tuple(row.record(rows) for row in self.tables(key))
 
     def numbers(self, key: str) -> dict[str, float]:
         """Return the finite numbers by name under a key."""
@@ -75,16 +135,12 @@ class CheckedTable:
                 return known
         self.refuse(key, "an object of finite numbers")
 
-    def table(self, key: str, **absent: Any) -> CheckedTable:
-        """Return the object under a key.
-
-        Args:
-            **absent: What holds for keys that the object does not have.
-        """
+    def table(self, key: str) -> CheckedTable:
+        """Return the object under a key."""
         table = self.values.get(key)
         if not is_table(table):
             self.refuse(key, "an object")
-        return CheckedTable(absent | table, f"{self.where}: {key}", self._fault)
+        return CheckedTable(table, f"{self.where}: {plain(key)}", self._fault)
 
     def tables(self, key: str, *, hint: str = "") -> list[CheckedTable]:
         """Return the objects in the list under a key.
@@ -106,9 +162,30 @@ class CheckedTable:
             shown(self.values[key]) if key in self else f"missing, there are {listed(self.values)}"
         )
         end = f". {hint}" if hint else ""
-        raise self._fault(f"{self.where}: {key} must be {promise}; it is {came}{end}")
+        raise self._fault(f"{self.where}: {plain(key)} must be {promise}; it is {came}{end}")
+
+
+def plain(key: str) -> str:
+    """Return a key as a message shows it: names that a file gives may hold anything."""
+    return key if key.isidentifier() else shown(key)
 
 
 def read_checked(path: Path, fault: type[TendonNewtonError], promise: str) -> CheckedTable:
     """Read the object of a JSON file; see `read_json`."""
     return CheckedTable(read_json(path, fault, promise), str(path), fault)
+
+
+def table_of(value: Any) -> Any:
+    """Return a dataclass as `CheckedTable.record` reads it; a None or () by default is left out."""
+    if is_dataclass(value):
+        pairs = [(field, getattr(value, field.name)) for field in fields(value)]
+        return {
+            field.metadata.get("key", field.name): table_of(each)
+            for field, each in pairs
+            if each not in (None, ()) or field.default is MISSING or "stated" in field.metadata
+        }
+    if isinstance(value, Mapping):
+        return {key: table_of(each) for key, each in cast("Mapping[str, Any]", value).items()}
+    if isinstance(value, tuple):
+        return [table_of(each) for each in cast("tuple[Any, ...]", value)]
+    return value

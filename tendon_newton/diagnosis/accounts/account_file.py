@@ -100,7 +100,7 @@ def state_account(row: CheckedTable, stated: StatedDiagnosis, scale: BenchScale)
         rivals=() if own is None else own.indistinguishable_from,
         experiment=None if own is None else own.separating_experiment,
         at_bound=words(row.values.get("at_bound")) or (),
-        criteria=state_criteria(row),
+        criteria=row.value("criteria", tuple[Criterion, ...]) if "criteria" in row else (),
         probability=finite_number(row.values.get("probability")),
         acts_in=None if acts is None else words(acts),
         looked_at=int(finite_number(row.values.get("looked_at")) or 0),
@@ -113,16 +113,3 @@ def words(value: Any) -> tuple[str, ...] | None:
     if not is_list(value):
         return None
     return tuple(word for word in value if isinstance(word, str))
-
-
-def state_criteria(row: CheckedTable) -> tuple[Criterion, ...]:
-    """Check what a cause had to pass."""
-    return tuple(
-        Criterion(
-            name=criterion.word("name"),
-            value=criterion.number("value"),
-            bar=criterion.number("bar"),
-            passed=criterion.values.get("passed") is True,
-        )
-        for criterion in (row.tables("criteria") if "criteria" in row else ())
-    )

@@ -38,7 +38,7 @@ def read_open_sets(folder: Path) -> tuple[OpenSets, tuple[Setting, ...]]:
     question = OpenSets(
         posterior=likeliest(read_posterior(path)),
         model=load_model(folder / "model.toml"),
-        noise=read_noise(table),
+        noise=table.value("noise_floor", NoiseFloor),
         scale=read_scale(table),
     )
     sets = question.posterior.sets
@@ -67,30 +67,15 @@ def read_setting(row: CheckedTable) -> Setting:
         bench = read_bench_overrides(row.values.get("bench_overrides", {}))
     except TendonNewtonError as error:
         raise InvalidDiagnosis(f"{row.where}: {error}") from error
-    return Setting(
-        bench=row.word("bench"),
-        seconds=row.number("seconds"),
-        bench_overrides=bench,
-        actuator_overrides=row.numbers("actuator_overrides") if "actuator_overrides" in row else {},
-    )
+    return row.record(Setting, bench_overrides=bench)
 
 
 def read_scale(table: CheckedTable) -> BenchScale:
     """Read how large the benches are; without a word they are of the nominal size."""
     if "scale" not in table:
         return BenchScale()
-    own = table.table("scale")
-    numbers = {key: own.number(key) for key in ("force", "travel", "turn") if key in own}
-    for key, value in numbers.items():
-        if value <= 0.0:
-            own.refuse(key, "> 0")
-    return BenchScale(**numbers, is_shaft=own.values.get("is_shaft") is True)
-
-
-def read_noise(table: CheckedTable) -> NoiseFloor:
-    """Read the noise of the sensors."""
-    floor = table.table("noise_floor")
-    has_force = floor.values.get("force") is not None
-    return NoiseFloor(
-        theta=floor.number("theta"), force=floor.number("force") if has_force else None
-    )
+    scale = table.value("scale", BenchScale)
+    for key in ("force", "travel", "turn"):
+        if getattr(scale, key) <= 0.0:
+            table.table("scale").refuse(key, "> 0")
+    return scale

@@ -166,8 +166,8 @@ def test_another_cell_has_another_identifier() -> None:
     [
         ("mass = 0.5", "mass = 0.51", "the file was changed by hand"),
         ('cell = "A3"', 'cell = "A4"', "the file was changed by hand"),
-        ("gain = 128", 'gain = "high"', "gain must be a finite number; it is 'high'"),
-        ('direction = "up"', 'direction = "sideways"', "direction must be up or down"),
+        ("gain = 128", 'gain = "high"', "gain must be a whole number; it is 'high'"),
+        ('direction = "up"', 'direction = "sideways"', "direction must be one of up, down"),
         ("tare =", "tara =", "no key named 'tara'"),
         ("[[points]]", "[points]", "must be TOML"),
         ("counts = ", "count = ", "no key named 'count'"),

@@ -93,7 +93,7 @@ def test_a_wrong_card_of_a_policy_that_turns_is_named(changes: dict[str, Any], s
 
 def test_an_axis_that_is_no_vector_is_refused() -> None:
     """As it stands in a file."""
-    with pytest.raises(InvalidPolicyFile, match="wrong type"):
+    with pytest.raises(InvalidPolicyFile, match="axis must be 3 finite numbers"):
         PolicyCard.from_json(turning_card().to_json().replace('"axis": [', '"axis": [0.0, '))
 
 
