@@ -9,6 +9,7 @@ from tendon_hardware.control.operator import Operator
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_log import policy_span, step_table
 from tendon_newton import __version__
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.formats.mcap_file import read_session
@@ -17,7 +18,7 @@ from tendon_newton.diagnosis.in_time.changes_report import CHANGES
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.effects import find_effect
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import InvalidOutput, InvalidParameter
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.climbing import climbed, stair_levels
 from tendon_newton.workflows.options import RefreshOptions
@@ -45,7 +46,6 @@ from tendon_train.refresh.refresh_outcome import (
     TipFigure,
     headline,
     judge_drift,
-    read_drift,
     told_drift,
     write_page,
 )
@@ -113,7 +113,7 @@ def open_ledger(options: RefreshOptions, out: Path) -> Ledger:
 def find_drift_in_logs(options: RefreshOptions, ledger: Ledger, operator: Operator) -> Drift:
     """Hold the logs against the model, unless what changed is known."""
     if (done := ledger.done("drift")) is not None:
-        return read_drift(done)
+        return CheckedTable(done, str(ledger.path), InvalidOutput).record(Drift)
     changes = options.changes
     drift = find_wear(options, operator) if changes is None else told_drift(changes)
     ledger.finish("drift", asdict(drift))

@@ -1,5 +1,7 @@
 """Wear on a bench that the model fitted: named if it is there, and nothing if it is not."""
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +9,11 @@ import pytest
 
 from tendon_hardware.control.operator import SilentOperator
 from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
 from tendon_newton.diagnosis.in_time.walks import walk_of
-from tendon_newton.errors import InvalidDiagnosis
+from tendon_newton.errors import InvalidDiagnosis, InvalidOutput
 from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.drift import SUSPECTS, find_drift, growth, model_error, tune
@@ -19,10 +22,10 @@ from tendon_train.refresh.refresh_outcome import (
     AGREES,
     CHANGED,
     WORN,
+    Drift,
     Ledger,
     headline,
     judge_drift,
-    read_drift,
     told_drift,
     write_page,
 )
@@ -117,12 +120,11 @@ def test_tuning_finds_the_numbers_of_a_model_from_a_log() -> None:
 
 def test_the_page_stands_alone_and_says_what_is_the_matter(tmp_path: Path) -> None:
     """No link leads out of it; what a ledger kept of a drift comes back the same."""
-    from dataclasses import asdict
-
     worn = ideal_model(coulomb_friction={"force": 1.2})
     diagnosis, _ = find_drift(dataset_of(worn, 1), FITTED, suspects=FEW)
     drift = judge_drift(diagnosis, 0.002, grown=10.0)
-    assert read_drift(asdict(drift)) == drift
+    kept = json.loads(json.dumps(asdict(drift)))
+    assert CheckedTable(kept, "refresh.json", InvalidOutput).record(Drift) == drift
     write_page(tmp_path / "refresh.html", drift, [], {"logs": "<deployments>"}, None)
     page = (tmp_path / "refresh.html").read_text(encoding="utf-8")
     assert "The bench has drifted from its model: coulomb friction." in page

@@ -181,20 +181,6 @@ def told_drift(folder: Path) -> Drift:
     )
 
 
-def read_drift(table: Mapping[str, Any]) -> Drift:
-    """Return what a ledger kept."""
-    causes = tuple(
-        FoundWear(
-            name=row["name"],
-            words=row["words"],
-            numbers=tuple(row["numbers"]),
-            rivals=tuple(row["rivals"]),
-        )
-        for row in table["causes"]
-    )
-    return Drift(**{**table, "causes": causes})
-
-
 def headline(drift: Drift) -> str:
     """Return the answer in one sentence; only logs of before show that something has changed."""
     compared = drift.reference_theta_rmse is not None
