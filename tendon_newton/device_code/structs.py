@@ -446,6 +446,7 @@ class Beginning:
 
     contact: ContactStates  # The contact states
     forces: Forces  # The forces in them
+    known: real  # Whether the forces are found already (1)
 
 
 @device_struct

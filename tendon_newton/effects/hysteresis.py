@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from tendon_newton.device_code.placeholders import Vec2
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
@@ -9,19 +10,23 @@ ALIKE = 1.0e-3  # Difference of an exponent from 1 below which both are the same
 
 
 @device_template
-def left(before: real, way: real, exponent: real) -> real:
+def left(before: real, way: real, exponent: real) -> Vec2:
     """Return the share of the friction that is still to come, which was `before`, after a way [1].
 
-    It falls as du/dw = -u^n.
+    It falls as du/dw = -u^n. The second number is u^n.
     """
     rest = real(1.0) - exponent
-    out = real(0.0)
+    out = Vec2()
     if wp.abs(rest) < real(ALIKE):
-        out = before * wp.exp(-way)
+        share = before * wp.exp(-way)
+        out = Vec2(share, share)
     elif before > real(0.0):
         base = wp.pow(before, rest) - rest * way
         if base > real(0.0):
-            out = wp.pow(base, real(1.0) / rest)
+            share = before
+            if way != real(0.0):
+                share = wp.pow(base, real(1.0) / rest)
+            out = Vec2(share, share / base)
     return out
 
 
@@ -38,12 +43,9 @@ def bent(before: real, tendon: Tendon, values: Values) -> Jet:
     if travel < real(0.0):
         side = real(-1.0)
     missing = real(1.0) - side * before / values[0]
-    missing = left(missing, side * travel / values[1], values[2])
-    slope = real(0.0)
-    if missing > real(0.0):
-        slope = wp.pow(missing, values[2])
-    friction = side * values[0] * (real(1.0) - missing)
-    return Jet(friction, values[0] / values[1] * slope, real(0.0))
+    after = left(missing, side * travel / values[1], values[2])
+    friction = side * values[0] * (real(1.0) - after[0])
+    return Jet(friction, values[0] / values[1] * after[1], real(0.0))
 
 
 class Hysteresis(Effect):

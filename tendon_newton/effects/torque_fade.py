@@ -23,11 +23,15 @@ def built_up(before: real, demand: real, elapsed: real, values: Values) -> real:
     a = before * kept
     b = (real(1.0) - kept) * values[0] * demand * demand
     rho = a
+    change = b
     for _ in range(8):
-        more = real(1.0) + rho
-        rho = rho - (rho - a - b / (more * more)) / (
-            real(1.0) + real(2.0) * b / (more * more * more)
-        )
+        if change != real(0.0):  # a short time with a small force takes two steps
+            more = real(1.0) + rho
+            nearer = rho - (rho - a - b / (more * more)) / (
+                real(1.0) + real(2.0) * b / (more * more * more)
+            )
+            change = nearer - rho
+            rho = nearer
     return rho
 
 

@@ -19,6 +19,7 @@ from tendon_newton.device_code.placeholders import (
     LINKS,
     MAY_HOLD,
     REST,
+    ROUTED,
     ROWS,
     TENDONS,
     JointMatrix,
@@ -177,8 +178,11 @@ def begin(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Beginning:
     again = bool(True)
     while again:
         again = bool(False)
-        contact = choose_held(mechanism, p, here, contact)
-        forces = smooth_forces(mechanism, p, here, contact)
+        chosen = choose_held(mechanism, p, here, contact)
+        contact = chosen.contact
+        forces = chosen.forces
+        if chosen.known == real(0.0):
+            forces = smooth_forces(mechanism, p, here, contact)
         if wp.static(FREE_SPOOL):
             taut = pulling_spools(mechanism, p, here, contact, forces)
             for d in range(TENDONS):
@@ -214,7 +218,7 @@ def pulling_spools(
 @device_template
 def choose_held(
     mechanism: Mechanism, p: ParameterVector, here: Drive, begun: ContactStates
-) -> ContactStates:
+) -> Beginning:
     """Decide which rows are held, where it is known which spools are."""
     contact = begun
     arms = row_arms(mechanism, here, contact)
@@ -256,9 +260,11 @@ def choose_held(
             if contact.row_held[r] > real(0.0):
                 contact.hold[r] = wp.clamp(real(0.0), least[r], most[r])
                 held = held + 1
+    out = Beginning()
+    out.contact = contact
     if held > 0:
-        contact = release(mechanism, p, here, contact, least, most, held)
-    return contact
+        out = release(mechanism, p, here, contact, least, most, held)
+    return out
 
 
 @device_template
@@ -270,11 +276,11 @@ def release(
     least: RowVector,
     most: RowVector,
     held: int,
-) -> ContactStates:
+) -> Beginning:
     """Let those rows go that cannot be held; write the pull [N] of the tendons that are.
 
     The holding forces solve the complementarity problem of the accelerations by projected
-    Gauss-Seidel.
+    Gauss-Seidel. Where no row goes, other forces than those that hold stay what they are.
     """
     forces = smooth_forces(mechanism, p, here, contact)
     mobility = inverse(forces.mass_matrix)
@@ -316,8 +322,10 @@ def release(
                 acceleration = acceleration + response * change
                 contact.hold[d] = force
                 changed = changed or change != real(0.0)
+    known = real(wp.static(0.0 if ROUTED else 1.0))  # a routed tendon is as stiff as it pulls
     for j in range(LINKS):
         if contact.joint_held[j] > real(0.0) and wp.abs(hold[j]) >= limit[j]:
+            known = real(0.0)
             contact.joint_direction[j] = sign(acceleration[j])
             contact.joint_held[j] = real(0.0)
     for d in range(ROWS):
@@ -329,7 +337,12 @@ def release(
                 if contact.hold[d] > least[d] or (most[d] <= least[d] and slows):
                     contact.row_side[d] = contact.most_side[d]
                 contact.row_held[d] = real(0.0)
-    return contact
+                known = real(0.0)
+    out = Beginning()
+    out.contact = contact
+    out.forces = forces
+    out.known = known
+    return out
 
 
 @device_template
