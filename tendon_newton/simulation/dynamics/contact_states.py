@@ -179,10 +179,10 @@ def begin(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Beginning:
     while again:
         again = bool(False)
         chosen = choose_held(mechanism, p, here, contact)
+        if chosen.known == real(0.0):
+            chosen.forces = smooth_forces(mechanism, p, here, chosen.contact)
         contact = chosen.contact
         forces = chosen.forces
-        if chosen.known == real(0.0):
-            forces = smooth_forces(mechanism, p, here, contact)
         if wp.static(FREE_SPOOL):
             taut = pulling_spools(mechanism, p, here, contact, forces)
             for d in range(TENDONS):
@@ -263,7 +263,10 @@ def choose_held(
     out = Beginning()
     out.contact = contact
     if held > 0:
-        out = release(mechanism, p, here, contact, least, most, held)
+        let_go = release(mechanism, p, here, contact, least, most, held)
+        out.contact = let_go.contact
+        out.forces = let_go.forces
+        out.known = let_go.known
     return out
 
 
