@@ -1,17 +1,11 @@
-"""Pairs of recording days on virtual units: what changed is told, what did not is not, and mends.
-
-``python -m examples.studies.days 100 101 102 --out DIR [--jobs N]``
+"""Pairs of recording days on virtual units: what changed is told, and what did not is not.
 
 The first day of each unit is recorded and diagnosed as a newcomer does it. Its second day is
-recorded three times: with one wrong thing, as it was, and mended. The first two are held against
-the first day, and the mended one against the day with the wrong thing. What is in DIR already is
-not done again; ``days.json`` has every pair and the rates.
+recorded twice, with one wrong thing and as it was, and held against the first.
 """
 
-import argparse
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +13,6 @@ from examples.studies.unit_score import rate
 from examples.studies.units import read, timed
 from tendon_hardware.virtual_bench.physics.wear import PLANTINGS, planted_size
 from tendon_newton.data.files.json_file import write_json
-from tendon_newton.scheduler import JobOptions, completed
 
 KINDS = sorted(PLANTINGS.keys() - {"gravity_misalignment"})
 """Wrong things of second days. A tilt is none of them: in the first unit that was looked at, 0.2 to
@@ -72,31 +65,25 @@ def pairs_of(unit: int, out: Path) -> Row:
     model = diagnosed(first, folder)
     same = recorded(unit, "new", 2, folder / "same")
     worn = recorded(unit, kind, 3, folder / "worn")
-    mended = recorded(unit, "new", 4, folder / "mended")
     changed = compared(worn, first, model, folder / "changed")
+    unchanged = compared(same, first, model, folder / "unchanged")
+    size = planted_size(kind, unit)
     return {
         "unit": unit,
         "kind": kind,
-        "size": planted_size(kind, unit),
-        "changed": scored(changed, kind, planted_size(kind, unit)),
-        "same": scored(compared(same, first, model, folder / "unchanged"), kind, None),
-        "mended": scored(
-            compared(mended, worn, folder / "changed" / "model.toml", folder / "mend"),
-            kind,
-            planted_size(kind, unit),
-            back=True,
-        ),
+        "size": size,
+        "changed": scored(changed, kind, size),
+        "same": scored(unchanged, kind, None),
     }
 
 
-def scored(answer: Mapping[str, Any], kind: str, size: float | None, *, back: bool = False) -> Row:
+def scored(answer: Mapping[str, Any], kind: str, size: float | None) -> Row:
     """Hold what an answer says to have moved against what was changed.
 
     Args:
         answer: One day of ``changes.json``.
         kind: Effect of the wrong thing.
         size: Size of the wrong thing; None where nothing was changed.
-        back: Whether it was taken away.
     """
     moved = [number for number in answer["numbers"] if number["moved"]]
     first = moved[0] if moved else None
@@ -116,11 +103,11 @@ def scored(answer: Mapping[str, Any], kind: str, size: float | None, *, back: bo
     }
     own = next((number for number in moved if number["cause"] == kind), None)
     if own is not None and size is not None and kind != "viscous_friction":
-        row |= {"inside": inside(own, kind, size, back=back)}
+        row |= {"inside": inside(own, kind, size)}
     return row
 
 
-def inside(number: Mapping[str, Any], kind: str, size: float, *, back: bool) -> bool:
+def inside(number: Mapping[str, Any], kind: str, size: float, *, back: bool = False) -> bool:
     """Tell whether a number's interval holds what a wrong thing of a size makes of it.
 
     None stands for infinity, which only a stiffness reaches.
@@ -145,29 +132,4 @@ def summary(rows: Sequence[Row]) -> Row:
         "nothing_else": share("changed", "nothing_else"),
         "truth_inside": share("changed", "inside"),
         "silent": share("same", "silent"),
-        "mend_named_or_in_class": share("mended", "in_class"),
-        "mend_inside": share("mended", "inside"),
     }
-
-
-def main() -> None:
-    """Print a row for each unit and the rates."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("units", type=int, nargs="+")
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--jobs", type=int, default=1)
-    a = parser.parse_args()
-    a.out.mkdir(parents=True, exist_ok=True)
-    rows: list[Row] = []
-    for _, row in completed(partial(pairs_of, out=a.out), a.units, JobOptions(jobs=a.jobs)):
-        rows.append(row)
-        said = {d: [n["cause"] for n in row[d]["moved"]] for d in ("changed", "same", "mended")}
-        print(f"{row['unit']:4d}  {row['kind']:22s}  {said}", flush=True)
-    rows.sort(key=lambda row: row["unit"])
-    write_json(a.out / "days.json", {"summary": summary(rows), "units": rows})
-    for name, found in summary(rows).items():
-        print(f"{name:24s} {found['hits']} of {found['of']}")
-
-
-if __name__ == "__main__":
-    main()

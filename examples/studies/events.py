@@ -1,17 +1,13 @@
 """Events in recordings of virtual units: a slip, a skip, a knock, a dip; found in time and size?
 
-``python -m examples.studies.events 100 101 --days DAYS --out DIR [--runs 10] [--jobs N]``
-
-DAYS is the folder of `examples.studies.days`, whose answers are the models. Each unit makes six
-runs in which nothing happens, by which events are told from what the model leaves, as many clean
-runs as there are with an event, and these. What is in DIR already is not done again.
+The models are the answers of `examples.studies.days`. Each unit makes six runs in which nothing
+happens, by which events are told from what the model leaves, as many clean runs as there are with
+an event, and these.
 """
 
-import argparse
 import random
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +27,6 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.diagnosis.in_time.log_events import Event, calm_day, find_events
-from tendon_newton.scheduler import JobOptions, completed
 
 Row = dict[str, Any]
 KINDS = ("slip", "skip", "knock", "dip")
@@ -124,7 +119,7 @@ def recorded(unit: int, name: str, event: Row | None = None) -> Recording:
     )
 
 
-def unit_row(unit: int, days: Path, out: Path, runs: int) -> Row:
+def events_of(unit: int, days: Path, out: Path, runs: int) -> Row:
     """Record a unit's runs and look for their events, unless that is done."""
     file = out / f"events_{unit}.json"
     if file.exists():
@@ -177,26 +172,3 @@ def summary(runs: Sequence[Row]) -> Row:
             own = [run[key] for run in events if kind in ("all", run["kind"]) and key in run]
             out[f"{key}, {kind}"] = rate(sum(own), len(own))
     return out
-
-
-def main() -> None:
-    """Print a row for each unit and the rates."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("units", type=int, nargs="+")
-    parser.add_argument("--days", type=Path, required=True)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--runs", type=int, default=8)
-    parser.add_argument("--jobs", type=int, default=1)
-    a = parser.parse_args()
-    a.out.mkdir(parents=True, exist_ok=True)
-    work = partial(unit_row, days=a.days, out=a.out, runs=a.runs)
-    rows = [row for _, row in completed(work, a.units, JobOptions(jobs=a.jobs))]
-    rows.sort(key=lambda row: row["unit"])
-    runs = [run for row in rows for run in row["runs"]]
-    write_json(a.out / "events.json", {"summary": summary(runs), "units": rows})
-    for name, found in summary(runs).items():
-        print(f"{name:24s} {found['hits']} of {found['of']}")
-
-
-if __name__ == "__main__":
-    main()

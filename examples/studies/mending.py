@@ -1,7 +1,5 @@
 """Names judged by what mending changes: units with three wrong things, and the same without them.
 
-``python -m examples.studies.mending 110 111 112 --out DIR [--jobs N]``
-
 Each unit is recorded with its wrong things and diagnosed as a newcomer does it, then recorded
 without them and held against its answer, which is told what was mended: wrong things that were
 named, or with which a name is mistaken. Their numbers must move back by what was planted, within
@@ -9,9 +7,7 @@ their intervals. What is in DIR already is not done again; ``mending.json`` has 
 rates.
 """
 
-import argparse
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +15,9 @@ from examples.studies.days import Row, compared, diagnosed, inside, recorded
 from examples.studies.unit_score import rate
 from examples.studies.units import read, truth_of
 from tendon_hardware.virtual_bench.physics.wear import planted_causes
-from tendon_newton.data.files.json_file import write_json
-from tendon_newton.scheduler import JobOptions, completed
 
 
-def unit_row(unit: int, out: Path) -> Row:
+def mends_of(unit: int, out: Path) -> Row:
     """Record, diagnose and mend one unit."""
     folder = out / f"unit_{unit}"
     folder.mkdir(parents=True, exist_ok=True)
@@ -63,31 +57,11 @@ def went(number: Mapping[str, Any], kind: str, size: float, days: tuple[Path, Pa
     return kept | {"inside": inside(number, kind, size, back=True)}
 
 
-def main() -> None:
-    """Print a row for each unit and the rates."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("units", type=int, nargs="+")
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--jobs", type=int, default=1)
-    a = parser.parse_args()
-    a.out.mkdir(parents=True, exist_ok=True)
-    rows: list[Row] = []
-    for _, row in completed(partial(unit_row, out=a.out), a.units, JobOptions(jobs=a.jobs)):
-        rows.append(row)
-        print(
-            f"{row['unit']:4d}  planted {sorted(row['planted'])}, moved {row['moved']}", flush=True
-        )
-    rows.sort(key=lambda row: row["unit"])
+def summary(rows: Sequence[Row]) -> Row:
+    """Return the rates of all units."""
     causes = [cause for row in rows for cause in row["planted"].values()]
     named = [cause for cause in causes if cause["named"]]
-    total = {
+    return {
         "named": rate(len(named), len(causes)),
         **{k: rate(sum(c.get(k, False) for c in named), len(named)) for k in ("moved", "inside")},
     }
-    write_json(a.out / "mending.json", {"summary": total, "units": rows})
-    for name, found in total.items():
-        print(f"{name:24s} {found['hits']} of {found['of']}")
-
-
-if __name__ == "__main__":
-    main()
