@@ -78,32 +78,37 @@ def page() -> str:
 def actuators() -> str:
     """Describe each kind with its keys."""
     low, high = SPOOL_RADII
-    parts = [
-        "## The actuator\n",
-        "`kind` names the actuator. All keys of the kind must be there, but for those that may be "
-        "left out, and those of `learned`, which the card of its network has.\n",
-        rows(
-            ("kind", "what it is"),
-            ([f"`{kind}`", summary(actuator)] for kind, actuator in ACTUATORS.items()),
+    table = rows(
+        ("kind", "what it is", "key", "unit", "typical", "range"),
+        (
+            [
+                *named(kind, actuator, place),
+                f"`{p.name}`",
+                p.unit,
+                number(p.nominal),
+                span(p) + may_lack(p),
+            ]
+            for kind, actuator in ACTUATORS.items()
+            for place, p in enumerate(actuator.parameters)
         ),
-        f"Any kind takes `spool_radius`, {low:g} to {high:g} m; without it that of the asset "
-        "counts. `learned` needs `file`, the path of the network that `train-force` wrote.\n",
-    ]
-    for kind, actuator in ACTUATORS.items():
-        if actuator.parameters:
-            table = rows(
-                ("key", "unit", "typical", "range"),
-                (
-                    [f"`{p.name}`", p.unit, number(p.nominal), span(p) + may_lack(p)]
-                    for p in actuator.parameters
-                ),
-            )
-            parts.append(f"### {kind}\n\n{table}")
-    parts.append(
-        "Ranges are those of the nominal finger and its servo. A force, an angle or a length of a "
-        "machine of another size may be up to 10,000 times as large or as small.\n"
     )
-    return "\n".join(parts)
+    return "\n".join(
+        [
+            "## The actuator\n",
+            "`kind` names the actuator. All keys of the kind must be there, but for those that may "
+            "be left out, and those of `learned`, which the card of its network has.\n",
+            table,
+            f"Any kind takes `spool_radius`, {low:g} to {high:g} m; without it that of the asset "
+            "counts. `learned` needs `file`, the path of the network that `train-force` wrote.\n",
+            "Ranges are those of the nominal finger and its servo. A force, an angle or a length "
+            "of a machine of another size may be up to 10,000 times as large or as small.\n",
+        ]
+    )
+
+
+def named(name: str, declared: type, place: int) -> tuple[str, str]:
+    """Return a name and what it is, for the first of its rows alone."""
+    return (f"`{name}`", summary(declared)) if place == 0 else ("", "")
 
 
 def may_lack(parameter: Parameter) -> str:
@@ -128,8 +133,7 @@ def effects() -> str:
             ("name", "what it is", "key", "unit", "null", "range"),
             (
                 [
-                    f"`{name}`" if place == 0 else "",
-                    summary(effect) if place == 0 else "",
+                    *named(name, effect, place),
                     f"`{p.name}`",
                     p.unit,
                     number(p.null),

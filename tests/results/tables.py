@@ -234,14 +234,13 @@ def exam_rows(kept: Records) -> str:
         (
             SECTIONS[section],
             name.split(": ")[-1],
-            f"{round(rate['value'] * rate['cases'])} of {rate['cases']}",
-            f"{rate['value']:.0%}",
-            f"{rate['at_least']:.0%}",
+            f"{round(rate['value'] * rate['cases'])} of {rate['cases']}: "
+            f"{rate['value']:.0%} ({rate['at_least']:.0%})",
         )
         for section, name in SHOWN
         if (rate := sections.get(section, {}).get(name)) and rate["at_least"] is not None
     ]
-    return table(("sets", "right is", "count", "rate", "at least, 95 %"), rows)
+    return table(("sets", "right is", "rate (at least, 95 %)"), rows)
 
 
 def own_logs(record: Record) -> str:
