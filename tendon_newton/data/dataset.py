@@ -5,15 +5,19 @@ import os.path
 import shlex
 import signal
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from functools import partial
 from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from tendon_newton.data.bench_overrides import read_bench_overrides, write_bench_overrides
-from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.bench_overrides import (
+    BenchOverrides,
+    read_bench_overrides,
+    write_bench_overrides,
+)
+from tendon_newton.data.files.checked_table import CheckedTable, table_of
 from tendon_newton.data.files.file_names import check_path
 from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.text_file import kept_inside
@@ -81,18 +85,25 @@ def read_aside(
 
 
 FILE_NAME = "dataset.toml"
-SPLITS = ("train", "test")
+Split = Literal["train", "test"]
+SPLITS: tuple[Split, ...] = ("train", "test")
 LOG_SUFFIXES = (".csv", ".json", ".jsonl", ".ndjson", ".mcap", ".db3")
 """Endings of logs that a mapping explains."""
-REQUIRED_KEYS = ("file", "bench", "split")
-WORD, TABLE = (str, "a string"), (dict, "a table")
-KEY_TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
-    **dict.fromkeys((*REQUIRED_KEYS, "mapping", "start", "obstacle"), WORD),
-    **dict.fromkeys(("bench_overrides", "actuator_overrides"), TABLE),
-    "load_cell_rate": ((int, float), "a number"),
-}
 
-Entry = dict[str, Any]  # One ``[[recordings]]`` table as TOML gives it; never leaves this file
+
+@dataclass(frozen=True, kw_only=True)
+class ListedRecording:
+    """One ``[[recordings]]`` table of ``dataset.toml``."""
+
+    file: str  # Its path inside the dataset's folder
+    bench: str  # Name or USD file of the bench that was measured
+    split: Split
+    mapping: str | None = None  # Path of a mapping file inside the folder, for logs of messages
+    start: Literal["equilibrium", "first_row"] = "equilibrium"  # State in which a simulation starts
+    obstacle: str | None = None  # What stands in the way, where the file does not say
+    load_cell_rate: float | None = None  # Of a cell that is slower than the rows [Hz]
+    bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
+    actuator_overrides: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +154,7 @@ def load_dataset(
     path = Path(path)
     where = path / FILE_NAME
     entries = read_entries(path)
-    counts = {split: sum(entry["split"] == split for entry in entries) for split in SPLITS}
+    counts = {split: sum(entry.split == split for entry in entries) for split in SPLITS}
     if require_train and not counts["train"]:
         raise InvalidDataset(
             f'{where}: some recording must have split = "train", to fit the model on; '
@@ -155,10 +166,10 @@ def load_dataset(
             f'no fit has seen; all {counts["train"]} have split = "train": '
             'give at least one whole recording split = "test"'
         )
-    processes = process_count([path / entry["file"] for entry in entries], jobs)
+    processes = process_count([path / entry.file for entry in entries], jobs)
     recordings = read_all(partial(read_recording, path), entries, processes)
     train, test = (
-        tuple(r for r, entry in zip(recordings, entries, strict=True) if entry["split"] == split)
+        tuple(r for r, entry in zip(recordings, entries, strict=True) if entry.split == split)
         for split in SPLITS
     )
     return Dataset(path=path, train=train, test=test)
@@ -167,69 +178,57 @@ def load_dataset(
 def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:
     """Write recordings as CSV and the ``dataset.toml`` that lists them."""
     path.mkdir(parents=True, exist_ok=True)
-    entries: list[Entry] = []
-    for split, recordings in (("train", train), ("test", test)):
+    entries: list[ListedRecording] = []
+    for split, recordings in zip(SPLITS, (train, test), strict=True):
         for recording in recordings:
             entry = entry_of(recording, split)
-            check_entry(entry, str(path / FILE_NAME))
-            file = path / entry["file"]
+            check_path(entry.file, f"{path / FILE_NAME}: file", InvalidDataset)
+            file = path / entry.file
             file.parent.mkdir(parents=True, exist_ok=True)
             write_csv(file, recording)
             entries.append(entry)
-    write_toml(path / FILE_NAME, {}, recordings=entries)
+    write_entries(path, entries)
 
 
-def list_recording(
-    path: Path,
-    file: str,
-    *,
-    bench: str,
-    split: str,
-    start: str = "equilibrium",
-    load_cell_rate: float | None = None,
-) -> None:
-    """Add a recording that was written to a folder to its ``dataset.toml``, whole or not at all.
-
-    Args:
-        bench: Name under ``assets/`` of the bench that was measured.
-        split: ``train`` or ``test``.
-        start: State from which a simulation starts.
-        load_cell_rate: Rate of the load cell where it is slower than the rows [Hz].
-    """
-    entry: Entry = {"file": file, "bench": bench, "split": split}
-    if start != "equilibrium":
-        entry["start"] = start
-    if load_cell_rate is not None:
-        entry["load_cell_rate"] = load_cell_rate
-    check_entry(entry, str(path / FILE_NAME))
-    write_toml(path / FILE_NAME, {}, recordings=[*listed_recordings(path), entry])
+def list_recording(path: Path, entry: ListedRecording) -> None:
+    """Add a recording that was written to a folder to its ``dataset.toml``, whole or not at all."""
+    write_entries(path, [*listed_recordings(path), entry])
 
 
-def listed_recordings(path: Path) -> list[Entry]:
+def write_entries(path: Path, entries: Sequence[ListedRecording]) -> None:
+    """Write the ``dataset.toml`` of a folder; defaults are left out."""
+    rows = [
+        table_of(entry) | {"bench_overrides": write_bench_overrides(entry.bench_overrides)}
+        for entry in entries
+    ]
+    rows = [{key: value for key, value in row.items() if value != {}} for row in rows]
+    write_toml(path / FILE_NAME, {}, recordings=rows)
+
+
+def listed_recordings(path: Path) -> list[ListedRecording]:
     """Read the entries of a folder, none where it is no dataset yet."""
     return read_entries(path) if (path / FILE_NAME).exists() else []
 
 
 def listed_files(path: Path) -> tuple[str, ...]:
     """Return the recordings that a folder lists, none where it is no dataset yet."""
-    return tuple(entry["file"] for entry in listed_recordings(path))
+    return tuple(entry.file for entry in listed_recordings(path))
 
 
-def read_entries(path: Path) -> list[Entry]:
+def read_entries(path: Path) -> list[ListedRecording]:
     """Read and check ``dataset.toml`` without opening the recordings."""
     where = path / FILE_NAME
     if os.path.isdir(path) and not where.exists():  # noqa: PTH112 - takes names of no file
         refuse_other_folder(path)
     table = read_toml(where, InvalidDataset, f"a dataset is a folder with {FILE_NAME}")
     refuse_unknown_keys(table, ("recordings",), str(where), InvalidDataset)
-    entries = table.get("recordings", [])
-    if not are_tables(entries):
+    rows = table.get("recordings", [])
+    if not are_tables(rows):
         raise InvalidDataset(f"{where}: recordings must be an array of tables, [[recordings]]")
-    if not entries:
+    if not rows:
         raise InvalidDataset(f"{where}: a dataset lists one [[recordings]] or more; it lists none")
-    for index, entry in enumerate(entries):
-        check_entry(entry, f"{where}: [[recordings]] {index}")
-    for file, count in Counter(os.path.normpath(entry["file"]) for entry in entries).items():
+    entries = [read_entry(row, f"{where}: [[recordings]] {k}") for k, row in enumerate(rows)]
+    for file, count in Counter(os.path.normpath(entry.file) for entry in entries).items():
         if count > 1:
             raise InvalidDataset(
                 f"{where}: a recording belongs to one split and is listed once; "
@@ -265,24 +264,21 @@ def refuse_other_folder(path: Path) -> None:
         )
 
 
-def check_entry(entry: Entry, where: str) -> None:
-    """Refuse an entry with missing, unknown or mistyped keys."""
-    refuse_unknown_keys(entry, KEY_TYPES, where, InvalidDataset)
-    for key in REQUIRED_KEYS:
-        if key not in entry:
-            raise InvalidDataset(f"{where}: key {key!r} is missing; there are {listed(entry)}")
-    where = f"{where} ({shown(entry['file'])})"
-    for key, value in entry.items():
-        types, words = KEY_TYPES[key]
-        if not isinstance(value, types) or isinstance(value, bool):
-            raise InvalidDataset(f"{where}: {key} must be {words}; it is {shown(value)}")
-    if entry["split"] not in SPLITS:
-        raise InvalidDataset(
-            f"{where}: split must be 'train' or 'test'; it is {shown(entry['split'])}"
-        )
-    for key in ("file", "mapping"):
-        if key in entry:
-            check_path(entry[key], f"{where}: {key}", InvalidDataset)
+def read_entry(row: dict[str, Any], where: str) -> ListedRecording:
+    """Read one of the ``[[recordings]]`` tables."""
+    known = [field.name for field in fields(ListedRecording)]
+    refuse_unknown_keys(row, known, where, InvalidDataset)
+    where = f"{where} ({shown(row.get('file'))})"
+    try:
+        overrides = read_bench_overrides(row.get("bench_overrides", {}))
+    except TendonNewtonError as error:
+        raise InvalidDataset(f"{where}: {error}") from error
+    table = CheckedTable(row, where, InvalidDataset)
+    entry = table.record(ListedRecording, bench_overrides=overrides)
+    for key, path in (("file", entry.file), ("mapping", entry.mapping)):
+        if path is not None:
+            check_path(path, f"{where}: {key}", InvalidDataset)
+    return entry
 
 
 def inside(folder: Path, name: str, where: str) -> Path:
@@ -300,50 +296,35 @@ def inside(folder: Path, name: str, where: str) -> Path:
     return path
 
 
-def read_recording(path: Path, entry: Entry) -> Recording:
+def read_recording(path: Path, entry: ListedRecording) -> Recording:
     """Read the recording that an entry lists."""
-    name = entry["file"]
-    where = f"{path / FILE_NAME}: {name}"
-    file = inside(path, name, where)
-    try:
-        overrides = read_bench_overrides(entry.get("bench_overrides", {}))
-    except TendonNewtonError as error:
-        raise InvalidDataset(f"{where}: {error}") from error
-    start: Literal["equilibrium", "first_row"] = entry.get("start", "equilibrium")
-    stated = CheckedTable({"actuator_overrides": {}, **entry}, where, InvalidDataset)
-    more = {key: entry[key] for key in ("obstacle",) if key in entry}
-    if "load_cell_rate" in entry:
-        more["load_cell_rate"] = stated.number("load_cell_rate")
+    where = f"{path / FILE_NAME}: {entry.file}"
+    stated = {
+        field.name: getattr(entry, field.name)
+        for field in fields(entry)
+        if field.name not in ("file", "split", "mapping", "obstacle")
+    }
+    if entry.obstacle is not None:
+        stated["obstacle"] = entry.obstacle
     try:
         with kept_inside(path):
-            if "mapping" in entry:
-                more["mapping"] = read_topic_mapping(inside(path, entry["mapping"], where))
-            return read_recording_file(
-                file,
-                name=name,
-                bench=entry["bench"],
-                start=start,
-                bench_overrides=overrides,
-                actuator_overrides=stated.numbers("actuator_overrides"),
-                **more,
-            )
+            if entry.mapping is not None:
+                stated["mapping"] = read_topic_mapping(inside(path, entry.mapping, where))
+            return read_recording_file(inside(path, entry.file, where), name=entry.file, **stated)
     except OSError as error:
         raise InvalidDataset(f"{where}: cannot be read: {error.strerror or error}") from error
 
 
-def entry_of(recording: Recording, split: str) -> Entry:
-    """Make the ``[[recordings]]`` table of a recording; defaults are left out."""
+def entry_of(recording: Recording, split: Split) -> ListedRecording:
+    """Make the ``[[recordings]]`` table of a recording."""
     file = Path(recording.name)
-    name = file.with_suffix(".csv") if file.suffix in (".mcap", ".db3") else file
-    entry: Entry = {"file": name.as_posix(), "bench": recording.bench, "split": split}
-    if recording.start != "equilibrium":
-        entry["start"] = recording.start
-    if overrides := write_bench_overrides(recording.bench_overrides):
-        entry["bench_overrides"] = overrides
-    if recording.actuator_overrides:
-        entry["actuator_overrides"] = dict(recording.actuator_overrides)
-    if recording.load_cell_rate is not None:
-        entry["load_cell_rate"] = recording.load_cell_rate
-    if recording.obstacle != FREE:
-        entry["obstacle"] = recording.obstacle
-    return entry
+    return ListedRecording(
+        file=(file.with_suffix(".csv") if file.suffix in MESSAGE_FILES else file).as_posix(),
+        split=split,
+        bench=recording.bench,
+        start=recording.start,
+        obstacle=None if recording.obstacle == FREE else recording.obstacle,
+        load_cell_rate=recording.load_cell_rate,
+        bench_overrides=recording.bench_overrides,
+        actuator_overrides=recording.actuator_overrides,
+    )

@@ -26,7 +26,7 @@ from tendon_hardware.servos import find_servo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
-from tendon_newton.data.dataset import list_recording
+from tendon_newton.data.dataset import ListedRecording, list_recording
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.model_file import load_model
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
@@ -285,9 +285,8 @@ def conclude(options: DeployOptions, outcome: DeployOutcome, operator: Operator)
 def enlist(options: DeployOptions, file: str) -> None:
     """List a log as a recording of its folder."""
     slow = options.calibration is not None or (options.port or "").startswith("virtual")
-    list_recording(
-        options.out,
-        file,
+    entry = ListedRecording(
+        file=file,
         bench=bench_of(options),
         split=options.split,
         start="first_row",
@@ -295,3 +294,4 @@ def enlist(options: DeployOptions, file: str) -> None:
         if slow and options.load_cell_rate < 0.9 * options.rate
         else None,
     )
+    list_recording(options.out, entry)

@@ -17,7 +17,7 @@ from tendon_hardware.errors import ServoAlert
 from tendon_hardware.servos.base import ServoSpec
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.stop_request import StopRequest
-from tendon_newton.data.dataset import list_recording, listed_files
+from tendon_newton.data.dataset import ListedRecording, list_recording, listed_files
 from tendon_newton.data.files.toml_file import read_toml, write_toml
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import InvalidOutput, shown
@@ -181,14 +181,14 @@ def enlist(
     """
     rate = outcome.load_cell_rate
     slow = calibrated and rate is not None and rate < RATE_MARGIN * settings.rate
-    list_recording(
-        out,
-        outcome.path.name,
+    entry = ListedRecording(
+        file=outcome.path.name,
         bench=run.bench,
         split=run.split,
         start="first_row",
         load_cell_rate=float(round(rate)) if slow and rate is not None else None,
     )
+    list_recording(out, entry)
 
 
 def free_path(out: Path, name: str) -> Path:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.dataset import SPLITS, Split
 from tendon_newton.data.excitations import DESIGNED, RATE, excite, find_excitation
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, look_up, unknown_name
@@ -31,8 +32,6 @@ OBSTACLES: dict[str, str] = {
 BY_HAND = ("hand", "hand_perturbation")
 """What the operator is asked for before every run, since nobody holds a finger between two."""
 
-SPLITS = ("train", "test")
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedRun:
@@ -42,7 +41,7 @@ class PlannedRun:
     bench: str  # Name under ``assets/`` of the bench
     excitation: str  # Name of the command's shape
     duration: float  # Length [s]
-    split: str = "train"  # ``train`` or ``test``
+    split: Split = "train"  # ``train`` or ``test``
     obstacle: str = "free"  # Obstacle in the bench's way
 
     def __post_init__(self) -> None:
@@ -90,7 +89,7 @@ class Share:
     count: int
     duration: float  # Length of each run [s]
     obstacle: str = "free"
-    split: str = "train"
+    split: Split = "train"
 
 
 STEP_TESTS = (

@@ -34,6 +34,7 @@ NORMALISATIONS = ("in_network", "none")
 RATE_TOLERANCE = 1e-9
 GOAL_RANGES: dict[Task, str] = {"tip": "goal_range_rad", "turn": "rate_range_rad_s"}
 """Key of the goals of a task in a card."""
+TIP_GOALS = (0.0, pi / 2.0)  # Goals of a policy whose card says none [rad]
 DEEPEST_COMMAND = 2.0
 """Farthest that a pay-out rule lets a command below home [rad]: a fifth of the full duty."""
 USD_ENDINGS = (".usda", ".usd", ".usdc", ".usdz")
@@ -110,7 +111,7 @@ class PolicyCard:
     # SHA-256 of the ``model.toml`` that it was trained on; absent for a model without a file
     model: str | None = field(default=None, metadata=STATED)
     # Goals that it has met in training: angles [rad], or rates [rad/s] of a policy that turns
-    goal_range: tuple[float, float] = (0.0, pi / 2.0)
+    goal_range: tuple[float, float] = field(default=TIP_GOALS, metadata=STATED)
     # Policy steps per second [Hz]
     rate: float = field(default=RATE, metadata=STATED | {"key": "rate_hz"})
     # Readings of the servo per second [Hz], a whole multiple of the rate
@@ -119,9 +120,10 @@ class PolicyCard:
     history: int = field(default=HISTORY, metadata=STATED)
     # Where inputs are normalised; either way the file takes them in SI units
     normalisation: Literal["in_network", "none"] = field(default="in_network", metadata=STATED)
-    observation: tuple[tuple[str, str], ...] = SAMPLE  # Name and unit of each number of a sample
-    action_unit: str = ACTION_UNIT
-    action_meaning: str = ACTION_MEANING
+    # Name and unit of each number of a sample
+    observation: tuple[tuple[str, str], ...] = field(default=SAMPLE, metadata=STATED)
+    action_unit: str = field(default=ACTION_UNIT, metadata=STATED)
+    action_meaning: str = field(default=ACTION_MEANING, metadata=STATED)
     # The servos beyond the first, in the order of the asset's tendons
     further_servos: tuple[FurtherServo, ...] = ()
     # Task of a policy that turns a ball; where there is none the tip goes to a goal
@@ -218,14 +220,14 @@ class PolicyCard:
 def read_card(table: CheckedTable) -> PolicyCard:
     """Build a card from the table that JSON gives."""
     action = table.table("action")
-    key = GOAL_RANGES["turn" if "turning" in table else "tip"]
+    goals = GOAL_RANGES["turn" if "turning" in table else "tip"]
     return table.record(
         PolicyCard,
         observation=tuple((name, unit) for name, unit in table.values["observation"]),
         action_unit=action.word("unit"),
         action_clip=action.number("clip"),
         action_meaning=action.word("meaning"),
-        **({"goal_range": table.pair(key)} if key in table else {}),
+        goal_range=table.pair(goals) if goals in table else TIP_GOALS,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass
 from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, NoReturn, TypeVar, cast, get_args, get_origin, get_type_hints
@@ -81,7 +81,7 @@ class CheckedTable:
         """Return a dataclass, each of whose fields is read from the key of its name by its type.
 
         A field's metadata may have another `key`. Without its key a field has its default, unless
-        its metadata are `STATED`, and what has no default is None where it may be.
+        its metadata are `STATED`; what has no default is None where it may be.
 
         Args:
             **known: Fields that are not read.
@@ -89,10 +89,11 @@ class CheckedTable:
         types = get_type_hints(kind)
         for field in fields(kind):
             key = field.metadata.get("key", field.name)
-            optional = field.default is not MISSING or field.default_factory is not MISSING
+            if field.name in known:
+                continue
             if key not in self and "stated" in field.metadata:
                 self.refuse(key, "stated")
-            if field.name not in known and (key in self or not optional):
+            if key in self or default_of(field) is MISSING:
                 known[field.name] = self.value(key, types[field.name])
         return kind(**known)
 
@@ -176,16 +177,21 @@ def read_checked(path: Path, fault: type[TendonNewtonError], promise: str) -> Ch
 
 
 def table_of(value: Any) -> Any:
-    """Return a dataclass as `CheckedTable.record` reads it; a None or () by default is left out."""
+    """Return a dataclass as `CheckedTable.record` reads it; defaults are left out."""
     if is_dataclass(value):
-        pairs = [(field, getattr(value, field.name)) for field in fields(value)]
         return {
-            field.metadata.get("key", field.name): table_of(each)
-            for field, each in pairs
-            if each not in (None, ()) or field.default is MISSING or "stated" in field.metadata
+            field.metadata.get("key", field.name): table_of(getattr(value, field.name))
+            for field in fields(value)
+            if "stated" in field.metadata or getattr(value, field.name) != default_of(field)
         }
     if isinstance(value, Mapping):
         return {key: table_of(each) for key, each in cast("Mapping[str, Any]", value).items()}
     if isinstance(value, tuple):
         return [table_of(each) for each in cast("tuple[Any, ...]", value)]
     return value
+
+
+def default_of(field: Field[Any]) -> Any:
+    """Return a field's default, `MISSING` where it has none."""
+    factory = field.default_factory
+    return field.default if factory is MISSING else factory()

@@ -15,7 +15,7 @@ from tendon_hardware.collection import collect_plan
 from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.errors import BenchNotReady, SafetyStop
 from tendon_hardware.stop_request import StopRequest
-from tendon_newton.data.dataset import list_recording, listed_files, load_dataset
+from tendon_newton.data.dataset import ListedRecording, list_recording, listed_files, load_dataset
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
     InvestigationLog,
@@ -308,9 +308,7 @@ def test_a_larger_budget_takes_up_what_ended_for_want_of_time(reason, goes_on, t
 def list_run(folder: Path) -> None:
     """List a recording in a dataset, without its file."""
     folder.mkdir(parents=True)
-    list_recording(
-        folder, "run_0.mcap", bench="finger", split="train", start="first_row", load_cell_rate=None
-    )
+    list_recording(folder, ListedRecording(file="run_0.mcap", bench="finger", split="train"))
 
 
 Fault = Callable[[Bench, StopRequest], None]

@@ -47,7 +47,7 @@ def read_logs(
 def read_log(path: Path) -> Recording:
     """Read one log that the folder around it lists."""
     for entry in read_entries(path.parent):
-        if path.parent / entry["file"] == path:
+        if path.parent / entry.file == path:
             return read_recording(path.parent, entry)
     raise InvalidDataset(
         f"{path}: a log must be listed in {path.parent / 'dataset.toml'}, as `tendon-newton "
@@ -77,7 +77,7 @@ def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:
     """
     files: list[Path] = []
     for path in paths:
-        files += [path / entry["file"] for entry in read_entries(path)] if path.is_dir() else [path]
+        files += [path / entry.file for entry in read_entries(path)] if path.is_dir() else [path]
     for file in files:
         if not file.is_file():
             raise InvalidDataset(f"{file}: no such log of a deployment")
