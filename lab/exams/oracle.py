@@ -1,8 +1,9 @@
 """Which planted causes could be named at all: ``python -m lab.exams.oracle OUT --jobs 30``.
 
-OUT is that of ``lab.exams.fresh``. Where an answer missed a cause, the same decision begins anew at
-the planted causes and their numbers, and no search comes before it. A cause that it does not keep
-is not in the data: it is worth less than a name costs. Writes OUT/oracle/NAME.json and counts.
+OUT is that of ``lab.exams.fresh`` or ``lab.exams.rich``. Where an answer missed a cause, the same
+decision begins anew at all true causes and their numbers, and no search comes before it. A cause
+that it does not keep is not in the data: it is worth less than a name costs. Writes
+OUT/oracle/NAME.json and counts.
 """
 
 import argparse
@@ -11,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from lab.exams.fresh import say, truth_path
+from lab.exams.rich import set_of, take
 from tendon_lab.exam.exam_score import Truth, judge
 from tendon_lab.exam.run_exam import ANSWER, read_answer
 from tendon_lab.exam.truth_file import read_truth
@@ -26,7 +28,7 @@ from tendon_newton.diagnosis.search.prune import prune
 from tendon_newton.diagnosis.search.refit import refit, start_fits
 from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
-from tendon_newton.effects import EFFECTS
+from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
 from tendon_newton.scheduler import JobOptions, completed
@@ -35,33 +37,37 @@ STEPS = 12  # Steps of a refit at most
 
 
 def kept(folder: Path, effects: Mapping[str, Mapping[str, float]]) -> tuple[str, ...]:
-    """Return the planted causes that the decision names if it begins at them.
+    """Return the causes that the decision keeps if it begins at the true ones.
 
     Args:
         folder: Of the dataset.
-        effects: Planted causes with their numbers.
+        effects: True causes with their numbers; of a law and its special case the first counts.
     """
     dataset, model = load_dataset(folder), load_model(folder / "model.toml")
     study = Study(
         dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
     )
+    testable = testable_effects(study)
+    causes = list[str]()
+    for cause in effects:
+        if cause in testable and not any(are_related(cause, other) for other in causes):
+            causes.append(cause)
     chosen = deciding(dataset.train, whole=study.kinematic)
     worlds = SearchWorlds(part_of(study, chosen, model))
-    pool = Pool(
-        worlds=worlds, floors=floors_of(worlds, tuple(effects)), price=PRICE, most=MOST_CAUSES
-    )
+    floors = floors_of(worlds, causes)
+    pool = Pool(worlds=worlds, floors=floors, price=PRICE, most=MOST_CAUSES)
     free = (*study.fit_columns(model), *worlds.built_columns)
     base = {c: study.base_value(c) for c in free}
     own = {
         c: effects[name].get(study.parameter(c).name, study.parameter(c).nominal)
-        for name in effects
+        for name in causes
         for c in study.table.columns(name)
     }
-    starts = [((), base), (tuple(effects), worlds.in_seconds({**base, **own}, -1))]
+    starts = [((), base), (tuple(causes), worlds.in_seconds({**base, **own}, -1))]
     begun = start_fits(worlds, starts, pool.floors, near=True)
     pool.add(refit(worlds, begun, pool.floors, iterations=STEPS, coarse=0))
-    fit = pool.fits[frozenset(effects)]
-    return tested(pool, prune(pool, fit), testable_effects(study)).fit.names
+    fit = pool.fits[frozenset(causes)]
+    return tested(pool, prune(pool, fit), testable).fit.names
 
 
 def missed(truth: Truth, answer: Mapping[str, object]) -> tuple[str, ...]:
@@ -70,16 +76,26 @@ def missed(truth: Truth, answer: Mapping[str, object]) -> tuple[str, ...]:
     return tuple(name for name in truth.effects if name not in said)
 
 
+def asked(out: Path, name: str) -> tuple[Mapping[str, Mapping[str, float]], tuple[str, ...]]:
+    """Return the true causes of a set with their numbers, and the planted ones that were missed."""
+    if name.startswith("rich"):
+        number = int(name.removeprefix("rich"))
+        truth, (_, found) = set_of(out, number), take((out, number))
+        effects = {n: truth["effects"][n] for n in (*truth["planted"], *truth["effects"])}
+        return effects, tuple(n for n in truth["planted"] if n not in found)
+    truth, answer = read_truth(truth_path(out, name)), read_answer(out / "answers" / name / ANSWER)
+    assert answer is not None, name
+    return truth.effects, missed(truth, answer)
+
+
 def ask(job: tuple[Path, str]) -> dict[str, bool]:
     """Return for each missed cause of an answer whether it could be named, and keep that."""
     out, name = job
-    file, truth = out / "oracle" / f"{name}.json", read_truth(truth_path(out, name))
+    file = out / "oracle" / f"{name}.json"
     if file.is_file():
         return json.loads(file.read_text(encoding="utf-8"))
-    answer = read_answer(out / "answers" / name / ANSWER)
-    assert answer is not None, name
-    lost = missed(truth, answer)
-    seen = kept(out / "sets" / name, truth.effects) if lost else ()
+    effects, lost = asked(out, name)
+    seen = kept(out / "sets" / name, effects) if lost else ()
     found = {cause: cause in seen for cause in lost}
     file.parent.mkdir(exist_ok=True)
     write_json(file, found)
