@@ -35,7 +35,7 @@ def test_a_row_that_was_not_made_waits() -> None:
         }
     )
     assert "| data sheet, nothing fitted | 12.3 | 0 | 0 s |" in text
-    assert "| Rhoban/bam m6, in its own simulation | waits |  |  |" in text
+    assert "| Rhoban/bam m6 | waits |  |  |" in text
     assert "repeats" not in text
 
 

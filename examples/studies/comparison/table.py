@@ -13,7 +13,7 @@ ROWS = {
     REPEATS: "repeats of the same motion: no model can do better",
     "data sheet": "data sheet, nothing fitted",
     "four numbers": "lag, delay, deadband and offset, no physics",
-    **{f"bam {m}": f"Rhoban/bam {m}, in its own simulation" for m in
+    **{f"bam {m}": f"Rhoban/bam {m}" for m in
        ("m1", "m2", "m3", "m4", "m5", "m6")},
 }  # fmt: skip
 """Rows, in order, with their words; then come plain models of ours, by their names."""
