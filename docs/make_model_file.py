@@ -132,13 +132,7 @@ def effects() -> str:
         table = rows(
             ("name", "what it is", "key", "unit", "null", "range"),
             (
-                [
-                    *named(name, effect, place),
-                    f"`{p.name}`",
-                    p.unit,
-                    number(p.null),
-                    span(p),
-                ]
+                [*named(name, effect, place), f"`{p.name}`", p.unit, number(p.null), span(p)]
                 for name, effect in EFFECTS.items()
                 if effect.side == side
                 for place, p in enumerate(effect.parameters)

@@ -80,11 +80,7 @@ class Evidence:
 
 
 def diagnose(
-    dataset: Dataset,
-    model: Model,
-    *,
-    progress: Progress | None = None,
-    budget: float | None = None,
+    dataset: Dataset, model: Model, *, progress: Progress | None = None, budget: float | None = None
 ) -> tuple[Diagnosis, Evidence]:
     """Name what a model gets wrong about a dataset.
 
@@ -107,12 +103,7 @@ def diagnose(
         progress(text)
     progress("reading benches")
     train = Study(
-        dataset.train,
-        model,
-        tuple(EFFECTS),
-        time_step=SEARCH_STEP,
-        in_segments=True,
-        tolerant=True,
+        dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
     )
     names, little = testable_effects(train), too_little(dataset.train, train.noise)
     if little is not None:

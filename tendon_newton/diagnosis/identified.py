@@ -69,9 +69,7 @@ def found_numbers(diagnosis: Diagnosis) -> dict[str, dict[str, FoundNumber]]:
         units = {p.name: p.unit for p in find_effect(effect.name).parameters}
         table[effect.cause] = {
             name: FoundNumber(
-                value=float(value),
-                ci95=own[name].ci95 if name in own else None,
-                unit=units[name],
+                value=float(value), ci95=own[name].ci95 if name in own else None, unit=units[name]
             )
             for name, value in effect.values.items()
         }

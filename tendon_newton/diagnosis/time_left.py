@@ -29,11 +29,7 @@ REPORT = 10.0  # Time that figures and files take [s]
 TRAIN_RUNS, TEST_RUNS = 6, 28
 """Candidates that are simulated at the end on all training and on all test rows, at the search's
 step: of three and of seven, at a half and at a quarter of it."""
-DONE: tuple[tuple[str, float], ...] = (
-    ("testing", 0.6),
-    ("deciding", 0.75),
-    ("measuring", 0.95),
-)
+DONE: tuple[tuple[str, float], ...] = (("testing", 0.6), ("deciding", 0.75), ("measuring", 0.95))
 """Beginning of a message -> share of the time that has passed by then, typically [1]."""
 
 

@@ -6,11 +6,7 @@ from functools import cache
 
 import warp as wp
 
-from tendon_newton.gradients import (
-    gradient_kernels,
-    gradient_rules,
-    substep_kernels,
-)
+from tendon_newton.gradients import gradient_kernels, gradient_rules, substep_kernels
 from tendon_newton.gradients.substep_chain import GRADIENT_BLOCK
 from tendon_newton.simulation.dynamics.integrator import rosenbrock
 from tendon_newton.simulation.dynamics.settling import frictionless_forces

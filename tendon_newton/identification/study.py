@@ -346,9 +346,7 @@ class Study:
                 simulated = fill_between_readings(simulated, *cell)
             force = recording.force[None, :, 0] - simulated[:, timeline.measured]
         return Residual(
-            theta=recording.compared_angle[None, :] - theta,
-            force=force,
-            trusted=timeline.trusted,
+            theta=recording.compared_angle[None, :] - theta, force=force, trusted=timeline.trusted
         )
 
     def _compare_joint(

@@ -9,11 +9,7 @@ from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.diagnosis_file import (
-    StatedDiagnosis,
-    diagnosis_table,
-    state_diagnosis,
-)
+from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, diagnosis_table, state_diagnosis
 from tendon_newton.diagnosis.result import Criterion
 
 FILE = "diagnosis.json"

@@ -316,9 +316,7 @@ def without(skipped: Sequence[tuple[Event, int]], recording: Recording) -> Recor
         if event.recording == recording.name:
             step[recording.time - recording.time[0] >= event.start, servo] = event.size
     return replace(
-        recording,
-        motor_position=recording.motor_position - step,
-        command=recording.command - step,
+        recording, motor_position=recording.motor_position - step, command=recording.command - step
     )
 
 

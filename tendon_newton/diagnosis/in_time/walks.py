@@ -79,9 +79,7 @@ WALKS: dict[str, Walk] = {
         wears=1,
     ),
     "joint_stiffness_error": Walk(
-        what="stiffness of the springs",
-        words="tired springs",
-        mend="say which springs were put in",
+        what="stiffness of the springs", words="tired springs", mend="say which springs were put in"
     ),
     "obstruction": Walk(
         what="force of something in the way",

@@ -12,12 +12,7 @@ from tendon_newton.data.excitations import RATE
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.further_causes import chances, entropy, told_of
-from tendon_newton.diagnosis.next_experiment.open_sets import (
-    OpenSets,
-    PlayedSets,
-    moved_sets,
-    play,
-)
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, PlayedSets, moved_sets, play
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
 from tendon_newton.diagnosis.search.search_worlds import INDEPENDENT
 from tendon_newton.errors import InvalidParameter
@@ -71,11 +66,7 @@ class Forecast:
     """
 
     def __init__(
-        self,
-        question: OpenSets,
-        known: Sequence[Plan],
-        task: Plan,
-        row_worth: float | None = None,
+        self, question: OpenSets, known: Sequence[Plan], task: Plan, row_worth: float | None = None
     ) -> None:
         if find_actuator(question.model.actuator.name).leads:
             raise InvalidParameter(

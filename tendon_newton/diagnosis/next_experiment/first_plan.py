@@ -11,11 +11,7 @@ from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Forecast
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
-from tendon_newton.diagnosis.next_experiment.planned_runs import (
-    Plan,
-    blank_recording,
-    plan_run,
-)
+from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, blank_recording, plan_run
 from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
 from tendon_newton.diagnosis.next_experiment.worst_case import Designs
 from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior

@@ -11,12 +11,7 @@ from tendon_newton.diagnosis.diagnosis_file import diagnosis_table, state_diagno
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
 from tendon_newton.diagnosis.posterior import read_posterior
-from tendon_newton.errors import (
-    InvalidDiagnosis,
-    NothingToSeparate,
-    TendonNewtonError,
-    listed,
-)
+from tendon_newton.errors import InvalidDiagnosis, NothingToSeparate, TendonNewtonError, listed
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 FILE = "diagnosis.json"

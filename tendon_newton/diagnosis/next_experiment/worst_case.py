@@ -140,8 +140,7 @@ def within_limit(found: Sequence[Expected], worst: WorstCase, force_limit: float
             if good:
                 break
     return Designs(
-        runs=ranked(kept),
-        refused=tuple(e.peak_force for e in refused if e.peak_force is not None),
+        runs=ranked(kept), refused=tuple(e.peak_force for e in refused if e.peak_force is not None)
     )
 
 

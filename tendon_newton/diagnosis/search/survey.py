@@ -7,13 +7,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.coordinates import atoms
-from tendon_newton.diagnosis.search.refit import (
-    Fit,
-    bounds_of,
-    linearise,
-    values_of,
-    without,
-)
+from tendon_newton.diagnosis.search.refit import Fit, bounds_of, linearise, values_of, without
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds, trimmed_size
 from tendon_newton.identification.objective import loss_weights
 

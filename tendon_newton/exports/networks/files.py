@@ -9,13 +9,7 @@ import torch
 
 from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.data.recording import Array
-from tendon_newton.exports.networks.students import (
-    HISTORY,
-    MEMORY,
-    RATE,
-    StudentMemory,
-    StudentMlp,
-)
+from tendon_newton.exports.networks.students import HISTORY, MEMORY, RATE, StudentMemory, StudentMlp
 
 OPSET = 17
 IR_VERSION = 9  # Version of ONNX files that runtimes of the last years read

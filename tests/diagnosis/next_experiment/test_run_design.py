@@ -182,10 +182,7 @@ def test_a_string_that_hardly_stretches_pulls_no_harder_than_its_servo() -> None
     scale = Coordinate(kind="inverse", origin=1.0e4, unit=1.0, lower=0.0, upper=20.0)
     stiff = OpenNumber(owner="tendon_compliance", name="stiffness", coordinate=scale, place=3e-4)
     own = FittedSet(
-        weight=1.0,
-        causes=("tendon_compliance",),
-        numbers=(stiff,),
-        covariance=np.array([[1e-12]]),
+        weight=1.0, causes=("tendon_compliance",), numbers=(stiff,), covariance=np.array([[1e-12]])
     )
     question = replace(open_sets(), posterior=Posterior(sets=(own,)), model=model)
     time = TIME[:720]

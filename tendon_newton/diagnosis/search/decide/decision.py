@@ -13,14 +13,7 @@ from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, terms
 from tendon_newton.diagnosis.search.plain_models import compare_plain_models, fit_plain_models
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import (
-    CLEAR,
-    FAR,
-    FOLLOWED,
-    leave_out,
-    prune,
-    simplest,
-)
+from tendon_newton.diagnosis.search.prune import CLEAR, FAR, FOLLOWED, leave_out, prune, simplest
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, starts_of_relative

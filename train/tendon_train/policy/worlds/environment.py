@@ -11,11 +11,7 @@ from rsl_rl.env import VecEnv
 from tensordict import TensorDict
 from torch import Tensor
 
-from tendon_newton.data.cards.policy_observation import (
-    COMMAND_SPEED,
-    applied_action,
-    motor_command,
-)
+from tendon_newton.data.cards.policy_observation import COMMAND_SPEED, applied_action, motor_command
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
