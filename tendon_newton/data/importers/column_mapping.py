@@ -168,26 +168,11 @@ def positive(path: Path, key: str, value: Any) -> float:
 def read_stated(where: str, pattern: str, table: Mapping[str, Any]) -> StatedNumbers:
     """Read what is stated of the logs whose names match a pattern."""
     refuse_unknown_keys(table, STATED_KEYS, where, InvalidMapping)
-    start = table.get("start")
-    if start not in (None, "equilibrium", "first_row"):
-        raise InvalidMapping(
-            f"{where}: start must be 'equilibrium' or 'first_row'; it is {shown(start)}"
-        )
-    rate = finite_number(table.get("load_cell_rate", 1.0))
-    if rate is None or rate <= 0.0:
-        raise InvalidMapping(
-            f"{where}: load_cell_rate must be a positive number; it is "
-            f"{shown(table['load_cell_rate'])}"
-        )
     try:
         overrides = read_bench_overrides(table.get("bench_overrides", {}))
     except TendonNewtonError as error:
         raise InvalidMapping(f"{where}: {error}") from error
-    stated = CheckedTable({"actuator_overrides": {}, **table}, where, InvalidMapping)
-    return StatedNumbers(
-        pattern=pattern,
-        start=start,
-        bench_overrides=overrides,
-        actuator_overrides=stated.numbers("actuator_overrides"),
-        load_cell_rate=rate if "load_cell_rate" in table else None,
-    )
+    stated = CheckedTable(table, where, InvalidMapping)
+    if "load_cell_rate" in stated and stated.number("load_cell_rate") <= 0.0:
+        stated.refuse("load_cell_rate", "a positive number")
+    return stated.record(StatedNumbers, pattern=pattern, bench_overrides=overrides)
