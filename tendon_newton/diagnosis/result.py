@@ -118,7 +118,7 @@ class Rival:
             "name": self.name,
             "effects": list(self.effects),
             "held_out_score": self.held_out,
-            **errors_json(self.errors),
+            **asdict(self.errors),
             "chosen": self.chosen,
         }
 
@@ -240,8 +240,8 @@ class Diagnosis:
             "wall_time_s": round(self.wall_time_s, 2),
             "verdict": self.verdict,
             "finished": self.finished,
-            "baseline": errors_json(self.baseline),
-            "extended": errors_json(self.extended),
+            "baseline": asdict(self.baseline),
+            "extended": asdict(self.extended),
             "noise_floor": {"force": self.noise_force, "theta": self.noise_theta},
             "explained_fraction": self.explained_fraction,
             "explained_fraction_ci95": list(self.explained_interval),
@@ -274,15 +274,6 @@ class Diagnosis:
             "flat": [name for name, estimate in numbers.items() if estimate.flat],
             "confounded": [pair.to_json() for pair in self.confounded],
         }
-
-
-def errors_json(errors: Errors) -> dict[str, float | None]:
-    """Return errors as the contract names them."""
-    return {
-        "force_rmse": errors.force_rmse,
-        "theta_rmse": errors.theta_rmse,
-        "theta_mae": errors.theta_mae,
-    }
 
 
 def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:

@@ -14,7 +14,6 @@ from tendon_newton.diagnosis.in_time.log_events import Event
 from tendon_newton.diagnosis.in_time.walks import MENDED, walk_of
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, INK, svg
 from tendon_newton.diagnosis.reporting.page import write_page
-from tendon_newton.diagnosis.result import errors_json
 
 SCHEMA = 1
 CHANGES = "changes.json"
@@ -134,9 +133,9 @@ def to_json(changes: Changes) -> dict[str, Any]:
         "next_steps": [sentence(change) for change in told(changes)],
         "doubt": doubt(changes),
         "events": [asdict(event) for event in changes.events],
-        "before": errors_json(changes.before),
-        "after": errors_json(changes.after),
-        "on_its_own_day": None if changes.usual is None else errors_json(changes.usual),
+        "before": asdict(changes.before),
+        "after": asdict(changes.after),
+        "on_its_own_day": None if changes.usual is None else asdict(changes.usual),
     }
 
 
