@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from tendon_newton.diagnosis.findings import PlainModel
-from tendon_newton.diagnosis.search.coordinates import atoms
+from tendon_newton.diagnosis.search.fixed_set import with_effects
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.refit import Fit, values_of
 
 PLAIN_MODELS: dict[str, tuple[str, ...]] = {
     "nothing but the motor's own numbers": (),
@@ -30,30 +30,28 @@ PLAIN_MODELS: dict[str, tuple[str, ...]] = {
 }
 """What it is called -> its effects. The four numbers of the second are those that servo models of
 robot learning fit; the frictions are those of published servo identifications."""
-STEPS = 6  # Steps of a plain model's fit at most
 
 
 def fit_plain_models(pool: Pool, names: Sequence[str]) -> dict[str, Fit]:
     """Fit the plain models whose effects recordings can show, and keep them in a pool.
 
+    Each begins from the best set there that has some of its effects and no other, at best itself.
+
     Args:
         pool: Has the fits of all rows.
         names: Effects that may be named.
     """
-    start, study = pool.fits[frozenset()], pool.worlds.study
-    base = values_of(pool.worlds, start.columns, start.place)
-    asked = {label: tuple(e for e in effects if e in names and e not in study.known)
-             for label, effects in PLAIN_MODELS.items()}  # fmt: skip
-    new = [e for e in dict.fromkeys(asked.values()) if frozenset(e) not in pool.fits]
-    starts = [
-        (effects, {**base, **{c: v for e in effects for c, v in atoms(study, e)[0].items()}})
-        for effects in new
-    ]
-    found = start_fits(pool.worlds, starts, pool.floors)
-    pool.add(refit(pool.worlds, found, pool.floors, iterations=STEPS, coarse=1))
-    sets = {label: frozenset(effects) for label, effects in asked.items()}
-    first = {key: label for label, key in reversed(sets.items())}
-    return {label: pool.fits[key] for key, label in first.items() if key in pool.fits}
+    known, fitted = pool.worlds.study.known, dict[str, frozenset[str]]()
+    for label, effects in PLAIN_MODELS.items():
+        asked = [e for e in effects if e in names and e not in known]
+        key = frozenset(asked)
+        if key in fitted.values():
+            continue
+        fitted[label] = key
+        begin = min((f for k, f in pool.fits.items() if k <= key), key=lambda f: f.score)
+        missing = [e for e in asked if e not in begin.names]
+        pool.add([with_effects(pool.worlds, begin, missing, pool.floors)])
+    return {label: pool.fits[key] for label, key in fitted.items() if key in pool.fits}
 
 
 def compare_plain_models(pool: Pool, fits: dict[str, Fit]) -> tuple[PlainModel, ...]:

@@ -22,6 +22,9 @@ from tendon_newton.effects import are_one_friction, are_related, special_cases
 FAMILY = 5.0
 """How much further behind than others a law of the same friction may stay and replace one [1]."""
 PREDICTORS = 3  # Sets of least score that are asked how they predict parts that no number has seen
+CLEARLY = 2.0
+"""Standard errors between blocks of time by which a set must predict better where nothing is left
+[1]."""
 FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
@@ -114,12 +117,13 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         decisive.rescore(floors_of(decisive.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], decisive)
     decided = tested(decisive, prune(decisive, simplest(decisive, decisive.best())), names)
-    if decisive.leaves_nothing(decided.fit) or decided.undecided:
+    whole_gap = decisive.leaves_nothing(decided.fit)
+    if (whole_gap and not decided.fit.names) or decided.undecided:
         return decided
     plain = fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
-    if compared and compared[0].held_out < predicts:
+    if compared and compared[0].held_out < predicts and not whole_gap:
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
         if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
@@ -139,8 +143,9 @@ def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[F
     """Return the set that predicts parts best that no number has seen, and its score there.
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
-    and to predict are two things. Each cause of the answer, or another law of the same friction,
-    stays.
+    and to predict are two things. Each cause of the answer, another law of the same friction, or
+    one that is not told apart from it, stays. Where the answer leaves nothing above the noise,
+    another must be better by more than chance.
 
     Args:
         decisive: Has the fits of all rows.
@@ -148,25 +153,33 @@ def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[F
         predicts: Their score [nat per row].
     """
     best = answer = decided.fit
+    clear = CLEARLY if decisive.leaves_nothing(answer) else 0.0
+    own = decisive.unseen_terms(answer)
+    assert own is not None  # without a limit of time
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
         f for f in decisive.fits.values()
-        if f is not answer and stands_for(f, answer) and not beyond & set(f.names)
+        if f is not answer and stands_for(f, decided) and not beyond & set(f.names)
         and not any(at_bound(decisive, f, name) for name in f.names)
     ]  # fmt: skip
     for fit in sorted(sets, key=lambda f: f.score)[:PREDICTORS]:
         near = followed(decisive, fit)
         found = decisive.unseen_terms(near, decisive.until)
-        if found is not None and found.sum() < predicts:
+        if found is None or found.sum() >= predicts:
+            continue
+        gains = by_block(decisive.worlds, own - found)
+        if gains.sum() >= clear * np.sqrt(len(gains)) * gains.std():
             best, predicts = near, float(found.sum())
     return best, predicts
 
 
-def stands_for(fit: Fit, answer: Fit) -> bool:
-    """Tell whether a set has each cause of an answer, or another law of the same friction."""
+def stands_for(fit: Fit, decided: Decided) -> bool:
+    """Tell whether a set has each cause of an answer, or what may stand in its place."""
+    answer = decided.fit
     return bool(answer.names) and all(
         name in fit.names
         or any(are_one_friction(name, other) or are_related(name, other) for other in fit.names)
+        or any(new_name(answer, rival) in fit.names for rival in decided.rivals.get(name, ()))
         for name in answer.names
     )
 
