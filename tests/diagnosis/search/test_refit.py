@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search import search_worlds
+from tendon_newton.diagnosis.search import fixed_set, search_worlds
 from tendon_newton.diagnosis.search.decide.decision import special_case_or_without
 from tendon_newton.diagnosis.search.decide.rule import PRICE
-from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.fixed_set import fit_set_anew, with_effects
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
@@ -125,6 +125,19 @@ def test_effects_are_added_from_their_typical_values(worlds: SearchWorlds) -> No
     for names in (CAUSES, CAUSES[::-1]):
         found = fit_set_anew(worlds, ideal_model(), names)
         assert numbers(worlds, found) == pytest.approx(TRUTH, rel=0.01)
+
+
+def test_a_set_fits_no_worse_than_what_it_contains(
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where typical values lead astray, here to a servo that nothing moves."""
+    floors, less = floors_of(worlds, CAUSES), fit_set_anew(worlds, ideal_model(), CAUSES[:1])
+    (gain,) = worlds.study.table.columns("gain_error")
+    monkeypatch.setattr(fixed_set, "atoms", lambda *_: [{gain: 1.0e-3}])
+    for steps in ("FIRST_STEPS", "LAST_STEPS"):
+        monkeypatch.setattr(fixed_set, steps, 0)
+    found = with_effects(worlds, less, ["gain_error"], floors)
+    assert found.score == pytest.approx(less.score)
 
 
 def test_a_fit_stays_in_bounds(worlds: SearchWorlds) -> None:

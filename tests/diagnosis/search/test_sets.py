@@ -664,10 +664,32 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
 
 
 def test_a_model_that_is_written_has_each_named_cause(worlds: SearchWorlds) -> None:
-    """Or another law of the same friction."""
+    """Or another law of the same friction, or one that is not told apart from it."""
     fit = started(pool_of(worlds), coulomb_friction=0.6)
-    for name, stands in (("stribeck_friction", True), ("voltage_sag", False)):
-        assert stands_for(replace_names(fit, name), fit) is stands
+    sag = replace_names(fit, "voltage_sag")
+    assert stands_for(replace_names(fit, "stribeck_friction"), fit, {})
+    assert not stands_for(sag, fit, {})
+    assert stands_for(sag, fit, {"coulomb_friction": (sag,)})
+
+
+def test_where_nothing_is_left_another_set_must_predict_better_than_by_chance(
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A gain in a few blocks of time is no reason to write another model."""
+    pool = pool_of(worlds)
+    named = started(pool, coulomb_friction=0.6)
+    other = started(pool, coulomb_friction=0.6, viscous_friction=1.2)
+    pool.add([named, other])
+    monkeypatch.setattr(Pool, "leaves_nothing", lambda *_: True)
+    terms, few = np.full(len(named.residual), 0.01), worlds.where.block == 0
+    for gain, best in ((few, named), (np.ones_like(few), other)):
+        less = np.where(gain, terms - 1e-3, terms)
+        monkeypatch.setattr(
+            Pool, "unseen_terms",
+            lambda _, fit, *__, less=less: less if len(fit.names) > 1 else terms,
+        )  # fmt: skip
+        found, _ = best_predictor(pool, Decided(fit=named), float(terms.sum()))
+        assert found.names == best.names
 
 
 def test_what_a_model_says_exactly_is_no_cause() -> None:

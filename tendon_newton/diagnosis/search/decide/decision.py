@@ -1,6 +1,6 @@
 """May a cause be named? One rule, on all rows."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -117,13 +117,13 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         decisive.rescore(floors_of(decisive.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], decisive)
     decided = tested(decisive, prune(decisive, simplest(decisive, decisive.best())), names)
-    whole_gap = decisive.leaves_nothing(decided.fit)
-    if (whole_gap and not decided.fit.names) or decided.undecided:
+    explained = decisive.leaves_nothing(decided.fit)
+    if (explained and not decided.fit.names) or decided.undecided:
         return decided
     plain = fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
-    if compared and compared[0].held_out < predicts and not whole_gap:
+    if not explained and compared and compared[0].held_out < predicts:
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
         if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
@@ -159,7 +159,7 @@ def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[F
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
         f for f in decisive.fits.values()
-        if f is not answer and stands_for(f, decided) and not beyond & set(f.names)
+        if f is not answer and stands_for(f, answer, decided.rivals) and not beyond & set(f.names)
         and not any(at_bound(decisive, f, name) for name in f.names)
     ]  # fmt: skip
     for fit in sorted(sets, key=lambda f: f.score)[:PREDICTORS]:
@@ -173,13 +173,18 @@ def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[F
     return best, predicts
 
 
-def stands_for(fit: Fit, decided: Decided) -> bool:
-    """Tell whether a set has each cause of an answer, or what may stand in its place."""
-    answer = decided.fit
+def stands_for(fit: Fit, answer: Fit, rivals: Mapping[str, Sequence[Fit]]) -> bool:
+    """Tell whether a set has each cause of an answer, or what may stand in its place.
+
+    Args:
+        fit: The set.
+        answer: The answer.
+        rivals: Sets with another cause in the place of each that explain the data as well.
+    """
     return bool(answer.names) and all(
         name in fit.names
         or any(are_one_friction(name, other) or are_related(name, other) for other in fit.names)
-        or any(new_name(answer, rival) in fit.names for rival in decided.rivals.get(name, ()))
+        or any(new_name(answer, rival) in fit.names for rival in rivals.get(name, ()))
         for name in answer.names
     )
 
