@@ -656,11 +656,11 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
     pool.add([named, started(pool, coulomb_friction=0.6, viscous_friction=1.2)])
     terms = held_out_terms(worlds, named, pool.floors)
     own = float(terms.sum())
-    best, predicts = best_predictor(pool, Decided(fit=named), own)
+    best, predicts = best_predictor(pool, Decided(fit=named))
     assert set(best.names) == {"coulomb_friction", "viscous_friction"}
     assert predicts < own
     refused = {"viscous_friction": Refusal(gain=0.0, at_bound=True)}
-    assert best_predictor(pool, Decided(fit=named, refused=refused), own) == (named, own)
+    assert best_predictor(pool, Decided(fit=named, refused=refused)) == (named, own)
 
 
 def test_a_model_that_is_written_has_each_named_cause(worlds: SearchWorlds) -> None:
@@ -672,24 +672,21 @@ def test_a_model_that_is_written_has_each_named_cause(worlds: SearchWorlds) -> N
     assert stands_for(sag, fit, {"coulomb_friction": (sag,)})
 
 
-def test_where_nothing_is_left_another_set_must_predict_better_than_by_chance(
+def test_each_number_of_what_is_written_costs_a_nat(
     worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A gain in a few blocks of time is no reason to write another model."""
+    """What rows tell together must be worth it on parts that no number has seen."""
     pool = pool_of(worlds)
     named = started(pool, coulomb_friction=0.6)
-    other = started(pool, coulomb_friction=0.6, viscous_friction=1.2)
-    pool.add([named, other])
-    monkeypatch.setattr(Pool, "leaves_nothing", lambda *_: True)
-    terms, few = np.full(len(named.residual), 0.01), worlds.where.block == 0
-    for gain, best in ((few, named), (np.ones_like(few), other)):
-        less = np.where(gain, terms - 1e-3, terms)
+    pool.add([named, started(pool, coulomb_friction=0.6, viscous_friction=1.2)])
+    alone = worlds.rows_alone(named.residual)
+    for gain, written in ((0.9, 1), (1.1, 2)):
         monkeypatch.setattr(
             Pool, "unseen_terms",
-            lambda _, fit, *__, less=less: less if len(fit.names) > 1 else terms,
+            lambda _, fit, *__, gain=gain: np.array([-gain / alone * (len(fit.names) - 1)]),
         )  # fmt: skip
-        found, _ = best_predictor(pool, Decided(fit=named), float(terms.sum()))
-        assert found.names == best.names
+        best, _ = best_predictor(pool, Decided(fit=named))
+        assert len(best.names) == written
 
 
 def test_what_a_model_says_exactly_is_no_cause() -> None:

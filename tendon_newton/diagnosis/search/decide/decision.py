@@ -21,10 +21,9 @@ from tendon_newton.effects import are_one_friction, are_related, special_cases
 
 FAMILY = 5.0
 """How much further behind than others a law of the same friction may stay and replace one [1]."""
-PREDICTORS = 3  # Sets of least score that are asked how they predict parts that no number has seen
-CLEARLY = 2.0
-"""Standard errors between blocks of time by which a set must predict better where nothing is left
-[1]."""
+PREDICTORS = 3
+"""Sets of least score that are asked how they predict parts that no number has seen, plain models
+aside."""
 FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
@@ -127,8 +126,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
         if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
-            predicts = predicted(decisive, decided.fit)
-    predictor, predicts = best_predictor(decisive, decided, predicts)
+    predictor, predicts = best_predictor(decisive, decided, plain.values())
     return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
 
 
@@ -139,37 +137,43 @@ def predicted(decisive: Pool, fit: Fit) -> float:
     return float(found.sum())
 
 
-def best_predictor(decisive: Pool, decided: Decided, predicts: float) -> tuple[Fit, float]:
+def best_predictor(
+    decisive: Pool, decided: Decided, plain: Collection[Fit] = ()
+) -> tuple[Fit, float]:
     """Return the set that predicts parts best that no number has seen, and its score there.
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
     and to predict are two things. Each cause of the answer, another law of the same friction, or
-    one that is not told apart from it, stays. Where the answer leaves nothing above the noise,
-    another must be better by more than chance.
+    one that is not told apart from it, stays. A number costs one nat of what the rows tell together
+    (Akaike, A new look at the statistical model identification, 1974): parts that are left out are
+    of the conditions of those that are seen.
 
     Args:
         decisive: Has the fits of all rows.
         decided: The causes that may be named.
-        predicts: Their score [nat per row].
+        plain: Plain models.
     """
-    best = answer = decided.fit
-    clear = CLEARLY if decisive.leaves_nothing(answer) else 0.0
-    own = decisive.unseen_terms(answer)
-    assert own is not None  # without a limit of time
+    answer = decided.fit
+    alone = decisive.worlds.rows_alone(answer.residual)
+
+    def cost(fit: Fit) -> float:
+        return sum(map(decisive.bar, fit.names)) / decisive.price / alone
+
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
         f for f in decisive.fits.values()
         if f is not answer and stands_for(f, answer, decided.rivals) and not beyond & set(f.names)
         and not any(at_bound(decisive, f, name) for name in f.names)
     ]  # fmt: skip
-    for fit in sorted(sets, key=lambda f: f.score)[:PREDICTORS]:
-        near = followed(decisive, fit)
-        found = decisive.unseen_terms(near, decisive.until)
-        if found is None or found.sum() >= predicts:
-            continue
-        gains = by_block(decisive.worlds, own - found)
-        if gains.sum() >= clear * np.sqrt(len(gains)) * gains.std():
-            best, predicts = near, float(found.sum())
+    sets.sort(key=lambda f: f.score + cost(f))
+    known = {frozenset(f.names) for f in plain}
+    near = [followed(decisive, f) for f in sets[:PREDICTORS]]
+    near += [f for f in sets[PREDICTORS:] if frozenset(f.names) in known]
+    best, predicts = answer, predicted(decisive, answer)
+    for fit in near:
+        found = decisive.unseen_terms(fit, decisive.until)
+        if found is not None and found.sum() + cost(fit) < predicts + cost(best):
+            best, predicts = fit, float(found.sum())
     return best, predicts
 
 
