@@ -119,8 +119,9 @@ def one_pair(
     trusted = [study.timeline(i).trusted for i in range(len(dataset.test))]
     models = dict(enumerate(known.plain))
     plain = arm_squares(known, models, others, place, trusted)
-    found = arm_squares(known, {**models, place: diagnosis.model}, others, place, trusted)
-    compliance = diagnosis.model.actuator.values.get("compliance")
+    servo = known.servo(place, diagnosis)
+    found = arm_squares(known, {**models, place: servo}, others, place, trusted)
+    compliance = servo.actuator.values.get("compliance")
     return ArmResult(
         joint=joint, train=pair, told=mean(told), fixed=mean(fixed), plain=mean(plain),
         found=mean(found), signs=tuple(known.arm.sign.tolist()), floor=known.arm.floor,

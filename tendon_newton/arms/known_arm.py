@@ -12,6 +12,7 @@ from tendon_newton.arms.placement import Placement, find_placement
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import extended_model
+from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.refit import values_of
@@ -48,6 +49,10 @@ class KnownArm:
             for motion, state in zip(motions, states, strict=True)
         ]
         return each_servo(motions, loads)
+
+    def servo(self, joint: int, found: Diagnosis) -> Model:
+        """Return the model of a servo: its plain one where a diagnosis named nothing."""
+        return found.model if found.effects else self.plain[joint]
 
 
 def know_arm(

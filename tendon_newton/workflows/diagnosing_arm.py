@@ -17,7 +17,7 @@ from tendon_newton.arms.known_arm import KnownArm, each_servo, know_arm
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.text_file import make_folder
-from tendon_newton.data.model_file import Model
+from tendon_newton.data.model_file import Model, write_model
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
@@ -84,11 +84,12 @@ def diagnose_arm_into(
     }
     models = dict(zip(joints, known.starts, strict=True))
     servos = diagnose_each(out, datasets, models, command, progress, until)
+    found = list(known.plain)
+    for place, joint in enumerate(joints):
+        if joint in servos:
+            found[place] = known.servo(place, servos[joint].diagnosis)
+            write_model(out / joint / "model.toml", found[place])
     progress("simulating all servos together on the test recordings")
-    found = [
-        servos[joint].diagnosis.model if joint in servos else model
-        for joint, model in zip(joints, known.plain, strict=True)
-    ]
     errors = [errors_together(known, each, unseen, progress) for each in (known.plain, found)]
     plain, together = (dict(zip(joints, rms, strict=True)) for rms in errors)
     answer = ArmAnswer(servos=servos, known=known, plain=plain, together=together)
