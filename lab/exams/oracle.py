@@ -1,15 +1,17 @@
 """Which planted causes could be named at all: ``python -m lab.exams.oracle OUT --jobs 30``.
 
 OUT is that of ``lab.exams.fresh`` or ``lab.exams.rich``. Where an answer missed a cause, the same
-decision begins anew at all true causes and their numbers, and no search comes before it. A cause
-that it does not keep is not in the data: it is worth less than a name costs. Writes
-OUT/oracle/NAME.json and counts.
+decision begins anew at all true causes with their numbers, and at the answer. Other forms of the
+true friction are tried in its place, since a plant's is no law's of ours. A cause that the decision
+does not keep is not in the data: it is worth less than a name costs, or other causes explain as
+much. Writes OUT/oracle/NAME.json and counts.
 """
 
 import argparse
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from lab.exams.fresh import say, truth_path
 from lab.exams.rich import set_of, take
@@ -19,7 +21,7 @@ from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.model_file import load_model
-from tendon_newton.diagnosis.search.decide.decision import tested
+from tendon_newton.diagnosis.search.decide.decision import fit_replacements, tested
 from tendon_newton.diagnosis.search.decide.find_causes import MOST_CAUSES, part_of
 from tendon_newton.diagnosis.search.decide.rule import PRICE
 from tendon_newton.diagnosis.search.floors import floors_of
@@ -34,40 +36,48 @@ from tendon_newton.identification.testable import testable_effects
 from tendon_newton.scheduler import JobOptions, completed
 
 STEPS = 12  # Steps of a refit at most
+Causes = Mapping[str, Mapping[str, float]]  # Their numbers by name
 
 
-def kept(folder: Path, effects: Mapping[str, Mapping[str, float]]) -> tuple[str, ...]:
-    """Return the causes that the decision keeps if it begins at the true ones.
+def kept(folder: Path, true: Causes, said: Causes) -> tuple[str, ...]:
+    """Return the causes that the decision keeps if it begins at the true ones, and at an answer's.
 
     Args:
         folder: Of the dataset.
-        effects: True causes with their numbers; of a law and its special case the first counts.
+        true: Causes with their numbers; of a law and its special case the first counts.
+        said: The same of the answer.
     """
     dataset, model = load_dataset(folder), load_model(folder / "model.toml")
     study = Study(
         dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
     )
     testable = testable_effects(study)
-    causes = list[str]()
-    for cause in effects:
-        if cause in testable and not any(are_related(cause, other) for other in causes):
-            causes.append(cause)
     chosen = deciding(dataset.train, whole=study.kinematic)
     worlds = SearchWorlds(part_of(study, chosen, model))
-    floors = floors_of(worlds, causes)
+    floors = floors_of(worlds, tuple(true))
     pool = Pool(worlds=worlds, floors=floors, price=PRICE, most=MOST_CAUSES)
-    free = (*study.fit_columns(model), *worlds.built_columns)
-    base = {c: study.base_value(c) for c in free}
-    own = {
-        c: effects[name].get(study.parameter(c).name, study.parameter(c).nominal)
-        for name in causes
-        for c in study.table.columns(name)
-    }
-    starts = [((), base), (tuple(causes), worlds.in_seconds({**base, **own}, -1))]
-    begun = start_fits(worlds, starts, pool.floors, near=True)
-    pool.add(refit(worlds, begun, pool.floors, iterations=STEPS, coarse=0))
-    fit = pool.fits[frozenset(causes)]
-    return tested(pool, prune(pool, fit), testable).fit.names
+    base = {c: study.base_value(c) for c in (*study.fit_columns(model), *worlds.built_columns)}
+
+    def add(causes: Causes) -> frozenset[str]:
+        names = list[str]()
+        for name in causes:
+            if name in testable and not any(are_related(name, other) for other in names):
+                names.append(name)
+        own = {
+            c: causes[name].get(study.parameter(c).name, study.parameter(c).nominal)
+            for name in names
+            for c in study.table.columns(name)
+        }
+        start = (tuple(names), worlds.in_seconds({**base, **own}, -1))
+        begun = start_fits(worlds, [start], pool.floors, near=True)
+        pool.add(refit(worlds, begun, pool.floors, iterations=STEPS, coarse=0))
+        return frozenset(names)
+
+    fit_replacements(pool, pool.fits[add(true)], testable)
+    prune(pool, pool.best())
+    add(said)
+    add({})
+    return tested(pool, prune(pool, pool.best()), testable).fit.names
 
 
 def missed(truth: Truth, answer: Mapping[str, object]) -> tuple[str, ...]:
@@ -76,15 +86,14 @@ def missed(truth: Truth, answer: Mapping[str, object]) -> tuple[str, ...]:
     return tuple(name for name in truth.effects if name not in said)
 
 
-def asked(out: Path, name: str) -> tuple[Mapping[str, Mapping[str, float]], tuple[str, ...]]:
+def asked(out: Path, name: str, answer: Mapping[str, Any]) -> tuple[Causes, tuple[str, ...]]:
     """Return the true causes of a set with their numbers, and the planted ones that were missed."""
     if name.startswith("rich"):
         number = int(name.removeprefix("rich"))
-        truth, (_, found) = set_of(out, number), take((out, number))
-        effects = {n: truth["effects"][n] for n in (*truth["planted"], *truth["effects"])}
-        return effects, tuple(n for n in truth["planted"] if n not in found)
-    truth, answer = read_truth(truth_path(out, name)), read_answer(out / "answers" / name / ANSWER)
-    assert answer is not None, name
+        rich, (_, found) = set_of(out, number), take((out, number))
+        effects = {n: rich["effects"][n] for n in (*rich["planted"], *rich["effects"])}
+        return effects, tuple(n for n in rich["planted"] if n not in found)
+    truth = read_truth(truth_path(out, name))
     return truth.effects, missed(truth, answer)
 
 
@@ -94,9 +103,15 @@ def ask(job: tuple[Path, str]) -> dict[str, bool]:
     file = out / "oracle" / f"{name}.json"
     if file.is_file():
         return json.loads(file.read_text(encoding="utf-8"))
-    effects, lost = asked(out, name)
-    seen = kept(out / "sets" / name, effects) if lost else ()
-    found = {cause: cause in seen for cause in lost}
+    answer = read_answer(out / "answers" / name / ANSWER)
+    assert answer is not None, name
+    true, lost = asked(out, name, answer)
+    said = {
+        cause["name"]: {number: own["value"] for number, own in cause["parameters"].items()}
+        for cause in (*answer["effects"], *answer.get("suspected", ()))
+    }
+    seen = kept(out / "sets" / name, true, said) if lost else ()
+    found = {c: any(c == other or are_related(c, other) for other in seen) for c in lost}
     file.parent.mkdir(exist_ok=True)
     write_json(file, found)
     return found
