@@ -98,7 +98,8 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     """Put causes found on beginnings to the test on all rows.
 
     What may be named of a plain model takes their place if that model predicts parts better that no
-    number has seen.
+    number has seen. Where neither rows nor their mean leave anything to explain, no plain model is
+    asked.
 
     Args:
         pool: Sets fitted on the beginnings.
@@ -117,7 +118,8 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         transfer(pool, [fit, *sets.values()], decisive)
     decided = tested(decisive, prune(decisive, simplest(decisive, decisive.best())), names)
     explained = decisive.leaves_nothing(decided.fit)
-    if (explained and not decided.fit.names) or decided.undecided:
+    on_average = decisive.leaves_nothing(decided.fit, anywhere=bool(decided.fit.names))
+    if (explained and on_average) or decided.undecided:
         return decided
     plain = fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
