@@ -79,7 +79,7 @@ class DiagnoseConfig:
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.duration import read_duration
-    from tendon_newton.cli.heap import share_heap
+    from tendon_newton.cli.heap import load_newton, share_heap
     from tendon_newton.data.dataset import dataset_folders
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.data.model_file import load_model
@@ -106,6 +106,7 @@ def main(config: DiagnoseConfig) -> None:
     dataset = read_dataset(config)
     model = load_model(model_file(config))
     out = make_folder(config.out)
+    load_newton()
 
     from tendon_newton.diagnosis.reporting.report import Origin
     from tendon_newton.workflows.diagnosing import diagnose_into
