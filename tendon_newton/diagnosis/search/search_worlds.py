@@ -31,7 +31,7 @@ FINER = 0.4  # Share of the step with which such a world is simulated again [1]
 FINEST = 0.1
 """Share of the step with which a model that is left at the end is judged [1]. At the whole step a
 finger hits its stop up to a substep late, and is 50 mrad off in a few rows; here it is 5 mrad."""
-MOST_NUMBERS = 1_000_000
+MOST_NUMBERS = 500_000
 """Residuals that are simulated at once [1]: what kernels write takes some five times the room."""
 INDEPENDENT = 2.0
 """Times a second that a model's error tells something of its own [1/s]: where numbers are found on
