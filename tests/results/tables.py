@@ -261,6 +261,33 @@ def own_logs(record: Record) -> str:
     return table(heads, rows)
 
 
+IN_TIME = {
+    ("days", "named_or_in_class"): "the number that changed comes first, or in its class",
+    ("days", "nothing_else"): "nothing else has moved",
+    ("days", "silent"): "of an unchanged day nothing is told",
+    ("events", "named, all"): "an event is told, and by its kind",
+    ("events", "in_time, all"): "it is told within 50 ms",
+    ("events", "silent"): "of a run without nothing is told",
+    ("events", "in_size, slip"): "the size of a slip is within a tenth",
+    ("events", "in_size, skip"): "of a skip",
+    ("events", "in_size, dip"): "of a dip",
+    ("events", "in_size, knock"): "of a knock",
+    ("events", "holds, knock"): "a knock told as *at least* so large is no smaller",
+    ("mends", "moved"): "a named cause that was mended has moved",
+    ("mends", "inside"): "by what was taken away, within its interval",
+}
+"""Rates of change that is told on virtual units, by part and name, with their words."""
+
+
+def in_time(kept: Records) -> str:
+    """Return how often what changed, happened or was mended is told rightly."""
+    parts = kept["in_time"].figures
+    lines = [
+        (words, of_rate(parts[part]["rates"][name])) for (part, name), words in IN_TIME.items()
+    ]
+    return table(("right is", "rate (at least, 95 %)"), lines)
+
+
 TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "readme": ("README.md", readme),
     "comparison": (
@@ -281,6 +308,7 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     ),
     "names": ("docs/lab/exams.md", strict_rates),
     "exam": ("docs/diagnosis.md", exam_rows),
+    "in time": ("docs/in_time.md", in_time),
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
 """File and maker of each table, by the name in its marks."""
