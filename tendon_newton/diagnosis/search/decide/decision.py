@@ -98,8 +98,8 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     """Put causes found on beginnings to the test on all rows.
 
     What may be named of a plain model takes their place if that model predicts parts better that no
-    number has seen. Where neither rows nor their mean leave anything to explain, no plain model is
-    asked.
+    number has seen. Where forces are measured, and neither rows nor their mean leave anything to
+    explain, no plain model is asked.
 
     Args:
         pool: Sets fitted on the beginnings.
@@ -119,7 +119,8 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     decided = tested(decisive, prune(decisive, simplest(decisive, decisive.best())), names)
     explained = decisive.leaves_nothing(decided.fit)
     on_average = decisive.leaves_nothing(decided.fit, anywhere=bool(decided.fit.names))
-    if (explained and on_average) or decided.undecided:
+    positions_alone = not any(force and rows.any() for force, rows in decisive.worlds.where.signals)
+    if (explained and on_average and not positions_alone) or decided.undecided:
         return decided
     plain = fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
