@@ -2,7 +2,6 @@
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import Vec2
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
@@ -10,23 +9,23 @@ ALIKE = 1.0e-3  # Difference of an exponent from 1 below which both are the same
 
 
 @device_template
-def left(before: real, way: real, exponent: real) -> Vec2:
+def left(before: real, way: real, exponent: real) -> Jet:
     """Return the share of the friction that is still to come, which was `before`, after a way [1].
 
-    It falls as du/dw = -u^n. The second number is u^n.
+    It falls as du/dw = -u^n, which is the second number without its sign.
     """
     rest = real(1.0) - exponent
-    out = Vec2()
+    out = Jet()
     if wp.abs(rest) < real(ALIKE):
         share = before * wp.exp(-way)
-        out = Vec2(share, share)
+        out = Jet(share, share, real(0.0))
     elif before > real(0.0):
         base = wp.pow(before, rest) - rest * way
         if base > real(0.0):
             share = before
             if way != real(0.0):
                 share = wp.pow(base, real(1.0) / rest)
-            out = Vec2(share, share / base)
+            out = Jet(share, share / base, real(0.0))
     return out
 
 
