@@ -88,7 +88,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "pace = np.full_like(command, np.ptp(command))", "pace = np.zeros_like(command)",
         f"{EVENTS} beginning"),
     Mutation("a-knock-is-no-force", "tendon_newton/diagnosis/in_time/log_events.py",
-        "event.size * TRIED[::-1]))", "event.size * TRIED))", f"{EVENTS} knocked"),
+        "event.size * TRIED[::-1]))", "0.5 * event.size * TRIED[::-1]))", f"{EVENTS} knocked"),
     Mutation("what-is-told-is-looked-for", "tendon_newton/workflows/refreshing.py",
         "drift = find_wear(options, operator) if changes is None else told_drift(changes)",
         "drift = find_wear(options, operator)", "tests/train/refresh/test_drift.py -k told"),
