@@ -18,14 +18,14 @@ def left(before: real, way: real, exponent: real) -> Jet:
     out = Jet()
     if wp.abs(rest) < real(ALIKE):
         share = before * wp.exp(-way)
-        out = Jet(share, share, real(0.0))
+        out = Jet(share, wp.max(share, real(0.0)), real(0.0))
     elif before > real(0.0):
         base = wp.pow(before, rest) - rest * way
         if base > real(0.0):
             share = before
             if way != real(0.0):
                 share = wp.pow(base, real(1.0) / rest)
-            out = Jet(share, share / base, real(0.0))
+            out = Jet(share, share / base, real(0.0))  # base is u^(1 - n)
     return out
 
 

@@ -21,6 +21,7 @@ from tendon_newton.diagnosis.search.decide.account import REMAINS, criteria_of
 from tendon_newton.diagnosis.search.decide.decision import (
     Decided,
     Refusal,
+    asks_plain_models,
     best_predictor,
     best_without,
     held_out_gains,
@@ -43,7 +44,14 @@ from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms, untold
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, leave_out, near_sets, settle
-from tendon_newton.diagnosis.search.refit import refit, start_fits, surprise, values_of, without
+from tendon_newton.diagnosis.search.refit import (
+    Fit,
+    refit,
+    start_fits,
+    surprise,
+    values_of,
+    without,
+)
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, Floors, SearchWorlds
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
@@ -661,6 +669,32 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
     assert predicts < own
     refused = {"viscous_friction": Refusal(gain=0.0, at_bound=True)}
     assert best_predictor(pool, Decided(fit=named, refused=refused)) == (named, own)
+
+
+@pytest.mark.parametrize(
+    ("causes", "has_force", "left_in_rows", "left_in_mean", "asked"),
+    [
+        ((), True, False, True, False),
+        ((), False, False, True, False),
+        ((), False, True, True, True),
+        (("backlash",), True, False, False, False),
+        (("backlash",), True, False, True, True),
+        (("backlash",), False, False, False, True),
+    ],
+)
+def test_plain_models_are_asked_where_something_may_be_left(
+    causes: tuple[str, ...], has_force: bool, left_in_rows: bool, left_in_mean: bool, asked: bool
+) -> None:
+    """Of a named cause the mean counts too, and angles alone do not settle it."""
+
+    def leaves_nothing(_: Fit, *, anywhere: bool = False) -> bool:
+        return not (left_in_rows or (anywhere and left_in_mean))
+
+    signals = ((False, np.ones(3, dtype=bool)), (True, np.full(3, has_force)))
+    worlds = SimpleNamespace(where=SimpleNamespace(signals=signals))
+    pool: Any = SimpleNamespace(leaves_nothing=leaves_nothing, worlds=worlds)
+    fit: Any = SimpleNamespace(names=causes)
+    assert asks_plain_models(pool, fit) is asked
 
 
 def test_a_model_that_is_written_has_each_named_cause(worlds: SearchWorlds) -> None:

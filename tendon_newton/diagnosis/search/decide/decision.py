@@ -98,8 +98,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     """Put causes found on beginnings to the test on all rows.
 
     What may be named of a plain model takes their place if that model predicts parts better that no
-    number has seen. Where forces are measured, and neither rows nor their mean leave anything to
-    explain, no plain model is asked.
+    number has seen.
 
     Args:
         pool: Sets fitted on the beginnings.
@@ -117,20 +116,30 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         decisive.rescore(floors_of(decisive.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], decisive)
     decided = tested(decisive, prune(decisive, simplest(decisive, decisive.best())), names)
-    explained = decisive.leaves_nothing(decided.fit)
-    on_average = decisive.leaves_nothing(decided.fit, anywhere=bool(decided.fit.names))
-    positions_alone = not any(force and rows.any() for force, rows in decisive.worlds.where.signals)
-    if (explained and on_average and not positions_alone) or decided.undecided:
+    if decided.undecided or not asks_plain_models(decisive, decided.fit):
         return decided
     plain = fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
-    if not explained and compared and compared[0].held_out < predicts:
+    is_left = not decisive.leaves_nothing(decided.fit)
+    if is_left and compared and compared[0].held_out < predicts:
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
         if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
     predictor, predicts = best_predictor(decisive, decided, plain.values())
     return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
+
+
+def asks_plain_models(decisive: Pool, fit: Fit) -> bool:
+    """Tell whether a plain model may predict better than an answer by more than chance.
+
+    Where forces are measured, an answer that leaves nothing in rows or in their mean is taken.
+    Angles alone leave more open, so a cause that was named from them is held against plain models.
+    """
+    if not fit.names:
+        return not decisive.leaves_nothing(fit)
+    has_force = any(force and rows.any() for force, rows in decisive.worlds.where.signals)
+    return not (has_force and decisive.leaves_nothing(fit, anywhere=True))
 
 
 def predicted(decisive: Pool, fit: Fit) -> float:
