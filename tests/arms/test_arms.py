@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -24,6 +26,17 @@ from tests.arms import planted_arm
 TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))
 FLOOR = -0.02  # m
 FREE = -10.0  # m: too far below to be met
+
+
+def test_a_servo_of_which_nothing_is_named_keeps_its_plain_model() -> None:
+    """Another has the model of its diagnosis."""
+    plain, written = TOLD, replace(TOLD, effects=(NamedValues(name="deadband", values={}),))
+    nothing: Any = SimpleNamespace(effects=(), model=written)
+    none: Any = None
+    known = KnownArm(placement=none, arm=none, starts=(plain,), plain=(plain,))
+    assert known.servo(0, nothing) is plain
+    named: Any = SimpleNamespace(effects=("deadband",), model=written)
+    assert known.servo(0, named) is written
 
 
 @pytest.fixture(scope="module")

@@ -160,6 +160,23 @@ def test_causes_that_make_up_for_each_other_are_not_all_dropped() -> None:
     assert Alike(None).sure(frozenset(("spool",))) == frozenset()
 
 
+def test_a_mend_promises_at_four_to_one_that_its_number_moved() -> None:
+    """It pays no price for a change either; another number pays the odds against it."""
+
+    class Even(Days):
+        def __init__(self) -> None:
+            none: Any = None
+            self.mended, self.fits = frozenset(("tendon_slack",)), {frozenset(): none}
+
+        def gain(self, moved: frozenset[str]) -> float:
+            return 0.0
+
+    days = Even()
+    slack, both = frozenset(("tendon_slack",)), frozenset(("tendon_slack", "gain_error"))
+    assert np.exp(days.worth(slack)) == pytest.approx(4.0, rel=0.02)
+    assert days.worth(slack) - days.worth(both) == pytest.approx(walk_of("gain_error").odds)
+
+
 def test_an_answer_stands_for_the_recordings_of_its_day() -> None:
     """Friction of 0.9 N moved from a well known 0.6 N, and not from one of 0.2 to 1.0 N."""
     worn = ideal_model(coulomb_friction={"force": 0.9})

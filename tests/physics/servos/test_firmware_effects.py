@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.effects import hysteresis
 from tests.effect_bench import GAIN, ROW, run
 from tests.physics.runs import RADIUS, run_of, simulate
 
@@ -174,6 +178,24 @@ def test_hysteresis_is_dahls_law_along_the_way(exponent: float) -> None:
         # the turn lies between two rows
         np.testing.assert_allclose(lost[rows], expected, atol=0.03)
     assert np.abs(lost).max() <= force * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.6, 2.0])
+def test_the_slope_of_hysteresis_is_that_of_its_share(
+    exponent: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """du/dw = -u^n by a central difference, as an implicit step takes it."""
+    double = SimpleNamespace(abs=abs, exp=math.exp, pow=pow, max=max)
+    monkeypatch.setattr(hysteresis, "wp", double)
+    monkeypatch.setattr(hysteresis, "real", float)
+    monkeypatch.setattr(hysteresis, "Jet", lambda *numbers: numbers or (0.0, 0.0, 0.0))
+    left: Any = hysteresis.left
+    for before, way in ((0.8, 0.3), (1.9, 0.2), (0.6, 0.0)):
+        more, less = (left(before, way + by, exponent)[0] for by in (1e-4, -1e-4))
+        share, slope, _ = left(before, way, exponent)
+        assert slope == pytest.approx((less - more) / 2e-4, rel=1e-5)
+        assert slope == pytest.approx(share**exponent)
+    assert left(-0.1, 0.3, exponent)[1] == 0.0
 
 
 def test_a_falling_rotor_loads_its_gear_on_its_own_side() -> None:
