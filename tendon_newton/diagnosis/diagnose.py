@@ -236,6 +236,11 @@ def causes_of(findings: Findings) -> dict[str, Found]:
 def why_suspected(findings: Findings, cause: str) -> str:
     """Return why a cause is not named, as a sentence; empty for one that is."""
     if cause not in findings.criteria:
+        written = findings.predictor.effects if findings.predictor else ()
+        for name, rivals in findings.classes.items():
+            if name not in written and cause in dict(rivals):
+                told = name.replace("_", " ")
+                return f"It stands in the model for {told}, from which it is not told apart."
         return "It helps to predict unseen parts, by less than a name costs."
     if cause not in findings.suspected:
         return ""

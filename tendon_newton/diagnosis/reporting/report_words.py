@@ -20,7 +20,7 @@ SENTENCES: dict[str, str] = {
     "coulomb_friction": "A dry friction of {force} opposes the tendon's motion in the servo",
     "deadband": "The servo ignores position errors up to {width}",
     "force_saturation": "The servo's force stops at {limit}",
-    "gain_drift": "The servo's gain [rises|fades] by {rate:size} of its start",
+    "gain_drift": "Over a recording the servo's gain [rises|fades] by {rate:size}",
     "gain_error": "The servo's force for the same position error is {scale:than}",
     "gear_load_friction": "The servo's gear rubs with {coefficient} of what motor and tendon press "
     "it with",

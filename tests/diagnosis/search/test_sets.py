@@ -13,7 +13,7 @@ import pytest
 from tendon_newton.actuators import ACTUATORS
 from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import conclude
+from tendon_newton.diagnosis.diagnose import conclude, why_suspected
 from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
@@ -752,3 +752,19 @@ def test_causes_without_a_name_are_in_the_model_that_is_written(worlds: SearchWo
     assert (helping.name, helping.reason[:19]) == ("viscous_friction", "It helps to predict")
     assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
     assert diagnosis.extended.theta_rmse < 0.5 * helping.without.theta_rmse
+
+
+def test_what_stands_for_a_named_cause_in_the_model_says_so() -> None:
+    """And not that it helps beside it."""
+    coulomb, other = ("coulomb_friction",), ("asymmetric_friction", "actuator_lag")
+    findings: Any = SimpleNamespace(
+        criteria={"coulomb_friction": ()},
+        classes={"coulomb_friction": (("asymmetric_friction", None),)},
+        suspected=(), final=SimpleNamespace(effects=coulomb),
+        predictor=SimpleNamespace(effects=other),
+    )  # fmt: skip
+    assert "in the model for coulomb friction" in why_suspected(findings, "asymmetric_friction")
+    assert why_suspected(findings, "actuator_lag").startswith("It helps to predict")
+    assert why_suspected(findings, "coulomb_friction") == ""
+    findings.predictor.effects = coulomb + other
+    assert why_suspected(findings, "asymmetric_friction").startswith("It helps to predict")
