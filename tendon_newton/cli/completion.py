@@ -16,7 +16,6 @@ def print_completion(shell: str, verbs: Mapping[str, str]) -> None:
     """Print the script that a shell reads at its start.
 
     Args:
-        shell: One of `SHELLS`.
         verbs: Name -> module of each verb.
     """
     if shell not in SHELLS:

@@ -12,9 +12,6 @@ UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, None: 1.0}
 def read_duration(text: str, option: str) -> float:
     """Return a time such as 90s, 5min or 1h [s]; a bare number is in seconds.
 
-    Args:
-        option: Its option, for messages.
-
     Raises:
         InvalidParameter: It is none, or not above zero.
     """

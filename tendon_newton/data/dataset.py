@@ -145,9 +145,6 @@ def load_dataset(
     """Read and check a dataset.
 
     Args:
-        path: The folder that holds ``dataset.toml``.
-        require_train: Refuse a dataset without a train split.
-        require_test: Refuse a dataset without a test split.
         jobs: Processes at most that read large files of messages side by side. Each is a fresh
             interpreter, so a script that asks for them needs ``if __name__ == "__main__"``.
     """

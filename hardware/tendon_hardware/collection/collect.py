@@ -56,7 +56,6 @@ def record_run(
 
     Args:
         path: The file; it must not exist.
-        operator: Receiver of the messages.
 
     Raises:
         TendonNewtonError: The run could not begin: no row was recorded.

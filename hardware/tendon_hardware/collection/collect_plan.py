@@ -94,7 +94,6 @@ def collect(
 
     Args:
         address: Ports and servos; each run sets the bench's name.
-        operator: Receiver of questions and messages.
         title: Name of the plan; a folder holds one, or any number of single runs.
 
     Raises:

@@ -30,13 +30,7 @@ STALE = 0.25  # Age of the last reading beyond which a loop on the host must not
 
 
 class GapWatch:
-    """Knows when the servo was last heard of.
-
-    Args:
-        clock: The bench's clock.
-        limits: How long it may be silent.
-        operator: Receiver of the messages.
-    """
+    """Knows when the servo was last heard of."""
 
     def __init__(self, clock: Clock, limits: SafetyLimits, operator: Operator) -> None:
         self.clock = clock

@@ -75,7 +75,6 @@ def load_policy(path: Path, *, trust: bool = False) -> Policy:
     """Read a policy and make sure that it does what its card says.
 
     Args:
-        path: The ONNX or TorchScript file.
         trust: Whether to trust a TorchScript file from now on: its code runs with the user's
             rights.
 

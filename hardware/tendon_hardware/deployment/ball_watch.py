@@ -26,9 +26,6 @@ SETTLED = 0.5  # Time that a ball must lie in its cup before the policy goes on 
 class BallWatch:
     """What is known of the ball in each tick.
 
-    Args:
-        operator: Told to put the ball back.
-
     Raises:
         BallNotSeen: The bench has no camera.
     """

@@ -78,7 +78,6 @@ def deploy(
 
     Args:
         path: The log; it must not exist. Without one nothing is kept.
-        operator: Receiver of the messages.
 
     Raises:
         TendonNewtonError: The run could not begin.

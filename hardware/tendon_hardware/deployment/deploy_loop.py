@@ -52,9 +52,7 @@ class DeployLoop:
 
     Args:
         bench: An open bench whose servos are configured, and on unless the run is dry.
-        pilot: Source of the commands: a policy, or a hand.
         estimates: Give the tension of each servo where no load cell does; may be none.
-        watch: Knows of the ball that a policy turns.
     """
 
     def __init__(

@@ -45,9 +45,6 @@ class AbsentableOperator:
 
     Writing to a terminal that is gone fails. The signal that says so lets the tendon out, for which
     the loop must go on.
-
-    Args:
-        operator: Receiver of the messages.
     """
 
     def __init__(self, operator: Operator) -> None:

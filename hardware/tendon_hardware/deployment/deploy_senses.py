@@ -31,7 +31,6 @@ class ServoSenses:
     """What is known of one servo and of the load cell in its tendon.
 
     Args:
-        operator: Receiver of the messages.
         spool_radius: Radius of its spool [m].
     """
 
@@ -106,7 +105,6 @@ class DeploySenses:
 
     Args:
         goals: Takes the keys that are no stop.
-        operator: Receiver of the messages.
     """
 
     def __init__(

@@ -46,7 +46,6 @@ def examine(
     Args:
         port: Path of the servo's port, or a simulated one; without it the ports are listed.
         load_cell_port: Path of the load cell's port, or its stream, if there is one.
-        show: Told what takes time.
     """
     show("timing the clock")
     late = lateness(clock)

@@ -33,8 +33,6 @@ def check_servo(
     """Find the servos on a port and examine each; no motor moves.
 
     Args:
-        port: Path of the port, or a simulated one.
-        show: Told what takes time.
         busy: Whether this computer has been found busy, so that nobody blames the bus.
     """
     found = find_servos(port, clock, show)

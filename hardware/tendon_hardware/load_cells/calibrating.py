@@ -159,7 +159,6 @@ def run_plan(
     """Measure every step of a plan that is not done yet.
 
     Args:
-        operator: Person or program that hangs the masses.
         done: Points of an interrupted run, a beginning of the plan.
         keep: Called with all points after each measurement, so that none is lost.
 

@@ -131,7 +131,6 @@ def measure_drift(
     """Return how far zero has moved since the calibration [N], the load taken off.
 
     Args:
-        operator: Person or program that takes the load off.
         duration: Length of the measurement [s].
     """
     operator.hang(0.0, "take all load off, and wait until nothing moves")

@@ -209,8 +209,6 @@ class SessionLog:
 
         Args:
             instant: Instant of the reading [s].
-            missed: Ticks whose reading never came.
-            skipped: Ticks for which this computer was late.
         """
         entries = zip(self._names, ((health, counters), *further), strict=True)
         self._diagnose(instant, [health_status(*each, missed, skipped) for each in entries])

@@ -24,7 +24,6 @@ class ForceWatch:
 
     Args:
         limits: What ends a run; without them whoever takes the readings looks after that.
-        operator: Receiver of the messages.
         spool_radius: Radius of the spools [m].
     """
 

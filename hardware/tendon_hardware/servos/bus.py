@@ -38,7 +38,6 @@ class Bus:
         port: Path of a serial port, or a port handler of the SDK's kind, which is not locked, or a
             port that other servos share.
         baud: Rate of the bus [1/s].
-        retries: Times that an instruction is sent again before it has failed.
     """
 
     def __init__(
@@ -168,7 +167,6 @@ class Bus:
         """Send an instruction until one of the attempts is answered.
 
         Args:
-            what: The instruction, in words.
             send: Sends it, given the bytes of data to ask for; returns the SDK's result.
             length: Bytes of data that the answer has at least.
             most: Bytes that may be asked for; None where the answer cannot have more.

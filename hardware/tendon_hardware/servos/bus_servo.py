@@ -55,7 +55,6 @@ class BusServo:
             servos share.
         baud: Rate of the bus [1/s].
         clock: Clock that dates the states; the computer's monotonic one unless given.
-        retries: Times that an instruction is sent again.
     """
 
     def __init__(

@@ -25,7 +25,6 @@ def read_card_json(
     Args:
         build: Makes a card of the table that JSON gives.
         first: Keys that must have these values; in another version the rest may look different.
-        fault: Error to raise where the text is no such card.
     """
     try:
         table = json.loads(text, parse_constant=refuse_constant)
@@ -52,8 +51,6 @@ def refuse_broken(
     """Refuse a card that breaks a promise, naming the first one.
 
     Args:
-        promises: What must hold.
-        fault: Error to raise.
         owner: Part of the card that the names belong to, as in " of servo 1".
     """
     for name, came, kept, promised in promises:

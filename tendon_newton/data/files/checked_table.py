@@ -19,12 +19,7 @@ STATED = {"stated": True}
 
 
 class CheckedTable:
-    """An object whose values are asked for by key and kind; one of another kind is refused.
-
-    Args:
-        where: Where it stands, for messages.
-        fault: Error to raise.
-    """
+    """An object whose values are asked for by key and kind; one of another kind is refused."""
 
     def __init__(
         self, values: Mapping[str, Any], where: str, fault: type[TendonNewtonError]

@@ -14,7 +14,6 @@ def check_name(name: str, what: str, fault: type[TendonNewtonError]) -> None:
 
     Args:
         what: Where it comes from and what it names, for messages.
-        fault: Error to raise.
     """
     plain = name.isprintable() and not set(name) & set("/\\") and name not in ("", ".", "..")
     if not plain or len(name.encode()) > NAME_LIMIT:

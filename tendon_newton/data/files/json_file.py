@@ -19,7 +19,6 @@ def read_json(
     NaN and Infinity, which Python writes and JSON does not have, are refused.
 
     Args:
-        fault: Error to raise where there is no such object.
         promise: What the file should be, in words ("a diagnosis is a JSON file").
         size_limit: Bytes beyond which the file cannot be what it should be.
     """

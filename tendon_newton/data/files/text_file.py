@@ -30,7 +30,6 @@ def read_text(
     """Read a UTF-8 text file; a byte order mark at its start is left out.
 
     Args:
-        fault: Error to raise where there is no such text.
         promise: What the file should be, in words ("a model is a TOML file").
         size_limit: Bytes beyond which the file cannot be what it should be.
     """

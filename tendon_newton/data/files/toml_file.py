@@ -24,7 +24,6 @@ def read_toml(
     """Read a TOML file, raising ``fault`` with the place where it is broken.
 
     Args:
-        fault: Error to raise where there is no such table.
         promise: What the file should be, in words ("a model is a TOML file").
     """
     text = read_text(path, fault, promise, size_limit=SIZE_LIMIT)

@@ -31,7 +31,6 @@ def read_extra(content: bytes, name: str, what: str, fault: type[TendonNewtonErr
     Args:
         name: Name of the text, such as ``card.json``.
         what: What the file should be, in words ("a force network").
-        fault: Error to raise where there is no such text.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:

@@ -16,7 +16,6 @@ def read_recording_file(
 
     Args:
         path: A .csv, .mcap or .db3 file, or the folder of a ROS 2 bag.
-        bench: Name under ``assets/`` of the bench that was measured.
         mapping: Which topic and field is which column; our own topics unless given.
         entry: What else the dataset says of it.
     """

@@ -33,7 +33,6 @@ def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -
     """Read one recording.
 
     Args:
-        bench: Name under ``assets/`` of the bench that was measured.
         name: Name for messages and outputs; the file's own name unless given.
         entry: What else the dataset says of it (``start``, ``bench_overrides``,
             ``actuator_overrides``, ``load_cell_rate``).

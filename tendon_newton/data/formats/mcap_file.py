@@ -88,7 +88,6 @@ def read_mcap(
 
     Args:
         path: The file; where it breaks off, what came before is read and a warning says so.
-        bench: Name under ``assets/`` of the bench that was measured.
         name: Name for messages and outputs; the file's own name unless given.
         entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
             ``actuator_overrides``, ``load_cell_rate``, ``obstacle``); the obstacle that the file
@@ -152,10 +151,6 @@ class McapReading:
     """One pass through an MCAP file, from the front, keeping all that is whole.
 
     The index at the end is not used: a file whose process was killed has none.
-
-    Args:
-        file: The file, at its start.
-        name: The recording, for messages.
     """
 
     def __init__(self, file: IO[bytes], name: str) -> None:

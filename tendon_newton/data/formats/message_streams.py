@@ -36,7 +36,6 @@ def read_streams(
 
     Args:
         messages: All messages of the mapped topics, in any order.
-        name: The recording, for messages.
 
     Returns:
         Column -> stream, in order of time; several values at one instant are kept.
@@ -57,7 +56,6 @@ class Collector:
 
     Args:
         clock: ``header`` or ``log``.
-        name: The recording, for messages.
     """
 
     def __init__(self, column: str, source: TopicSource, clock: str, name: str) -> None:

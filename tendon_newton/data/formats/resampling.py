@@ -34,9 +34,7 @@ def rows_of(streams: Mapping[str, Stream], mapping: TopicMapping, name: str) -> 
     """Bring the streams of a recording to its rows.
 
     Args:
-        streams: Column -> stream.
         mapping: Whether theta_dot is derived, and what may be absent.
-        name: The recording, for messages.
 
     Returns:
         Field of a recording -> array, and ``extra`` columns.

@@ -35,7 +35,6 @@ def read_rosbag(
 
     Args:
         path: A folder with ``metadata.yaml``, or a .db3 file alone.
-        bench: Name under ``assets/`` of the bench that was measured.
         name: Name for messages and outputs; the folder's own name unless given.
         entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
             ``actuator_overrides``, ``load_cell_rate``).

@@ -82,7 +82,6 @@ def resampled(columns: Mapping[str, Array], rate: float, path: Path) -> dict[str
 
     Args:
         rate: New rows per second [Hz].
-        path: The file, for messages.
     """
     time = columns["t"]
     step = float(np.median(np.diff(time)))

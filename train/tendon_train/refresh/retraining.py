@@ -79,7 +79,6 @@ def retrain(
     Args:
         worn: Diagnoses of the bench as it is now: fingers differ by what they leave open as well.
         device: ``cpu`` or ``cuda``.
-        report: Called after every round.
     """
     before = earlier.config.environment
     config = replace(

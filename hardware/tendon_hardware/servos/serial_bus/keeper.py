@@ -29,7 +29,6 @@ class Keeper:
         lock: Descriptor of the port's lock, so that no other program has the port before the motor
             is off.
         patience: Silence after which it acts [s].
-        packet: Instruction that switches the motor off.
 
     Raises:
         HardwareFault: The process does not start.

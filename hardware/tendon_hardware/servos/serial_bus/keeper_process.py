@@ -42,7 +42,6 @@ def switch_off(port: int, path: str, baud: int, packet: bytes) -> None:
     Args:
         port: Descriptor of the servo's port.
         baud: Rate of the bus [1/s].
-        packet: Instruction that switches the motor off.
     """
     start = lost = time.monotonic()
     while lost - start < LONGEST and time.monotonic() - lost < DEAF_TIME:

@@ -52,7 +52,6 @@ class EmulatedServo:
 
         Args:
             time: Now [s].
-            count: Present counts of the encoder.
         """
         self._registers.power_up(count)
         self._silent_until = time + REBOOT_TIME

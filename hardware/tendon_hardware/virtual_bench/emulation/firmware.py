@@ -190,9 +190,6 @@ def profile_rate(rate: float, left: float, top: float, acceleration: float) -> f
     """Return the next rate of a target with some way left, no faster than can still be braked.
 
     Args:
-        rate: Its rate until now.
-        left: Way to the goal.
-        top: Greatest rate.
         acceleration: Greatest change of the rate in a second; 0 is any.
     """
     if not acceleration:

@@ -44,7 +44,6 @@ class ServoEmulator(EmulatedServo):
 
         Args:
             time: Now [s].
-            count: Present counts of the encoder.
         """
         ours = instruction.identifier in (self.identifier, BROADCAST)
         if time < self._silent_until or not ours:

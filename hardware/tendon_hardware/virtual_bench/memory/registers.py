@@ -98,8 +98,6 @@ class Registers:
         """Write a block and return 0 or the error code.
 
         Args:
-            address: First register.
-            data: Bytes to write.
             position: Present position [counts], where goals start when torque comes on.
         """
         if not data or address + len(data) > TABLE_SIZE:

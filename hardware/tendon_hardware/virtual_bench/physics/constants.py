@@ -33,7 +33,6 @@ def drawn(
     Args:
         nominal: Middle of the draw, and the value of a unit that draws nothing.
         spread: Relative half width of the uniform draw [1].
-        unit: Unit in words.
         half_width: Half width in the constant's own unit, in place of ``spread``.
     """
     width = abs(nominal) * spread if half_width is None else half_width

@@ -72,7 +72,6 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> tuple[Joint
     """Examine every joint of a LeRobotDataset.
 
     Args:
-        folder: With ``meta`` and ``data``.
         units: What the joints' numbers mean; degrees where nobody says so and they are no radians.
             A percent of a range is about a degree.
 

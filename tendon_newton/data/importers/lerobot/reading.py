@@ -28,7 +28,6 @@ def read_lerobot(
     """Read every episode of a folder.
 
     Args:
-        folder: With ``meta`` and ``data``.
         joint: The only joint to read; all of them unless given.
 
     Raises:

@@ -31,7 +31,6 @@ def train_to_file(
     where it exports, NAME.safetensors, NAME.pt and NAME.onnx.
 
     Args:
-        report: Called after every epoch.
         export: Whether to write the network's files; they need Warp and ONNX installed.
         split: What the card says of the recordings.
     """

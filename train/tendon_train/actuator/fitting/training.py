@@ -65,7 +65,6 @@ def train_network(
         validation: Windows of other recordings, that say when to stop.
         checkpoint: Written after every epoch.
         law: How the servo answers to its shaft; by default what the fitted windows say of it.
-        report: Called after every epoch.
 
     Returns:
         The network with the weights that were kept, on the CPU, and the last checkpoint.

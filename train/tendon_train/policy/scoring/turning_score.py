@@ -38,7 +38,6 @@ def watch(environment: FingerEnvironment, actor: Actor, seconds: float) -> Turni
     """Let an actor turn balls; one that is dropped is put back.
 
     Args:
-        environment: The `turning_worlds`.
         seconds: Time to watch [s].
     """
     task = environment.task

@@ -23,8 +23,6 @@ class WorldDraws:
 
     Args:
         worlds: Number of worlds W.
-        device: Torch device.
-        seed: Seed of all sequences.
     """
 
     def __init__(self, worlds: int, device: torch.device | str = "cpu", *, seed: int = 0) -> None:
