@@ -4,8 +4,6 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Protocol
 
 from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
 from tendon_hardware.benches.virtual_calibration import calibrated_twins
@@ -20,37 +18,13 @@ from tendon_hardware.logs.session_log import TimeBase
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
-from tendon_hardware.virtual_bench import Faults, LockstepBench, VirtualPorts
+from tendon_hardware.virtual_bench import LockstepBench, VirtualPorts
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
-from tendon_hardware.virtual_bench.emulation.plant import PlantState
 from tendon_hardware.virtual_bench.physics.unit import has_ball, servo_count
 from tendon_newton.errors import InvalidParameter
 
 RETRIES = 2  # Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz
 PATIENCE = 8  # Attempts on a virtual bench in real time, which answers when the scheduler lets it
-
-
-class VirtualControls(Protocol):
-    """Controls of a virtual bench beside its two ports."""
-
-    def set_obstacle(self, name: str) -> None:
-        """Put something in the mechanism's way."""
-
-    def set_faults(self, faults: Faults) -> None:
-        """Let things go wrong."""
-
-    def hang_mass(self, mass: float | None) -> None:
-        """Hang a mass on the load cell [kg]."""
-
-    def put_ball_back(self) -> None:
-        """Lay a hand's ball where it starts."""
-
-    def state(self) -> PlantState:
-        """Return what is true now."""
-        ...
-
-    def plant_file(self, path: Path) -> None:
-        """Write the unit's constants, which a diagnosis of its data can be compared with."""
 
 
 @dataclass(kw_only=True)
@@ -72,7 +46,7 @@ class Bench:
     clock: Clock
     camera: Camera | None = None  # Sees the ball in a hand; opened by who needs it
     # Controls of a virtual bench: obstacles, faults, masses; None on a real one
-    controls: VirtualControls | None = None
+    controls: LockstepBench | VirtualPorts | None = None
     lockstep: bool = False  # Whether time passes only while the bench is waited for
 
     @property
@@ -146,8 +120,7 @@ def real_bench(address: BenchAddress) -> Bench:
     """Put together what is plugged in."""
     clock = MonotonicClock()
     cells = [real_cell(drive, address.load_cell) for drive in address.drives]
-    found = [each.calibration and load_calibration(each.calibration) for each in address.drives]
-    bench = bench_of(address, address.port, clock, cells, found)
+    bench = bench_of(address, address.port, clock, cells, calibrations_of(address))
     if address.camera_port is not None:
         bench.camera = LineCamera(address.camera_port, clock=clock)
     return bench
@@ -162,6 +135,11 @@ def real_cell(drive: DriveAddress, kind: str) -> LoadCell | None:
             f"{drive.calibration}: a calibration needs a load cell; no port of one is given"
         )
     return None
+
+
+def calibrations_of(address: BenchAddress) -> list[LoadCellCalibration | None]:
+    """Read the calibration of each load cell that has one."""
+    return [each.calibration and load_calibration(each.calibration) for each in address.drives]
 
 
 def bench_of(
@@ -184,9 +162,7 @@ def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:
     """Put together a bench that is not there; its process ends with the stack."""
     rate = address.load_cell_rate
     places = virtual_places(address)
-    calibrations = [
-        each.calibration and load_calibration(each.calibration) for each in address.drives
-    ]
+    calibrations = calibrations_of(address)
     if None in calibrations:
         own = calibrated_twins(address.bench, address.unit, rate)
         calibrations = [

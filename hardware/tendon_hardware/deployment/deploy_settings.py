@@ -47,7 +47,7 @@ class DeploySettings:
     @property
     def servo_limits(self) -> tuple[DeployLimits, ...]:
         """Limits of each servo: windows lie about the command ranges as the first one's does."""
-        low, high = self.limits.position
+        low, high = self.limits.bench.position
         every = [self.limits]
         for loop in self.further_loops:
             shift = loop.position_range[0] - self.loop.position_range[0]
@@ -112,7 +112,7 @@ def servo_agreements(
     address: BenchAddress,
 ) -> tuple[tuple[str, bool, str, str], ...]:
     """Return what a card says of one servo: a name, whether the bench agrees, and both sides."""
-    low, high = limits.position
+    low, high = limits.bench.position
     least, greatest = servo.turning_range
     radius = servo.spool_radius
     return (
@@ -121,6 +121,6 @@ def servo_agreements(
             f"{radius:g}", f"{settings.spool_radius:g}"),
         ("command_range_rad", low <= least and greatest <= high, f"{least:.3f} to {greatest:.3f}",
             f"{low:.3f} to {high:.3f} at most"),
-        ("force_limit_n", servo.force_limit <= limits.force, f"{servo.force_limit:g}",
-            f"{limits.force:g} at most"),
+        ("force_limit_n", servo.force_limit <= limits.bench.force, f"{servo.force_limit:g}",
+            f"{limits.bench.force:g} at most"),
     )  # fmt: skip

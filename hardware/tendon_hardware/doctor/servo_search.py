@@ -74,11 +74,11 @@ def opened(
         counters=ServoCounters(),
         retries=retries,
     )
-    bus.open()
+    bus.port.open()
     try:
         yield bus
     finally:
-        bus.close()
+        bus.port.close()
 
 
 def set_baud(
@@ -90,14 +90,10 @@ def set_baud(
         ServoSilent: None answers, or more than one, or not at the new rate.
     """
     found = find_servos(port, clock, show)
-    codes = FAMILIES["dynamixel" if found is None else found.family].rates
-    if found is None or len(found.models) != 1 or baud not in codes:
-        listed = ", ".join(str(rate) for rate in sorted(codes))
-        raise ServoSilent(
-            f"{port_name(port)}: one servo must answer to be set to one of {listed} baud; "
-            f"asked for {baud}, and {len(found.models) if found else 0} answer"
-        )
-    (identifier,) = found.models
+    codes = FAMILIES[found.family if found else "dynamixel"].rates
+    listed = ", ".join(str(rate) for rate in sorted(codes))
+    wanted = f"set to one of {listed} baud; asked for {baud}"
+    found, identifier = only_servo(port, found, wanted, allowed=baud in codes)
     register = FAMILIES[found.family].table.baud_rate
     change(port, clock, found, register, codes[baud], identifier=identifier, rate=baud)
     return observed(
@@ -113,17 +109,24 @@ def set_identifier(
     Raises:
         ServoSilent: None answers, or more than one, or not by the new ID.
     """
-    found = find_servos(port, clock, show)
-    if found is None or len(found.models) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
-        raise ServoSilent(
-            f"{port_name(port)}: one servo must answer to be given an ID of 0 to "
-            f"{LAST_IDENTIFIER}; asked for {identifier}, and "
-            f"{len(found.models) if found else 0} answer"
-        )
-    (before,) = found.models
+    wanted = f"given an ID of 0 to {LAST_IDENTIFIER}; asked for {identifier}"
+    allowed = 0 <= identifier <= LAST_IDENTIFIER
+    found, before = only_servo(port, find_servos(port, clock, show), wanted, allowed=allowed)
     register = FAMILIES[found.family].table.identifier
     change(port, clock, found, register, identifier, identifier=identifier, rate=found.rate)
     return observed("good", f"servo {before}", f"has the ID {identifier}, and answers")
+
+
+def only_servo(
+    port: str | PortHandler, found: FoundServo | None, wanted: str, *, allowed: bool
+) -> tuple[FoundServo, int]:
+    """Return the only servo on a port and its ID, where it may be set to what is wanted."""
+    if found is None or len(found.models) != 1 or not allowed:
+        raise ServoSilent(
+            f"{port_name(port)}: one servo must answer to be {wanted}, and "
+            f"{len(found.models) if found else 0} answer"
+        )
+    return found, next(iter(found.models))
 
 
 def change(

@@ -41,11 +41,6 @@ class McapFile:
                 self._writer.add_metadata(name, dict(values))
         self._schemas: dict[str, Any] = {}
 
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._path
-
     def write(self, topic: str, kind: str, stamp: int, message: Message) -> None:
         """Write a message.
 

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from tendon_hardware.errors import LogNotWritten
 from tendon_hardware.load_cells.load_cell_type import LoadCellReading
@@ -44,11 +44,6 @@ class BackgroundLog:
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run, name="log", daemon=True)
         self._thread.start()
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._file.path
 
     def write(self, topic: str, kind: str, stamp: int, message: Message) -> None:
         """Take a message.
@@ -112,39 +107,15 @@ class TimeBase:
         return self.epoch + round(1e9 * (instant - self.start))
 
 
-class Sink(Protocol):
-    """Receiver of messages: a file, or a thread before it."""
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        ...
-
-    def write(self, topic: str, kind: str, stamp: int, message: ros.Message) -> None:
-        """Write a message."""
-
-    def flush(self, *, sync: bool) -> None:
-        """Hand what is written to the system."""
-
-    def finish(self, metadata: Mapping[str, Mapping[str, str]]) -> None:
-        """Write the end of the file and close it."""
-
-    def close(self) -> None:
-        """Close the file as it is."""
-
-
 class SessionLog:
     """Writes what happens; every instant is one of the bench's clock [s]."""
 
-    def __init__(self, sink: Sink, time_base: TimeBase, tendons: int = 1) -> None:
+    def __init__(
+        self, sink: McapFile | BackgroundLog, time_base: TimeBase, tendons: int = 1
+    ) -> None:
         self.sink = sink
         self.time_base = time_base
         self._names = [f"tendon_{d}" for d in range(tendons)]
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self.sink.path
 
     def command(self, instant: float, *angles: float) -> None:
         """Write the command [rad] of each servo that takes effect at an instant."""

@@ -46,21 +46,6 @@ class DeployLimits:
         if self.skipped_ticks < 0:
             raise InvalidParameter(f"skipped_ticks must be 0 or more; it is {self.skipped_ticks}")
 
-    @property
-    def position(self) -> tuple[float, float]:
-        """Spool angles that it may have [rad]."""
-        return self.bench.position
-
-    @property
-    def force(self) -> float:
-        """Greatest tension [N]."""
-        return self.bench.force
-
-    @property
-    def temperature(self) -> float:
-        """Greatest temperature of the motor [degC]."""
-        return self.bench.temperature
-
 
 def limits_for(
     spec: ServoSpec, bench: SafetyLimits, *, clip: float, load_cell_rate: float | None

@@ -53,10 +53,11 @@ class Bus:
     ) -> None:
         self.identifier = identifier
         self.instant = 0.0  # Middle of the last transaction that succeeded [s]
-        self._port = port if isinstance(port, ServoPort) else ServoPort(port, baud=baud)
+        self.port = port if isinstance(port, ServoPort) else ServoPort(port, baud=baud)
+        self.baud = self.port.baud  # Rate of the bus [1/s]
         self.table = family.table
         self._family = family
-        self._packets: Packets = family.packets(self._port.handler)
+        self._packets: Packets = family.packets(self.port.handler)
         self._clock = clock
         self._counters = counters
         self._retries = retries
@@ -65,44 +66,16 @@ class Bus:
         self._retried = True
         self._unasked = 0
 
-    @property
-    def name(self) -> str:
-        """Name of the port in errors."""
-        return self._port.name
-
-    @property
-    def baud(self) -> int:
-        """Rate of the bus [1/s]."""
-        return self._port.baud
-
-    @property
-    def is_open(self) -> bool:
-        """The port is open, as far as is known."""
-        return self._port.is_open
-
     def keeper(self, patience: float) -> Keeper | None:
         """Start what switches the motor off after a silence [s], where the servo itself does not.
 
         Nothing watches over a simulated bus.
         """
-        path, port, lock = self._port.path, self._port.descriptor, self._port.lock_descriptor
+        path, port, lock = self.port.path, self.port.descriptor, self.port.lock_descriptor
         if self._family.motor_off is None or path is None or port is None or lock is None:
             return None
         packet = self._family.motor_off(self.identifier)
         return Keeper(path, baud=self.baud, port=port, lock=lock, patience=patience, packet=packet)
-
-    def open(self) -> None:
-        """Lock and open the port.
-
-        Raises:
-            PortBusy: Another process holds the port.
-            PortUnavailable: The port is not there, may not be opened, or has no such rate.
-        """
-        self._port.open()
-
-    def close(self) -> None:
-        """Close the port and give it back; more than once does no harm."""
-        self._port.close()
 
     def read(self, *registers: Register) -> tuple[int, ...]:
         """Read registers in one transaction, with all that stands between them.
@@ -143,7 +116,7 @@ class Bus:
     def write_unanswered(self, register: Register, counts: int) -> None:
         """Write a register of a servo that answers nothing but a ping."""
         data = register.encode(counts)
-        self._port.guard(lambda: self._packets.write(self.identifier, register.address, data))
+        self.port.guard(lambda: self._packets.write(self.identifier, register.address, data))
 
     def ping(self) -> int:
         """Return the model number of the servo."""
@@ -155,11 +128,11 @@ class Bus:
 
     def find_all(self) -> dict[int, int]:
         """Return the model numbers of all servos at this rate, by ID; takes 0.8 s."""
-        return self._port.guard(self._packets.find_all)
+        return self.port.guard(self._packets.find_all)
 
     def reboot(self) -> None:
         """Restart the servo; its answer may be lost in the restart."""
-        self._port.guard(lambda: self._packets.restart(self.identifier))
+        self.port.guard(lambda: self._packets.restart(self.identifier))
 
     def _exchange(
         self, what: str, send: Callable[[int], int], length: int, *, most: int | None = None
@@ -180,7 +153,7 @@ class Bus:
             if asked is not None:
                 sent[asked] = self._clock.now()
                 self._late[asked] = sent[asked] + LATE_TIME
-            result, answer = self._port.guard(
+            result, answer = self.port.guard(
                 lambda asked=asked: self._await(SUCCESS if asked is None else send(asked), sent)
             )
             self._retried = attempt > 0
@@ -196,8 +169,8 @@ class Bus:
                 self._counters.corrupted += 1  # of which question is not known: it stays open
         attempts = 1 + self._retries
         raise ServoSilent(
-            f"servo {self.identifier} on {self.name} must answer to {what} at {self.baud} baud; "
-            f"{attempts} attempts gave {silent} times nothing and "
+            f"servo {self.identifier} on {self.port.name} must answer to {what} at {self.baud} "
+            f"baud; {attempts} attempts gave {silent} times nothing and "
             f"{attempts - silent} times a broken answer{BROKEN if silent < attempts else ''}"
         )
 
@@ -209,7 +182,7 @@ class Bus:
         now = self._clock.now()
         if self._retried or any(until > now for until in self._late.values()):
             return False
-        return bool(self._port.guard(self._port.handler.getBytesAvailable))
+        return bool(self.port.guard(self.port.handler.getBytesAvailable))
 
     def refuse_second(self, most: int = UNASKED_MAX) -> None:
         """Refuse to go on with a servo that answers more often than it was asked.
@@ -226,7 +199,7 @@ class Bus:
             return
         raise SharedIdentifier(
             f"each servo on a bus must have its own ID; two answer as {self.identifier} on "
-            f"{self.name}: plug in one at a time and give it another, `tendon-newton doctor "
+            f"{self.port.name}: plug in one at a time and give it another, `tendon-newton doctor "
             "--port ... --set-id`"
         )
 
@@ -244,7 +217,7 @@ class Bus:
 
     def _await(self, result: int, sent: dict[int, float]) -> tuple[int, Answer | None]:
         """Receive until there is an answer of a length that was asked for, or none comes."""
-        self._port.handler.setPacketTimeout(STATUS_LENGTH + max(sent, default=0))
+        self.port.handler.setPacketTimeout(STATUS_LENGTH + max(sent, default=0))
         while result == SUCCESS:
             answer, result = self._packets.receive()
             if answer is None:
@@ -261,6 +234,6 @@ class Bus:
         refusal = answer.refusal
         if refusal:
             raise ServoRefused(
-                f"servo {self.identifier} on {self.name} refused to {what}: "
+                f"servo {self.identifier} on {self.port.name} refused to {what}: "
                 f"{REFUSALS.get(refusal, f'error {refusal}')}"
             )

@@ -112,13 +112,13 @@ class BusServo:
             ServoSilent: Nothing answers at this rate and ID.
             UnsupportedServo: Another model does.
         """
-        self._bus.open()
+        self._bus.port.open()
         try:
             greet(self._bus, self.spec, self._clock)
             scale = FAMILIES[self.spec.family].velocity_scale(self._bus)
             self._velocity_unit = scale * self.spec.velocity_unit
         except BaseException:
-            self._bus.close()
+            self._bus.port.close()
             raise
 
     def close(self) -> bool:
@@ -131,12 +131,12 @@ class BusServo:
             return self.switched_off()
         finally:
             self._abandon()
-            self._bus.close()
+            self._bus.port.close()
 
     def switched_off(self) -> bool:
         """Switch the motor off, if it is not, and tell whether it is known to be off."""
         try:
-            if self._torque and self._bus.is_open:
+            if self._torque and self._bus.port.is_open:
                 self.disable_torque()
         except HardwareFault:
             return False
@@ -349,10 +349,10 @@ class BusServo:
         deadline = self._clock.now() + limit
         self._abandon()
         while True:
-            self._bus.close()
+            self._bus.port.close()
             try:
                 if self._keeper is not None and not self._keeper.ended:
-                    raise PortLost(f"{self._bus.name}: the motor is not yet known to be off")
+                    raise PortLost(f"{self._bus.port.name}: the motor is not yet known to be off")
                 self.open()
                 if self.watchdog is not None:
                     self.recover(resume_torque=resume_torque)

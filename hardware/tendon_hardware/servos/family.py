@@ -52,11 +52,7 @@ class Reader(Protocol):
     """A bus on which one servo is read."""
 
     identifier: int
-
-    @property
-    def baud(self) -> int:
-        """Rate of the bus [1/s]."""
-        ...
+    baud: int  # Rate of the bus [1/s]
 
     def read(self, *registers: Register) -> tuple[int, ...]:
         """Read registers in one transaction."""

@@ -56,11 +56,7 @@ class LockstepServoPort:
         self.is_using = False
         self.port_name = "lockstep"
 
-    def openPort(self) -> bool:  # noqa: N802  # the SDK's name, as those below
-        """Open the port."""
-        return self.setBaudRate(self._baud)
-
-    def closePort(self) -> None:  # noqa: N802
+    def closePort(self) -> None:  # noqa: N802  # the SDK's name, as those below
         """Close the port and forget what was on its way."""
         self._replies.clear()
         self._received.clear()

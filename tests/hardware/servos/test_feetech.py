@@ -161,7 +161,7 @@ def test_all_servos_on_a_bus_are_found() -> None:
     """A ping for all is answered by each in turn, through noise as well."""
     bench = LockstepBench("finger_antagonist", 3, model=STS3215)
     port = bench.servo_port()
-    assert port.openPort()
+    assert port.setBaudRate(1_000_000)
     assert FeetechPackets(port).find_all() == {1: 777, 2: 777}
     bench.set_faults(Faults(line_noise=0.5))
     assert FeetechPackets(port).find_all() == {1: 777, 2: 777}

@@ -32,7 +32,7 @@ class Link:
         self.bench = LockstepBench(bench, seed, **options)
         self.port = self.bench.servo_port()
         self.sdk = PacketHandler(2.0)
-        assert self.port.openPort()
+        assert self.port.setBaudRate(1_000_000)
 
     def read(self, address: int, size: int) -> int:
         """Return a register that must answer, unsigned."""

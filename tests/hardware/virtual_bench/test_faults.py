@@ -58,13 +58,13 @@ def test_an_unplugged_adapter_fails_as_linux_does_and_comes_back() -> None:
     with pytest.raises(termios.error):
         link.ping()
     with pytest.raises(FileNotFoundError):
-        link.port.openPort()
+        link.port.setBaudRate(1_000_000)
     link.wait(0.6)
     link.port.is_using = False
     with pytest.raises(termios.error):
         link.ping()
     link.port.is_using = False
-    assert link.port.openPort()
+    assert link.port.setBaudRate(1_000_000)
     assert link.ping()[1] == SUCCESS
 
 
