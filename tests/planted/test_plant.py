@@ -115,18 +115,6 @@ def test_bristles_hold_a_load_below_the_friction_and_give_way_above() -> None:
     assert slid.coordinates[-1, 0] - slid.coordinates[0, 0] > 20.0 * causes.bristle
 
 
-@pytest.mark.parametrize("rate", [0.8, -0.8])
-def test_sliding_friction_is_what_its_name_says(rate: float) -> None:
-    """In a steady pull the cell sees the motor's force less the friction, F (1 + mu) and all."""
-    time = rows(2.0)
-    command = 2.5 + rate * time
-    motion = run("spring_weak", Causes(coulomb=0.9, load=0.15), time, command)
-    motor = GAIN * (command - motion.angle)
-    sense = np.sign(rate)
-    expected = (motor - sense * 0.9) / (1.0 + sense * 0.15)
-    assert motion.force[80:] == pytest.approx(expected[80:], abs=1e-3)
-
-
 @pytest.mark.parametrize("causes", [Causes(), Causes(viscous=1.5, coulomb=0.8, load=0.1)])
 @pytest.mark.parametrize("bench", ["finger", "spring_strong"])
 def test_integration_error_is_far_below_the_sensors(bench: str, causes: Causes) -> None:

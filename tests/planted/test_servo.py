@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
-from tests.planted.physics.bench import BENCHES, GAIN, SPOOL_RADIUS
+from tests.planted.physics.bench import BENCHES, SPOOL_RADIUS
 from tests.planted.physics.causes import Causes
-from tests.planted.physics.commands import COMMANDS
 from tests.planted.physics.disturbances import Knock
-from tests.planted.physics.plant import Run, simulate
+from tests.planted.physics.plant import Motion, Run, simulate
 from tests.planted.physics.servo import DcServo
-from tests.planted.trials import FROZEN, jump, rows, run
+from tests.planted.trials import FROZEN, Array, jump, rows, run
 
 SERVO = DcServo(
     duty_per_rad=0.1,
@@ -26,8 +25,6 @@ RATE = 10_000.0  # [Hz] that a string of 5 N/um and 50 g need
 LOOSE = 1.0  # [m] of string, so that nothing holds the rotor
 RAMP = rows(2.0, rate=5000.0)
 SLIDE = slice(5000, -1)
-TIME = rows(6.0)
-STEPS = COMMANDS["steps"](np.random.default_rng(3), TIME.size)
 
 
 def test_a_stalled_servo_pulls_with_duty_times_its_stall_force() -> None:
@@ -82,84 +79,31 @@ def test_the_string_carries_what_moves_the_slider(bench, commands) -> None:
     assert done == pytest.approx(kept, rel=1e-4)
 
 
+def pulled(causes: Causes, rate: float) -> tuple[Motion, Array, Array]:
+    """Pull steadily; return the motion, and what motor and rotor take part with in it [N]."""
+    command = 4.0 + rate * (RAMP - 1.0)
+    motion = run("spring_weak", causes, RAMP, command, servo=SERVO)
+    motor = STALL * 0.1 * (command - motion.angle)[SLIDE] - BRAKE * motion.speed[SLIDE]
+    rotor = SERVO.inertia / SPOOL_RADIUS * np.gradient(motion.speed, RAMP[1])[SLIDE]
+    return motion, motor, rotor
+
+
 @pytest.mark.parametrize("rate", [0.8, -0.8])
 def test_the_gear_keeps_its_share_before_the_string(rate: float) -> None:
     """Turning steadily the string has the motor's force less all of the gear's friction."""
-    causes = Causes(coulomb=0.6, load=0.1, viscous=1.2)
-    command = 4.0 + rate * (RAMP - 1.0)
-    motion = run("spring_weak", causes, RAMP, command, servo=SERVO)
-    speed, sense = motion.speed[SLIDE], np.sign(rate)
-    motor = STALL * 0.1 * (command - motion.angle)[SLIDE] - BRAKE * speed
-    rotor = SERVO.inertia / SPOOL_RADIUS * np.gradient(motion.speed, RAMP[1])[SLIDE]
-    expected = (motor - 1.2 * speed - 0.6 * sense - rotor) / (1.0 + 0.1 * sense)
-    assert motion.force[SLIDE] == pytest.approx(expected, abs=5e-3)
-
-
-@pytest.mark.parametrize("servo", [None, SERVO])
-@pytest.mark.parametrize("rate", [0.8, -0.8])
-def test_a_loaded_gear_keeps_a_share_of_what_presses_its_teeth(rate, servo) -> None:
-    """F = F_m (1 - K) / (1 + K) driving, F_m (1 + K) / (1 - K) driven (BAM's K |F_m + F|)."""
-    share, command = 0.1, 4.0 + rate * (RAMP - 1.0)
-    motion = run("spring_weak", Causes(gear_load=share), RAMP, command, servo=servo)
-    error, speed = (command - motion.angle)[SLIDE], motion.speed[SLIDE]
-    motor = GAIN * error
-    turning = np.zeros_like(error)
-    if servo is not None:
-        motor = STALL * 0.1 * error - BRAKE * speed
-        turning = servo.inertia / SPOOL_RADIUS * np.gradient(motion.speed, RAMP[1])[SLIDE]
+    motion, motor, rotor = pulled(Causes(coulomb=0.6, load=0.1, viscous=1.2), rate)
     sense = np.sign(rate)
-    expected = (motor * (1.0 - sense * share) - turning) / (1.0 + sense * share)
+    expected = (motor - 1.2 * motion.speed[SLIDE] - 0.6 * sense - rotor) / (1.0 + 0.1 * sense)
     assert motion.force[SLIDE] == pytest.approx(expected, abs=5e-3)
 
 
 @pytest.mark.parametrize("rate", [0.8, -0.8])
-def test_a_gear_that_holds_costs_nothing_while_it_drives(rate: float) -> None:
-    """F = F_m winding in, F_m / (1 - share) while the load turns it backwards."""
-    command = 4.0 + rate * (RAMP - 1.0)
-    motion = run("spring_weak", Causes(holding=0.25), RAMP, command)
-    motor = GAIN * (command - motion.angle)[SLIDE]
-    expected = motor if rate > 0.0 else motor / 0.75
-    assert motion.force[SLIDE] == pytest.approx(expected, abs=2e-3)
-
-
-def test_a_supply_gives_way_in_proportion_to_the_force() -> None:
-    """F = F_m / (1 + sag F_m), row by row."""
-    motion = run("spring_weak", Causes(sag=0.05), TIME, STEPS)
-    motor = np.clip(GAIN * (STEPS - motion.angle), 0.0, 21.0)
-    assert motion.force == pytest.approx(motor / (1.0 + 0.05 * motor), abs=1e-9)
-
-
-def test_a_motor_fades_towards_the_square_of_its_force() -> None:
-    """Frozen: F (1 + rho) = F_m with tau rho' = kappa F^2 - rho, from rest to rest."""
-    time = rows(3.0, rate=1000.0)
-    causes = Causes(fade=0.03, fade_time=0.4, inertia_scale=FROZEN)
-    motion = run("spring_weak", causes, time, jump(time, 1.0, 3.0))
-    rho = GAIN * (jump(time, 1.0, 3.0) - motion.angle) / motion.force - 1.0
-    asked = (0.03 * motion.force**2 - rho) / 0.4
-    off = np.abs(np.gradient(rho, time) - asked)
-    inside = np.abs(time - 0.5) > 0.003
-    assert off[inside].max() < 5e-3 * np.abs(asked).max()
-    for row in (0, -1):
-        assert rho[row] == pytest.approx(0.03 * motion.force[row] ** 2, rel=2e-3)
-
-
-def test_play_leaves_the_shaft_to_its_command() -> None:
-    """Theta = clip(theta_d, q - w/2, q + w/2), and no torque in between."""
-    command = 1.2 * (STEPS / np.pi - 1.0)
-    motion = run("pendulum", Causes(backlash=0.3), TIME, command)
-    arm = motion.coordinates[:, 0]
-    assert motion.angle == pytest.approx(np.clip(command, arm - 0.15, arm + 0.15), abs=1e-12)
-    assert motion.force == pytest.approx(GAIN * (command - motion.angle), abs=1e-9)
-    assert motion.force.min() < -0.1 < 0.1 < motion.force.max()
-
-
-def test_a_wrong_clock_moves_the_rows_and_nothing_else() -> None:
-    """What is logged at t happened at s t: the spring's step response with time stretched."""
-    time = rows(1.5)
-    wrong = run("spring_weak", Causes(period_scale=0.8), time, jump(time, 1.0, 1.4))
-    true = run("spring_weak", Causes(), time * 0.8, jump(time, 1.0, 1.4))
-    assert wrong.angle == pytest.approx(true.angle, abs=1e-12)
-    assert wrong.speed == pytest.approx(true.speed, abs=1e-12)
+def test_a_loaded_gear_keeps_a_share_of_what_presses_its_teeth(rate: float) -> None:
+    """F = F_m (1 - K) / (1 + K) driving, F_m (1 + K) / (1 - K) driven (BAM's K |F_m + F|)."""
+    motion, motor, rotor = pulled(Causes(gear_load=0.1), rate)
+    share = 0.1 * np.sign(rate)
+    expected = (motor * (1.0 - share) - rotor) / (1.0 + share)
+    assert motion.force[SLIDE] == pytest.approx(expected, abs=5e-3)
 
 
 def test_gear_and_guide_stick_each_on_its_own() -> None:
