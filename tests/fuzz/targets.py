@@ -15,7 +15,7 @@ from typing import Any
 from tests.fuzz.mutations import Change, change_cells, change_lines, either, flip, table_changer
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Target:
     """One format."""
 
@@ -49,29 +49,20 @@ def recordings() -> dict[str, Target]:
 
     return {
         "csv": Target(
-            prepare=logs.csv_file,
-            change=either(change_cells, change_cells, change_lines, flip),
-            read=logs.read_csv_twice,
+            logs.csv_file,
+            either(change_cells, change_cells, change_lines, flip),
+            logs.read_csv_twice,
             share=2.0,
         ),
-        "dataset": Target(
-            prepare=logs.dataset_folder, change=toml_of(logs.DATASET), read=logs.read_dataset
-        ),
-        "mcap": Target(prepare=logs.mcap_file, change=flip, read=logs.read_mcap_file, share=2.0),
+        "dataset": Target(logs.dataset_folder, toml_of(logs.DATASET), logs.read_dataset),
+        "mcap": Target(logs.mcap_file, flip, logs.read_mcap_file, share=2.0),
         "mcap-schema": Target(
-            prepare=logs.plain_mcap_file,
-            change=logs.change_definitions,
-            read=logs.read_mcap_file,
-            share=2.0,
+            logs.plain_mcap_file, logs.change_definitions, logs.read_mcap_file, share=2.0
         ),
-        "mcap-steps": Target(prepare=logs.plain_mcap_file, change=flip, read=logs.read_steps),
-        "topics": Target(
-            prepare=logs.topics_file, change=either(change_lines, flip), read=logs.read_topics
-        ),
-        "bag": Target(prepare=logs.bag_file, change=flip, read=logs.read_bag, share=0.15),
-        "bag-yaml": Target(
-            prepare=logs.bag_yaml, change=either(change_lines, flip), read=logs.read_bag, share=0.15
-        ),
+        "mcap-steps": Target(logs.plain_mcap_file, flip, logs.read_steps),
+        "topics": Target(logs.topics_file, either(change_lines, flip), logs.read_topics),
+        "bag": Target(logs.bag_file, flip, logs.read_bag, share=0.15),
+        "bag-yaml": Target(logs.bag_yaml, either(change_lines, flip), logs.read_bag, share=0.15),
     }
 
 
@@ -80,49 +71,39 @@ def settings() -> dict[str, Target]:
     from tests.fuzz import tables
 
     return {
-        "model": Target(
-            prepare=tables.model_file, change=toml_of(tables.MODEL), read=tables.read_model
-        ),
+        "model": Target(tables.model_file, toml_of(tables.MODEL), tables.read_model),
         "diagnosis": Target(
-            prepare=put("diagnosis.json", json.dumps(tables.ANSWER)),
-            change=table_changer(tables.ANSWER, json.dumps),
-            read=tables.read_finite_diagnosis,
+            put("diagnosis.json", json.dumps(tables.ANSWER)),
+            table_changer(tables.ANSWER, json.dumps),
+            tables.read_finite_diagnosis,
         ),
         "arm": Target(
-            prepare=tables.arm_folder,
-            change=table_changer(tables.ARM, json.dumps),
-            read=tables.read_sound_arm,
+            tables.arm_folder,
+            table_changer(tables.ARM, json.dumps),
+            tables.read_sound_arm,
             share=0.3,
         ),
         "truth": Target(
-            prepare=put("c001.json", json.dumps(tables.TRUTH)),
-            change=table_changer(tables.TRUTH, json.dumps),
-            read=tables.read_truth_file,
+            put("c001.json", json.dumps(tables.TRUTH)),
+            table_changer(tables.TRUTH, json.dumps),
+            tables.read_truth_file,
         ),
         "class": Target(
-            prepare=tables.open_folder,
-            change=table_changer(tables.OPEN, json.dumps),
-            read=tables.read_left_open,
+            tables.open_folder, table_changer(tables.OPEN, json.dumps), tables.read_left_open
         ),
         "calibration": Target(
-            prepare=tables.calibration_file,
-            change=either(change_lines, flip),
-            read=tables.read_calibration,
+            tables.calibration_file, either(change_lines, flip), tables.read_calibration
         ),
         "goals": Target(
-            prepare=put("goals.txt", "0 0.1\n1.5, 0.9\n3 0\n# end\n"),
-            change=either(change_lines, flip),
-            read=tables.read_goal_file,
+            put("goals.txt", "0 0.1\n1.5, 0.9\n3 0\n# end\n"),
+            either(change_lines, flip),
+            tables.read_goal_file,
         ),
         "policy-card": Target(
-            prepare=tables.policy_card_file,
-            change=tables.change_policy_card,
-            read=tables.read_policy_card,
+            tables.policy_card_file, tables.change_policy_card, tables.read_policy_card
         ),
         "force-card": Target(
-            prepare=tables.force_card_file,
-            change=tables.change_force_card,
-            read=tables.read_force_card,
+            tables.force_card_file, tables.change_force_card, tables.read_force_card
         ),
     }
 
@@ -134,42 +115,25 @@ def foreign_logs() -> dict[str, Target]:
 
     return {
         "mapped-csv": Target(
-            prepare=imports.mapped_csv,
-            change=either(change_cells, change_lines, flip),
-            read=imports.read_mapped_folder,
+            imports.mapped_csv, either(change_cells, change_lines, flip), imports.read_mapped_folder
         ),
         "mapped-json": Target(
-            prepare=imports.mapped_json,
-            change=table_changer(imports.JSON_ROWS, json.dumps),
-            read=imports.read_mapped_folder,
+            imports.mapped_json,
+            table_changer(imports.JSON_ROWS, json.dumps),
+            imports.read_mapped_folder,
         ),
         "mapping": Target(
-            prepare=imports.mapping_file,
-            change=toml_of(imports.MAPPING),
-            read=imports.read_with_mapping,
+            imports.mapping_file, toml_of(imports.MAPPING), imports.read_with_mapping
         ),
-        "xl330": Target(
-            prepare=imports.xl330_file, change=imports.change_json, read=imports.read_xl330_folder
-        ),
-        "bam": Target(
-            prepare=imports.bam_file, change=imports.change_json, read=imports.read_bam_folder
-        ),
-        "bam-parameters": Target(
-            prepare=imports.bam_parameter_file, change=imports.change_json, read=read_parameters
-        ),
-        "lerobot": Target(
-            prepare=imports.lerobot_rows, change=flip, read=imports.read_lerobot_rows, share=0.2
-        ),
+        "xl330": Target(imports.xl330_file, imports.change_json, imports.read_xl330_folder),
+        "bam": Target(imports.bam_file, imports.change_json, imports.read_bam_folder),
+        "bam-parameters": Target(imports.bam_parameter_file, imports.change_json, read_parameters),
+        "lerobot": Target(imports.lerobot_rows, flip, imports.read_lerobot_rows, share=0.2),
         "lerobot-info": Target(
-            prepare=imports.lerobot_info,
-            change=imports.change_json,
-            read=imports.read_lerobot_info,
-            share=0.2,
+            imports.lerobot_info, imports.change_json, imports.read_lerobot_info, share=0.2
         ),
         "so101": Target(
-            prepare=imports.so101_file,
-            change=either(change_cells, change_lines, flip),
-            read=imports.read_so101_folder,
+            imports.so101_file, either(change_cells, change_lines, flip), imports.read_so101_folder
         ),
     }
 
@@ -179,25 +143,10 @@ def assets() -> dict[str, Target]:
     from tests.fuzz import usd
 
     return {
-        "usda": Target(
-            prepare=usd.text_asset,
-            change=either(change_lines, flip),
-            read=usd.read_asset,
-            share=0.5,
-        ),
-        "usdc": Target(prepare=usd.binary_asset, change=flip, read=usd.read_asset, share=0.5),
-        "mjcf": Target(
-            prepare=usd.mjcf_file,
-            change=either(change_lines, flip),
-            read=usd.read_import,
-            share=0.5,
-        ),
-        "urdf": Target(
-            prepare=usd.urdf_file,
-            change=either(change_lines, flip),
-            read=usd.read_import,
-            share=0.5,
-        ),
+        "usda": Target(usd.text_asset, either(change_lines, flip), usd.read_asset, share=0.5),
+        "usdc": Target(usd.binary_asset, flip, usd.read_asset, share=0.5),
+        "mjcf": Target(usd.mjcf_file, either(change_lines, flip), usd.read_import, share=0.5),
+        "urdf": Target(usd.urdf_file, either(change_lines, flip), usd.read_import, share=0.5),
     }
 
 
@@ -207,31 +156,17 @@ def models() -> dict[str, Target]:
 
     return {
         "policy-onnx": Target(
-            prepare=networks.policy_onnx,
-            change=networks.flip_structure,
-            read=networks.read_policy,
-            share=0.2,
+            networks.policy_onnx, networks.flip_structure, networks.read_policy, share=0.2
         ),
-        "policy-pt": Target(
-            prepare=networks.policy_script, change=flip, read=networks.read_policy, share=0.1
-        ),
+        "policy-pt": Target(networks.policy_script, flip, networks.read_policy, share=0.1),
         "force-onnx": Target(
-            prepare=networks.force_onnx,
-            change=networks.flip_structure,
-            read=networks.read_estimate,
-            share=0.2,
+            networks.force_onnx, networks.flip_structure, networks.read_estimate, share=0.2
         ),
-        "force-pt": Target(
-            prepare=networks.force_script, change=flip, read=networks.read_network, share=0.1
-        ),
-        "force-weights": Target(
-            prepare=networks.force_weights, change=networks.flip_head, read=networks.read_network
-        ),
-        "checkpoint": Target(
-            prepare=networks.checkpoint, change=flip, read=networks.read_checkpoint
-        ),
+        "force-pt": Target(networks.force_script, flip, networks.read_network, share=0.1),
+        "force-weights": Target(networks.force_weights, networks.flip_head, networks.read_network),
+        "checkpoint": Target(networks.checkpoint, flip, networks.read_checkpoint),
         "policy-checkpoint": Target(
-            prepare=networks.policy_checkpoint, change=flip, read=networks.read_policy_checkpoint
+            networks.policy_checkpoint, flip, networks.read_policy_checkpoint
         ),
     }
 

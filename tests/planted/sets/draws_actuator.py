@@ -6,32 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from tests.planted.physics.causes import KNEE
-from tests.planted.sets.planted import Draw, Planted, either, planted, scale, single
-
-
-def gain_error(rng: np.random.Generator, size: float) -> Planted:
-    """A servo 12 to 30 % too soft or too hard."""
-    return single("scale", "gain_scale", scale(rng, 0.12, 0.30, size))
-
-
-def gain_drift(rng: np.random.Generator, size: float) -> Planted:
-    """A gain that falls or rises by 0.6 to 1.5 % a second."""
-    return single("rate", "gain_drift", size * either(rng, 0.006, 0.015))
-
-
-def command_delay(rng: np.random.Generator, size: float) -> Planted:
-    """A command 15 to 45 ms late."""
-    return single("delay", "delay", size * float(rng.uniform(0.015, 0.045)))
-
-
-def actuator_lag(rng: np.random.Generator, size: float) -> Planted:
-    """A motor force with a time constant of 15 to 80 ms."""
-    return single("time_constant", "lag", size * float(rng.uniform(0.015, 0.08)))
-
-
-def deadband(rng: np.random.Generator, size: float) -> Planted:
-    """A servo that leaves errors of 0.06 to 0.25 rad."""
-    return single("width", "deadband", size * float(rng.uniform(0.06, 0.25)))
+from tests.planted.sets.planted import Draw, Planted, either_way, evenly, off, planted, single
 
 
 def force_saturation(rng: np.random.Generator, size: float) -> Planted:
@@ -43,11 +18,6 @@ def force_saturation(rng: np.random.Generator, size: float) -> Planted:
 def speed_limit(rng: np.random.Generator, size: float) -> Planted:
     """A motor that turns at most at 4 to 9 rad/s."""
     return single("limit", "speed_limit", float(rng.uniform(4.0, 9.0)) / size**0.5)
-
-
-def coulomb_friction(rng: np.random.Generator, size: float) -> Planted:
-    """Dry friction of 0.7 to 1.5 N."""
-    return single("force", "coulomb", size * float(rng.uniform(0.7, 1.5)))
 
 
 def stribeck_friction(rng: np.random.Generator, size: float) -> Planted:
@@ -63,35 +33,10 @@ def stribeck_friction(rng: np.random.Generator, size: float) -> Planted:
     )
 
 
-def viscous_friction(rng: np.random.Generator, size: float) -> Planted:
-    """Viscous friction of 0.8 to 1.8 N s/rad."""
-    return single("coefficient", "viscous", size * float(rng.uniform(0.8, 1.8)))
-
-
-def load_dependent_friction(rng: np.random.Generator, size: float) -> Planted:
-    """Dry friction of 8 to 20 % of the tension."""
-    return single("coefficient", "load", size * float(rng.uniform(0.08, 0.20)))
-
-
-def voltage_sag(rng: np.random.Generator, size: float) -> Planted:
-    """A supply that gives way by 2 to 6 % per newton of motor force."""
-    return single("sag", "sag", size * float(rng.uniform(0.02, 0.06)))
-
-
 def torque_fade(rng: np.random.Generator, size: float) -> Planted:
     """A motor that loses a fifth to a half of 5 N, within 0.4 to 1.5 s."""
     fade, time = size * float(rng.uniform(0.01, 0.04)), float(rng.uniform(0.4, 1.5))
     return planted({"fade": fade, "time_constant": time}, fade=fade, fade_time=time)
-
-
-def holding_friction(rng: np.random.Generator, size: float) -> Planted:
-    """A gear that keeps 15 to 35 % of a load that turns it backwards."""
-    return single("share", "holding", size * float(rng.uniform(0.15, 0.35)))
-
-
-def gear_load_friction(rng: np.random.Generator, size: float) -> Planted:
-    """Dry friction of 5 to 12 % of what motor and load press its teeth with."""
-    return single("coefficient", "gear_load", size * float(rng.uniform(0.05, 0.12)))
 
 
 def load_stribeck_friction(rng: np.random.Generator, size: float) -> Planted:
@@ -116,11 +61,6 @@ def acceleration_limit(rng: np.random.Generator, size: float) -> Planted:
     """A goal that speeds up by 25 to 60 rad/s^2, to 8 to 14 rad/s."""
     limit, speed = float(rng.uniform(25.0, 60.0)) / size, float(rng.uniform(8.0, 14.0))
     return planted({"limit": limit, "speed": speed}, goal_acceleration=limit, goal_rate=speed)
-
-
-def starting_duty(rng: np.random.Generator, size: float) -> Planted:
-    """A servo that adds 2 to 5 % of its force to any demand."""
-    return single("duty", "starting_duty", size * float(rng.uniform(0.02, 0.05)))
 
 
 def overload_cut(rng: np.random.Generator, size: float) -> Planted:
@@ -150,25 +90,37 @@ def hysteresis(rng: np.random.Generator, size: float) -> Planted:
 
 ACTUATOR: Mapping[str, Draw] = MappingProxyType(
     {
-        "gain_error": gain_error,
-        "gain_drift": gain_drift,
-        "command_delay": command_delay,
-        "actuator_lag": actuator_lag,
-        "deadband": deadband,
+        # A servo 12 to 30 % too soft or too hard
+        "gain_error": off("scale", "gain_scale", 0.12, 0.30),
+        # A gain that falls or rises by 0.6 to 1.5 % a second
+        "gain_drift": either_way("rate", "gain_drift", 0.006, 0.015),
+        # A command 15 to 45 ms late
+        "command_delay": evenly("delay", "delay", 0.015, 0.045),
+        # A motor force with a time constant of 15 to 80 ms
+        "actuator_lag": evenly("time_constant", "lag", 0.015, 0.08),
+        # A servo that leaves errors of 0.06 to 0.25 rad
+        "deadband": evenly("width", "deadband", 0.06, 0.25),
         "force_saturation": force_saturation,
         "speed_limit": speed_limit,
-        "coulomb_friction": coulomb_friction,
+        # Dry friction of 0.7 to 1.5 N
+        "coulomb_friction": evenly("force", "coulomb", 0.7, 1.5),
         "stribeck_friction": stribeck_friction,
-        "viscous_friction": viscous_friction,
-        "load_dependent_friction": load_dependent_friction,
-        "gear_load_friction": gear_load_friction,
+        # Viscous friction of 0.8 to 1.8 N s/rad
+        "viscous_friction": evenly("coefficient", "viscous", 0.8, 1.8),
+        # Dry friction of 8 to 20 % of the tension
+        "load_dependent_friction": evenly("coefficient", "load", 0.08, 0.20),
+        # Dry friction of 5 to 12 % of what motor and load press its teeth with
+        "gear_load_friction": evenly("coefficient", "gear_load", 0.05, 0.12),
         "load_stribeck_friction": load_stribeck_friction,
-        "holding_friction": holding_friction,
-        "voltage_sag": voltage_sag,
+        # A gear that keeps 15 to 35 % of a load that turns it backwards
+        "holding_friction": evenly("share", "holding", 0.15, 0.35),
+        # A supply that gives way by 2 to 6 % per newton of motor force
+        "voltage_sag": evenly("sag", "sag", 0.02, 0.06),
         "torque_fade": torque_fade,
         "command_rate_limit": command_rate_limit,
         "acceleration_limit": acceleration_limit,
-        "starting_duty": starting_duty,
+        # A servo that adds 2 to 5 % of its force to any demand
+        "starting_duty": evenly("duty", "starting_duty", 0.02, 0.05),
         "overload_cut": overload_cut,
         "asymmetric_friction": asymmetric_friction,
         "hysteresis": hysteresis,

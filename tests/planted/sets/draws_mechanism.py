@@ -5,17 +5,17 @@ from types import MappingProxyType
 
 import numpy as np
 
-from tests.planted.sets.planted import Draw, Planted, either, factor, planted, scale, single
-
-
-def tendon_slack(rng: np.random.Generator, size: float) -> Planted:
-    """A tendon 1 to 3 mm too long."""
-    return single("length", "slack", size * float(rng.uniform(1e-3, 3e-3)))
-
-
-def backlash(rng: np.random.Generator, size: float) -> Planted:
-    """A play of 0.15 to 0.4 rad."""
-    return single("width", "backlash", size * float(rng.uniform(0.15, 0.4)))
+from tests.planted.sets.planted import (
+    Draw,
+    Planted,
+    either_way,
+    evenly,
+    factor,
+    off,
+    planted,
+    single,
+    times,
+)
 
 
 def tendon_compliance(rng: np.random.Generator, size: float) -> Planted:
@@ -24,40 +24,10 @@ def tendon_compliance(rng: np.random.Generator, size: float) -> Planted:
     return planted({"stiffness": stiffness}, compliance=1.0 / stiffness)
 
 
-def routing_friction(rng: np.random.Generator, size: float) -> Planted:
-    """Guides that keep 8 to 22 % of the tension."""
-    return single("exponent", "routing", size * float(rng.uniform(0.08, 0.25)))
-
-
-def spool_radius_error(rng: np.random.Generator, size: float) -> Planted:
-    """A spool 7 to 20 % too thin or too thick."""
-    return single("scale", "radius_scale", scale(rng, 0.07, 0.20, size))
-
-
-def joint_stiffness_error(rng: np.random.Generator, size: float) -> Planted:
-    """Return springs 12 to 30 % too soft or too hard."""
-    return single("scale", "stiffness_scale", scale(rng, 0.12, 0.30, size))
-
-
 def joint_damping_error(rng: np.random.Generator, size: float) -> Planted:
     """Joint damping of a tenth to a third, or of 2.5 to 6 times what it should be."""
     low, high = (0.1, 0.3) if rng.random() < 0.5 else (2.5, 6.0)
     return single("scale", "damping_scale", factor(rng, low, high, size))
-
-
-def inertia_error(rng: np.random.Generator, size: float) -> Planted:
-    """Masses that resist 2.5 to 5 times as much."""
-    return single("scale", "inertia_scale", factor(rng, 2.5, 5.0, size))
-
-
-def joint_dry_friction(rng: np.random.Generator, size: float) -> Planted:
-    """Joints that stick with 2 to 7 % of their springs' greatest torque."""
-    return single("fraction", "joint_friction", size * float(rng.uniform(0.02, 0.07)))
-
-
-def spring_stiffening(rng: np.random.Generator, size: float) -> Planted:
-    """Springs 0.3 to 1.2 times stiffer at the end of the range."""
-    return single("beta", "stiffening", size * float(rng.uniform(0.3, 1.2)))
 
 
 def viscoelastic_spring(rng: np.random.Generator, size: float) -> Planted:
@@ -80,29 +50,33 @@ def obstruction(rng: np.random.Generator, size: float) -> Planted:
     )
 
 
-def gravity_misalignment(rng: np.random.Generator, size: float) -> Planted:
-    """A bench tilted by 0.25 to 0.6 rad, either way."""
-    return single("angle", "tilt", size * either(rng, 0.25, 0.6))
-
-
 TRANSMISSION: Mapping[str, Draw] = MappingProxyType(
     {
-        "tendon_slack": tendon_slack,
-        "backlash": backlash,
+        # A tendon 1 to 3 mm too long
+        "tendon_slack": evenly("length", "slack", 1e-3, 3e-3),
+        # A play of 0.15 to 0.4 rad
+        "backlash": evenly("width", "backlash", 0.15, 0.4),
         "tendon_compliance": tendon_compliance,
-        "routing_friction": routing_friction,
-        "spool_radius_error": spool_radius_error,
+        # Guides that keep 8 to 22 % of the tension
+        "routing_friction": evenly("exponent", "routing", 0.08, 0.25),
+        # A spool 7 to 20 % too thin or too thick
+        "spool_radius_error": off("scale", "radius_scale", 0.07, 0.20),
     }
 )
 MECHANISM: Mapping[str, Draw] = MappingProxyType(
     {
-        "joint_stiffness_error": joint_stiffness_error,
+        # Return springs 12 to 30 % too soft or too hard
+        "joint_stiffness_error": off("scale", "stiffness_scale", 0.12, 0.30),
         "joint_damping_error": joint_damping_error,
-        "inertia_error": inertia_error,
-        "joint_dry_friction": joint_dry_friction,
-        "spring_stiffening": spring_stiffening,
+        # Masses that resist 2.5 to 5 times as much
+        "inertia_error": times("scale", "inertia_scale", 2.5, 5.0),
+        # Joints that stick with 2 to 7 % of their springs' greatest torque
+        "joint_dry_friction": evenly("fraction", "joint_friction", 0.02, 0.07),
+        # Springs 0.3 to 1.2 times stiffer at the end of the range
+        "spring_stiffening": evenly("beta", "stiffening", 0.3, 1.2),
         "viscoelastic_spring": viscoelastic_spring,
         "obstruction": obstruction,
-        "gravity_misalignment": gravity_misalignment,
+        # A bench tilted by 0.25 to 0.6 rad, either way
+        "gravity_misalignment": either_way("angle", "tilt", 0.25, 0.6),
     }
 )

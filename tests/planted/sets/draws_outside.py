@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from tests.planted.sets.planted import Draw, Planted, planted, single
+from tests.planted.sets.planted import Draw, Planted, evenly, planted
 
 
 def periodic_cogging(rng: np.random.Generator, size: float) -> Planted:
@@ -20,30 +20,10 @@ def periodic_cogging(rng: np.random.Generator, size: float) -> Planted:
     )
 
 
-def command_quantisation(rng: np.random.Generator, size: float) -> Planted:
-    """A servo that hears its command in steps of 0.1 to 0.25 rad."""
-    return single("lsb", "command_step", size * float(rng.uniform(0.1, 0.25)))
-
-
 def hand_knocks(rng: np.random.Generator, size: float) -> Planted:
     """Pushes of about 4 to 7 N, about once a second."""
     peak, rate = size * float(rng.uniform(4.0, 7.0)), float(rng.uniform(0.7, 1.2))
     return planted({"peak": peak, "per_second": rate}, knock_peak=peak, knock_rate=rate)
-
-
-def wandering_gain(rng: np.random.Generator, size: float) -> Planted:
-    """A gain that wanders by 8 to 15 % about its right value."""
-    return single("deviation", "gain_wander", size * float(rng.uniform(0.08, 0.15)))
-
-
-def swaying_friction(rng: np.random.Generator, size: float) -> Planted:
-    """Dry friction that comes and goes, 1.2 to 2 N at its most."""
-    return single("greatest", "friction_sway", size * float(rng.uniform(1.2, 2.0)))
-
-
-def stuck_encoder(rng: np.random.Generator, size: float) -> Planted:
-    """A log in which angle and speed repeat themselves for 0.1 to 0.5 s, about once a second."""
-    return single("per_second", "stuck_rate", size * float(rng.uniform(0.6, 1.2)))
 
 
 def dead_spot(rng: np.random.Generator, size: float) -> Planted:
@@ -56,11 +36,6 @@ def dead_spot(rng: np.random.Generator, size: float) -> Planted:
         dead_spot_at=at,
         dead_spot_width=width,
     )
-
-
-def command_jitter(rng: np.random.Generator, size: float) -> Planted:
-    """Commands that take effect at once or up to 60 to 120 ms late, each its own time."""
-    return single("greatest", "jitter", size * float(rng.uniform(0.06, 0.12)))
 
 
 def swinging_mount(rng: np.random.Generator, size: float) -> Planted:
@@ -76,13 +51,18 @@ def swinging_mount(rng: np.random.Generator, size: float) -> Planted:
 OUTSIDE: Mapping[str, Draw] = MappingProxyType(
     {
         "periodic_cogging": periodic_cogging,
-        "command_quantisation": command_quantisation,
+        # A servo that hears its command in steps of 0.1 to 0.25 rad
+        "command_quantisation": evenly("lsb", "command_step", 0.1, 0.25),
         "hand_knocks": hand_knocks,
-        "wandering_gain": wandering_gain,
-        "swaying_friction": swaying_friction,
-        "stuck_encoder": stuck_encoder,
+        # A gain that wanders by 8 to 15 % about its right value
+        "wandering_gain": evenly("deviation", "gain_wander", 0.08, 0.15),
+        # Dry friction that comes and goes, 1.2 to 2 N at its most
+        "swaying_friction": evenly("greatest", "friction_sway", 1.2, 2.0),
+        # A log in which angle and speed repeat themselves for 0.1 to 0.5 s, about once a second
+        "stuck_encoder": evenly("per_second", "stuck_rate", 0.6, 1.2),
         "dead_spot": dead_spot,
-        "command_jitter": command_jitter,
+        # Commands that take effect at once or up to 60 to 120 ms late, each its own time
+        "command_jitter": evenly("greatest", "jitter", 0.06, 0.12),
         "swinging_mount": swinging_mount,
     }
 )

@@ -45,11 +45,26 @@ def either(rng: np.random.Generator, low: float, high: float) -> float:
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(low, high))
 
 
-def scale(rng: np.random.Generator, low: float, high: float, size: float) -> float:
-    """Draw a factor that is off by that share, to either side."""
-    return 1.0 + size * either(rng, low, high)
-
-
 def factor(rng: np.random.Generator, low: float, high: float, size: float) -> float:
     """Draw a factor of that size, evenly in the logarithm."""
     return float(np.exp(size * rng.uniform(np.log(low), np.log(high))))
+
+
+def evenly(parameter: str, cause: str, low: float, high: float) -> Draw:
+    """Return the draw of one number between two bounds."""
+    return lambda rng, size: single(parameter, cause, size * float(rng.uniform(low, high)))
+
+
+def either_way(parameter: str, cause: str, low: float, high: float) -> Draw:
+    """Return the draw of one number of that size, of either sign."""
+    return lambda rng, size: single(parameter, cause, size * either(rng, low, high))
+
+
+def off(parameter: str, cause: str, low: float, high: float) -> Draw:
+    """Return the draw of a factor that is off by that share, to either side."""
+    return lambda rng, size: single(parameter, cause, 1.0 + size * either(rng, low, high))
+
+
+def times(parameter: str, cause: str, low: float, high: float) -> Draw:
+    """Return the draw of a factor of that size, evenly in the logarithm."""
+    return lambda rng, size: single(parameter, cause, factor(rng, low, high, size))
