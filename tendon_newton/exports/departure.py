@@ -138,17 +138,12 @@ def replayed(
     """Run recordings in the target; one with numbers of its own is exported anew for that."""
     out = []
     for recording in recordings:
-        own = exported
-        if recording.bench_overrides != type(recording.bench_overrides)() or (
-            recording.actuator_overrides
-        ):
-            with tempfile.TemporaryDirectory() as folder:
-                bench = override_mechanism(
-                    bench_of(recording.bench, model), recording.bench_overrides
-                )
-                own = target.write(Path(folder), bench, with_numbers(model, recording))
-                out.append(own.replays[way](recording))
-        else:
+        if not recording.bench_overrides.given and not recording.actuator_overrides:
+            out.append(exported.replays[way](recording))
+            continue
+        bench = override_mechanism(bench_of(recording.bench, model), recording.bench_overrides)
+        with tempfile.TemporaryDirectory() as folder:
+            own = target.write(Path(folder), bench, with_numbers(model, recording))
             out.append(own.replays[way](recording))
     return out
 

@@ -14,8 +14,9 @@ from tendon_newton.exports.networks.students import HISTORY, MEMORY, RATE, Stude
 OPSET = 17
 IR_VERSION = 9  # Version of ONNX files that runtimes of the last years read
 METADATA = "metadata"  # Key under which Newton's drives look for a JSON object
-GATES = (0, 3, 1, 2)  # ONNX's order of an LSTM's gates (input, output, forget, cell) among torch's
-GRU_GATES = (1, 0, 2)  # ONNX's order of a GRU's gates (update, reset, new) among torch's
+# ONNX's order of an LSTM's gates (input, output, forget, cell) and of a GRU's (update, reset, new)
+# among torch's
+GATES = {"LSTM": (0, 3, 1, 2), "GRU": (1, 0, 2)}
 # What Newton's GRU is shown, by Newton's names
 GRU_COLUMNS = ("target_position", "position", "velocity")
 
@@ -30,7 +31,7 @@ def scale_numbers(scales: Scales) -> dict[str, float]:
 
 def write_mlp_onnx(path: Path, network: StudentMlp, scales: Scales) -> None:
     """Write an MLP for Newton's `DriveNeuralMLP`."""
-    from onnx import TensorProto, helper
+    from onnx import helper
 
     nodes, weights, name = [], [], "input"
     linear = [layer for layer in network.layers if isinstance(layer, torch.nn.Linear)]
@@ -49,29 +50,11 @@ def write_mlp_onnx(path: Path, network: StudentMlp, scales: Scales) -> None:
         "input_idx": list(range(HISTORY)),
         **scale_numbers(scales),
     }
-    save(path, helper, TensorProto, nodes, weights, ends, meta)
+    save(path, nodes, weights, ends, meta)
 
 
 def write_lstm_onnx(path: Path, network: StudentMemory, scales: Scales) -> None:
     """Write an LSTM for Newton's `DriveNeuralLSTM`: time first, one sample at a time."""
-    from onnx import TensorProto, helper
-
-    weights = memory_arrays(network.memory, network.head, GATES)
-    nodes = [
-        helper.make_node(
-            "LSTM",
-            ["input", "w", "r", "b", "", "hidden", "cell"],
-            ["all", "new_hidden", "new_cell"],
-            hidden_size=MEMORY,
-        ),
-        helper.make_node("Squeeze", ["all", "axes"], ["last"]),
-        helper.make_node("Gemm", ["last", "head", "shift"], ["output"], transB=1),
-    ]
-    state = [1, "worlds", MEMORY]
-    ends = (
-        [("input", [1, "worlds", 2]), ("hidden", state), ("cell", state)],
-        [("output", ["worlds", 1]), ("new_hidden", state), ("new_cell", state)],
-    )
     meta = {
         "model_type": "lstm",
         "num_layers": 1,
@@ -84,7 +67,7 @@ def write_lstm_onnx(path: Path, network: StudentMemory, scales: Scales) -> None:
         "cell_out_name": "new_cell",
         **scale_numbers(scales),
     }
-    save(path, helper, TensorProto, nodes, weights, ends, meta)
+    write_memory(path, network, 2, meta)
 
 
 def write_gru_onnx(path: Path, network: StudentMemory, spread: tuple[Array, Array]) -> None:
@@ -92,24 +75,6 @@ def write_gru_onnx(path: Path, network: StudentMemory, spread: tuple[Array, Arra
 
     `spread` has mean and standard deviation of its columns and of the force, shape (4,).
     """
-    from onnx import TensorProto, helper
-
-    nodes = [
-        helper.make_node(
-            "GRU",
-            ["input", "w", "r", "b", "", "hidden"],
-            ["all", "new_hidden"],
-            hidden_size=MEMORY,
-            linear_before_reset=1,
-        ),
-        helper.make_node("Squeeze", ["all", "axes"], ["last"]),
-        helper.make_node("Gemm", ["last", "head", "shift"], ["output"], transB=1),
-    ]
-    state = [1, "worlds", MEMORY]
-    ends = (
-        [("input", [1, "worlds", len(GRU_COLUMNS)]), ("hidden", state)],
-        [("output", ["worlds", 1]), ("new_hidden", state)],
-    )
     seen, given = {}, {}
     for name, values in zip(("mean", "std"), spread, strict=True):
         *columns, force = (float(value) for value in values)
@@ -121,18 +86,37 @@ def write_gru_onnx(path: Path, network: StudentMemory, spread: tuple[Array, Arra
         "normalization": {"inputs": seen, "targets": given},
         "sample_dt_s": 1.0 / RATE,
     }
-    weights = memory_arrays(network.memory, network.head, GRU_GATES)
-    save(path, helper, TensorProto, nodes, weights, ends, meta)
+    write_memory(path, network, len(GRU_COLUMNS), meta, linear_before_reset=1)
 
 
-def memory_arrays(cell: Any, head: Any, gates: tuple[int, ...]) -> list[Any]:
-    """Return the weights of a memory and its head as ONNX keeps them, gates in its order."""
-    order = np.concatenate([np.arange(g * MEMORY, (g + 1) * MEMORY) for g in gates])
+def write_memory(
+    path: Path, network: StudentMemory, columns: int, meta: dict[str, Any], **options: Any
+) -> None:
+    """Write an LSTM or a GRU that sees so many columns; options are those of ONNX's node."""
+    from onnx import helper
+
+    cell, head = network.memory, network.head
+    kind = type(cell).__name__
+    order = np.concatenate([np.arange(g * MEMORY, (g + 1) * MEMORY) for g in GATES[kind]])
     given, kept = (numbers(w)[order] for w in (cell.weight_ih_l0, cell.weight_hh_l0))
     biases = [numbers(b)[order] for b in (cell.bias_ih_l0, cell.bias_hh_l0)]
     weights = arrays({"w": given[None], "r": kept[None], "b": np.concatenate(biases)[None]})
     weights += arrays({"head": head.weight, "shift": head.bias})
-    return weights + arrays({"axes": np.array([0, 1], dtype=np.int64)})
+    weights += arrays({"axes": np.array([0, 1], dtype=np.int64)})
+    states = ["hidden", "cell"] if kind == "LSTM" else ["hidden"]
+    new = [f"new_{name}" for name in states]
+    inputs = ["input", "w", "r", "b", "", *states]
+    nodes = [
+        helper.make_node(kind, inputs, ["all", *new], hidden_size=MEMORY, **options),
+        helper.make_node("Squeeze", ["all", "axes"], ["last"]),
+        helper.make_node("Gemm", ["last", "head", "shift"], ["output"], transB=1),
+    ]
+    shape = [1, "worlds", MEMORY]
+    ends = (
+        [("input", [1, "worlds", columns]), *((name, shape) for name in states)],
+        [("output", ["worlds", 1]), *((name, shape) for name in new)],
+    )
+    save(path, nodes, weights, ends, meta)
 
 
 def numbers(tensor: Any) -> Any:
@@ -149,8 +133,6 @@ def arrays(named: dict[str, Any]) -> list[Any]:
 
 def save(
     path: Path,
-    helper: Any,
-    types: Any,
     nodes: list[Any],
     weights: list[Any],
     ends: tuple[list[Any], list[Any]],
@@ -162,9 +144,10 @@ def save(
         InvalidOutput: The file cannot be written.
     """
     import onnx
+    from onnx import TensorProto, helper
 
     given, answered = (
-        [helper.make_tensor_value_info(name, types.FLOAT, shape) for name, shape in rows]
+        [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name, shape in rows]
         for rows in ends
     )
     graph = helper.make_graph(nodes, path.stem, given, answered, initializer=weights)
