@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from tendon_hardware.control.operator import SilentOperator
 from tendon_lab.reproduction.physical import starting_model
 from tendon_newton.cli import main as run
 from tendon_newton.data.dataset import load_dataset, write_dataset
@@ -34,6 +33,7 @@ from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
 from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear, Ledger
 from tests.diagnosis.in_time.test_changes import FIRST as FITTED
 from tests.diagnosis.in_time.test_changes import log_of
+from tests.hardware.silent_operator import SilentOperator
 from tests.lab.without_cell.pulled_benches import pulled_log
 from tests.physics.runs import ideal_model
 from tests.train.actuator.servo_logs import write_servo_dataset

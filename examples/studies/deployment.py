@@ -24,7 +24,7 @@ from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.control.goals import FixedGoal
 from tendon_hardware.control.keyboard import Keyboard
-from tendon_hardware.control.operator import OperatorProgress, SilentOperator
+from tendon_hardware.control.operator import OperatorProgress
 from tendon_hardware.control.pilot import PolicyPilot
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy import Deployment, deploy
@@ -32,6 +32,7 @@ from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import Faults, VirtualPorts
+from tests.hardware.silent_operator import SilentOperator
 
 LOSS = Faults(dropped_replies=0.01)
 BURN = "while True: pass"

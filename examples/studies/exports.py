@@ -13,7 +13,8 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,14 @@ from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import EXPORTS
-from tendon_newton.exports.departure import Departure, departure, finely, replayed, standard_runs
+from tendon_newton.exports.departure import (
+    Departure,
+    departure,
+    pooled,
+    replayed,
+    standard_runs,
+)
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
@@ -154,8 +162,35 @@ def strays(
         for way in exported.replays:
             if way not in known:
                 theirs = replayed(EXPORTS[target], exported, way, model, runs)
-                out[way] = in_units(departure(mechanism, theirs, ours, samples=SAMPLES))
+                out[way] = in_units(departed(mechanism, theirs, ours))
     return out
+
+
+def departed(
+    mechanism: Mechanism, one: Sequence[Trajectory], other: Sequence[Trajectory]
+) -> Departure:
+    """Return how far runs that `finely` made lie apart; a force is its mean over a command."""
+    away = [a.force - b.force for a, b in zip(one, other, strict=True)]
+    means = [x.reshape(-1, SAMPLES, x.shape[1]).mean(axis=1) for x in away]
+    return replace(departure(mechanism, one, other), force=pooled(means))
+
+
+def finely(recording: Recording, samples: int) -> Recording:
+    """Return a recording with so many rows for each; every command is held as long as before.
+
+    A load cell shows the mean force of a while. A force that jumps, or that switches in every step,
+    has no value at an instant that two simulators could agree on.
+    """
+    time = recording.time
+    interval = np.diff(time, append=2.0 * time[-1] - time[-2])
+    inside = np.arange(samples) / samples
+    rows = {
+        f.name: np.repeat(values, samples, axis=0)
+        for f in fields(recording)
+        if isinstance(values := getattr(recording, f.name), np.ndarray)
+    }
+    fine = (time[:, None] + interval[:, None] * inside).ravel()
+    return replace(recording, **{**rows, "time": fine, "extra": {}})
 
 
 def in_units(found: Departure) -> list[float]:
@@ -185,7 +220,7 @@ def completed(
         model = plain if effect is None else model_of(bench, actuator, effect)
         worth = {}
         if effect:
-            found = departure(mechanism, unaffected, ours, samples=SAMPLES)
+            found = departed(mechanism, unaffected, ours)
             worth["worth"] = in_units(found)
         yield row | worth | strays(target, model, runs, ours, row)
 

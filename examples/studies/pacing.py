@@ -20,9 +20,9 @@ from tendon_hardware.clock import MonotonicClock
 from tendon_hardware.collection.collect import record_run
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.formats.mcap_file import read_mcap
+from tests.hardware.silent_operator import SilentOperator
 
 SPINS = (0.0, 2e-4, 1e-3)  # Ends of a wait that are spent spinning [s]
 

@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.deployment.deploy_log import policy_span
 from tendon_hardware.virtual_bench.physics.constants import BENCH_SEEDS
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
@@ -43,6 +42,7 @@ from tendon_train.refresh.refresh_logs import (
 )
 from tendon_train.refresh.refresh_outcome import judge_drift
 from tendon_train.refresh.slip import slip_since, taut_from
+from tests.hardware.silent_operator import SilentOperator
 
 STATES = ("new", "friction", "spool")
 ANSWERS: dict[str, tuple[str, ...]] = {

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
-from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory, rollout_groups
+from tendon_newton.simulation.hosts.rollout import Trajectory, rollout_groups
 
 STANDARD_SPAN = (0.1, 0.8)  # Share of a bench's range between which the standard commands move
 SWING = (-0.5, 0.5)  # Range of the standard commands on a bench without end stops [rad]
@@ -40,48 +40,18 @@ class Departure:
 
 
 def departure(
-    mechanism: Mechanism,
-    one: Sequence[Trajectory],
-    other: Sequence[Trajectory],
-    *,
-    samples: int = 1,
+    mechanism: Mechanism, one: Sequence[Trajectory], other: Sequence[Trajectory]
 ) -> Departure:
-    """Return how far runs of the same commands lie apart.
-
-    `samples` counts the rows over whose mean a load cell shows the force, as `finely` made them.
-    """
+    """Return how far runs of the same commands lie apart."""
     pairs = list(zip(one, other, strict=True))
     tip = None
     if mechanism.tip is not None:
         tip = pooled([tips(mechanism, a) - tips(mechanism, b) for a, b in pairs])
     return Departure(
         angle=pooled([a.motor_position - b.motor_position for a, b in pairs]),
-        force=pooled([means(a.force - b.force, samples) for a, b in pairs]),
+        force=pooled([a.force - b.force for a, b in pairs]),
         tip=tip,
     )
-
-
-def means(values: Array, samples: int) -> Array:
-    """Return the mean of every so many rows, shape (T / samples, D)."""
-    return values.reshape(-1, samples, values.shape[1]).mean(axis=1)
-
-
-def finely(recording: Recording, samples: int) -> Recording:
-    """Return a recording with so many rows for each; every command is held as long as before.
-
-    A load cell shows the mean force of a while. A force that jumps, or that switches in every step,
-    has no value at an instant that two simulators could agree on.
-    """
-    time = recording.time
-    interval = np.diff(time, append=2.0 * time[-1] - time[-2])
-    inside = np.arange(samples) / samples
-    rows = {
-        f.name: np.repeat(values, samples, axis=0)
-        for f in fields(recording)
-        if isinstance(values := getattr(recording, f.name), np.ndarray)
-    }
-    fine = (time[:, None] + interval[:, None] * inside).ravel()
-    return replace(recording, **{**rows, "time": fine, "extra": {}})
 
 
 def pooled(differences: Sequence[Array]) -> float:
@@ -159,7 +129,6 @@ def with_and_without(
     recordings: Sequence[Recording],
     effects: Sequence[str],
     *,
-    time_step: float = TIME_STEP,
     trust: bool = False,
 ) -> tuple[list[Trajectory], dict[str, list[Trajectory]]]:
     """Return our own simulation of recordings, and what it is without each of some effects.
@@ -171,7 +140,7 @@ def with_and_without(
     for members in rollout_groups(recordings):
         group = [recordings[i] for i in members]
         bench = bench_of(group[0].bench, model)
-        rollout = rollout_of(bench, group, model, time_step=time_step, trust=trust)
+        rollout = rollout_of(bench, group, model, trust=trust)
         base = rollout.base_vectors(model)
         null = rollout.table.null_vector()
         candidates = [base]

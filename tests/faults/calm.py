@@ -19,7 +19,6 @@ from tendon_hardware.collection.collect import record_run
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.control.goals import FixedGoal, stairs
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.errors import HardwareFault
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
@@ -29,6 +28,7 @@ from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS
 from tests.hardware.deploy.runs import Flight
+from tests.hardware.silent_operator import SilentOperator
 
 LENGTH = 20.0  # Length of a run [s]
 

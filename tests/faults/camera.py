@@ -8,10 +8,10 @@ import numpy as np
 from tendon_hardware.benches.bench import Bench
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.cameras.line_camera import LineCamera
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.deployment.ball_watch import BLIND, BallWatch
 from tendon_hardware.load_cells.framing import crc8
 from tendon_newton.data.cards.turning_task import TurningTask
+from tests.hardware.silent_operator import SilentOperator
 
 PERIOD = 1.0 / 30.0  # Time between frames [s]
 DELAY = 0.075  # From a frame's exposure to its line [s]

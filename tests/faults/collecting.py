@@ -10,11 +10,11 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.collect import record_run
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.stop_request import StopRequest
 from tests.faults import injections as on
 from tests.faults.injections import FULL, LONG, let
 from tests.hardware.deploy.runs import at_instant
+from tests.hardware.silent_operator import SilentOperator
 
 BEGIN = 3.0  # When faults begin, since the bench was opened [s]: the run has begun by then
 

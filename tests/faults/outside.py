@@ -24,7 +24,6 @@ from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.control.datagram_goals import DatagramGoals, signed_goal
 from tendon_hardware.control.keyboard import Keyboard
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.errors import RuleOutOfReach, SharedIdentifier
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
@@ -38,6 +37,7 @@ from tendon_newton.errors import InvalidOutput, InvalidParameter
 from tests.faults import injections as on
 from tests.faults.cases import ALLOWED, SETTINGS
 from tests.hardware.deploy.runs import Flight
+from tests.hardware.silent_operator import SilentOperator
 from tests.train.actuator.network_files import card_of as network_card
 
 KEY = bytes(range(32))

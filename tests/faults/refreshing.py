@@ -7,13 +7,13 @@ from functools import cache
 from pathlib import Path
 from shutil import copyfile
 
-from tendon_hardware.control.operator import SilentOperator
 from tendon_newton.data.model_file import write_model
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import DeployOptions, RefreshOptions
 from tendon_newton.workflows.refreshing import open_ledger
 from tendon_train.refresh.refresh_outcome import CHANGED, Drift
 from tests.hardware.deploy.policies import Proportional, card_of, write_onnx
+from tests.hardware.silent_operator import SilentOperator
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 

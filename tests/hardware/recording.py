@@ -9,11 +9,12 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.collect import RunOutcome, record_run
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
-from tendon_hardware.control.operator import OperatorProgress, SilentOperator
+from tendon_hardware.control.operator import OperatorProgress
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import FaultEvent, Faults
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.recording import Recording
+from tests.hardware.silent_operator import SilentOperator
 
 APPROACH = 4.0  # No run of these tests begins later than this after its bench [s]
 

@@ -24,7 +24,6 @@ from tendon_hardware.collection.excitation_plan import (
     find_plan,
     paper_plan,
 )
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.errors import SafetyStop
 from tendon_hardware.load_cells.calibration import write_calibration
 from tendon_hardware.logs.session import software
@@ -41,6 +40,7 @@ from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.errors import InvalidOutput, InvalidParameter
 from tests.hardware.recording import Trial, Watcher
+from tests.hardware.silent_operator import SilentOperator
 
 LOCKSTEP = BenchAddress(bench="finger", port="virtual", lockstep=True)
 SHORT = tuple(

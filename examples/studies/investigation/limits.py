@@ -19,7 +19,6 @@ from examples.studies.so101_figure import AFTER, BEFORE, GREY, INK, dress
 from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.collection.collect import record_run
 from tendon_hardware.collection.excitation_plan import DesignedRun
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.errors import SafetyStop
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import load_dataset
@@ -37,6 +36,7 @@ from tendon_newton.workflows.investigation import LOG, open_sets
 from tendon_newton.workflows.investigation_check import binding
 from tendon_newton.workflows.investigation_choice import FORCE_SHARE, RECORDINGS, task_of
 from tendon_newton.workflows.options import InvestigateOptions
+from tests.hardware.silent_operator import SilentOperator
 
 MODELS = 64  # Models under which each command is simulated; the search itself draws twice as many
 TENSION = 30.0  # Limit of the tension [N]

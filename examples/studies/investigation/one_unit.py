@@ -11,7 +11,6 @@ from pathlib import Path
 from examples.studies.unit_score import CLASS, heard_as, judged
 from examples.studies.units import truth_of
 from tendon_hardware.collection.excitation_plan import find_plan
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.virtual_bench.physics.wear import planted_causes
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import read_json, write_json
@@ -30,6 +29,7 @@ from tendon_newton.workflows.investigation import LOG, investigate
 from tendon_newton.workflows.investigation_check import binding
 from tendon_newton.workflows.investigation_choice import RECORDINGS
 from tendon_newton.workflows.options import CollectOptions, InvestigateOptions
+from tests.hardware.silent_operator import SilentOperator
 
 INVESTIGATE, HALF, QUICK = "investigate", "half", "quick"
 BENCH_SECONDS = sum(run.duration for run in find_plan(QUICK))  # Time at the bench of the plan [s]

@@ -12,7 +12,6 @@ import pytest
 
 from tendon_hardware.benches.bench import Bench, open_bench
 from tendon_hardware.collection import collect_plan
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.errors import BenchNotReady, SafetyStop
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import ListedRecording, list_recording, listed_files, load_dataset
@@ -38,6 +37,7 @@ from tests.faults import injections as on
 from tests.faults.collecting import BEGIN
 from tests.faults.injections import LONG, let
 from tests.hardware.deploy.runs import at_instant
+from tests.hardware.silent_operator import SilentOperator
 
 STEP = Step(name="run_0", bench="finger", seconds=12.0, why="first")
 QUIET = replace(STEP, verdict="no_gap", probabilities={})

@@ -13,7 +13,7 @@ from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
 from tendon_hardware.benches.virtual_calibration import calibrated_twins
 from tendon_hardware.control.goals import FixedGoal, Goals
 from tendon_hardware.control.keyboard import Keyboard
-from tendon_hardware.control.operator import OperatorProgress, SilentOperator
+from tendon_hardware.control.operator import OperatorProgress
 from tendon_hardware.control.pilot import Pilot, PilotStep, PolicyPilot
 from tendon_hardware.control.policy_runner import Policy
 from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy
@@ -25,6 +25,7 @@ from tendon_hardware.servos.base import ServoState
 from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.stop_request import StopRequest
 from tests.hardware.deploy.policies import policy_of
+from tests.hardware.silent_operator import SilentOperator
 
 WATCHDOG, FORGOTTEN = 0.22, 0.6
 """Times after which a servo that hears nothing gives no duty, with and without a watchdog [s]."""

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.excitation_plan import BENCHES, Share, runs_of
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.stop_request import StopRequest
 from tendon_lab.reproduction.experiment_plan import record_unit
 from tendon_lab.reproduction.settings import ReproductionSettings
+from tests.hardware.silent_operator import SilentOperator
 
 TRAINING = (
     Share(excitation="random_steps", count=2, duration=8.0),

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_hardware.control.operator import SilentOperator
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import Model, load_model, write_model
@@ -32,6 +31,7 @@ from tendon_train.refresh.refresh_outcome import (
 from tests.diagnosis.in_time.test_changes import ENCODER, log_of
 from tests.diagnosis.in_time.test_changes import FIRST as FITTED
 from tests.diagnosis.in_time.test_changes_report import SLACK, STRETCHY, day
+from tests.hardware.silent_operator import SilentOperator
 from tests.physics.runs import ideal_model
 
 FEW = ("coulomb_friction", "tendon_slack", "gain_error")

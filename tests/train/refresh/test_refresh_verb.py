@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.deployment.deploy_log import policy_span
 from tendon_newton.cli import main
 from tendon_newton.data.model_file import load_model, write_model
@@ -16,6 +15,7 @@ from tendon_newton.workflows.packaged_policies import policy_file
 from tendon_newton.workflows.refreshing import is_of
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.refresh.refresh_logs import read_logs
+from tests.hardware.silent_operator import SilentOperator
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_training import train

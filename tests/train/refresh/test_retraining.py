@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 import torch
 
-from tendon_hardware.control.operator import SilentOperator
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.model_file import write_model
@@ -18,6 +17,7 @@ from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import make_runner
 from tendon_train.refresh.refresh_outcome import Ledger
 from tendon_train.refresh.retraining import find_training, retrain
+from tests.hardware.silent_operator import SilentOperator
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_randomisation import open_number, write_sets
