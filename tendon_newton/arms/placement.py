@@ -159,8 +159,6 @@ def left(weights: Array, hanging: Hanging, loaded: Indices, numbers: Array) -> A
 
     Args:
         weights: Torque of gravity at each servo [N m], shape (N, J).
-        hanging: The rows.
-        loaded: Servos that are looked at.
         numbers: The common compliance, and by servo the share by which its own differs, what
             friction holds and its lag; others may follow.
     """

@@ -27,11 +27,6 @@ def write_identified(out: Path, diagnosis: Diagnosis, dataset: Dataset) -> tuple
 
     One bench gives ``identified.usda``, several ``identified_<bench>.usda``. A number that a
     diagnosis leaves alone is not overridden: a layer without overrides says that the asset fits.
-
-    Args:
-        out: Folder for the files.
-        diagnosis: What was found.
-        dataset: What it was found on.
     """
     benches = dict.fromkeys(r.bench for r in (*dataset.train, *dataset.test))
     provenance = Provenance(

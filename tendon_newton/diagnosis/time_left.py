@@ -41,7 +41,6 @@ def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -
 
     Args:
         recordings: Training recordings as they are.
-        model: The model to start from.
         study: The same recordings, all rows.
     """
     firsts = {r.bench: r for r in reversed(recordings)}.values()
@@ -60,9 +59,7 @@ def nearly_alike(study: Study, numbers: Mapping[int, float], count: int) -> list
     """Return candidates that take as long as one, column -> value: equal ones are simulated once.
 
     Args:
-        study: The recordings.
         numbers: Numbers of the candidate that differ from the model's own, column -> value.
-        count: How many to return.
     """
     first = numbers.get(0, study.base_value(0))
     return [{**numbers, 0: first + i * TRIFLE} for i in range(count)]
@@ -88,7 +85,6 @@ def finishing_time(dataset: Dataset, pace: float) -> float:
     """Return what the held-out recordings and the report take after the decision [s].
 
     Args:
-        dataset: All recordings.
         pace: Time that a candidate takes for a second of recordings [1].
     """
     train, test = (sum(r.duration for r in part) for part in (dataset.train, dataset.test))
@@ -103,12 +99,7 @@ def expectation(one: float, several: float) -> str:
 
 
 def time_left(message: str, elapsed: float) -> str:
-    """Say after a message of progress how much time is left; empty where that is unknown.
-
-    Args:
-        message: What is being done.
-        elapsed: Time since the start [s].
-    """
+    """Say how much time is left at a message, `elapsed` [s] after the start; empty if unknown."""
     done = next((share for begin, share in DONE if message.startswith(begin)), 0.0)
     return f", {time_text(elapsed * (1.0 - done) / done)} left" if done else ""
 

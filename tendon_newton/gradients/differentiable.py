@@ -160,10 +160,6 @@ class DifferentiableRollout:
         return self.inputs.parameters.grad.numpy()[:, self.table.column(owner, parameter)]
 
 
-if TYPE_CHECKING:
-    from torch import Tensor, nn  # equations run without torch
-
-
 class SegmentedCourse:
     """A run forwards and backwards; only one segment's states are kept at a time."""
 

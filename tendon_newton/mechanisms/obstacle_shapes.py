@@ -31,20 +31,24 @@ from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.meetings import Meeting, bones_of
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
-from tendon_newton.mechanisms.usd.usd_tendon import NAMESPACE, register_tendon_attributes
+from tendon_newton.mechanisms.usd.usd_tendon import (
+    Attribute,
+    add_attributes,
+    add_frequency,
+    register_tendon_attributes,
+)
 
 OBSTACLE = "tendon:obstacle"
 BONE = "tendon:bone"
 MEETING = "tendon:meeting"
-# Name, rows, type, what an index refers to
-_ATTRIBUTES: tuple[tuple[str, str, type, str | None], ...] = (
-    ("obstacle_shape", OBSTACLE, wp.int32, "shape"),
-    ("obstacle_stiffness", OBSTACLE, wp.float32, None),
-    ("obstacle_dissipation", OBSTACLE, wp.float32, None),
-    ("obstacle_friction", OBSTACLE, wp.float32, None),
-    ("bone_shape", BONE, wp.int32, "shape"),
-    ("meeting_obstacle", MEETING, wp.int32, "shape"),
-    ("meeting_bone", MEETING, wp.int32, "shape"),
+_ATTRIBUTES: tuple[Attribute, ...] = (
+    ("obstacle_shape", OBSTACLE, wp.int32, "shape", 0),
+    ("obstacle_stiffness", OBSTACLE, wp.float32, None, 0.0),
+    ("obstacle_dissipation", OBSTACLE, wp.float32, None, 0.0),
+    ("obstacle_friction", OBSTACLE, wp.float32, None, 0.0),
+    ("bone_shape", BONE, wp.int32, "shape", 0),
+    ("meeting_obstacle", MEETING, wp.int32, "shape", 0),
+    ("meeting_bone", MEETING, wp.int32, "shape", 0),
 )
 OBSTACLE_GROUP = 1  # Collision group of obstacles
 # Collision group of links: Newton lets a negative one meet all others, but not itself. Links that
@@ -60,22 +64,8 @@ USUAL_FORCE = 1.0
 def register_contact_attributes(builder: newton.ModelBuilder) -> None:
     """Teach a builder the rows of obstacles and of the links that meet them."""
     for frequency in (OBSTACLE, BONE, MEETING):
-        builder.add_custom_frequency(
-            newton.ModelBuilder.CustomFrequency(
-                name=frequency.removeprefix(f"{NAMESPACE}:"), namespace=NAMESPACE
-            )
-        )
-    for name, frequency, dtype, references in _ATTRIBUTES:
-        builder.add_custom_attribute(
-            newton.ModelBuilder.CustomAttribute(
-                name=name,
-                namespace=NAMESPACE,
-                frequency=frequency,
-                dtype=dtype,
-                references=references,
-                default=dtype(0),
-            )
-        )
+        add_frequency(builder, frequency)
+    add_attributes(builder, _ATTRIBUTES)
 
 
 def with_shapes(mechanism: Mechanism) -> newton.ModelBuilder:

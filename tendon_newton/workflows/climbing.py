@@ -64,10 +64,6 @@ def compare_policies(options: ClimbOptions, operator: Operator) -> ClimbComparis
 
     Policies that turn a ball do so instead, and have no picture.
 
-    Args:
-        options: Which ones, and where.
-        operator: Who stands at the bench, if there is one.
-
     Raises:
         InvalidParameter: Nothing is named that could be compared, or a policy is for another
             finger.

@@ -44,7 +44,6 @@ def diagnose_into(
     Args:
         out: Folder of the results; made if it is not there.
         dataset: Training recordings decide, test recordings only report.
-        progress: Told what is being done.
         budget: Time that it may take, about [s].
     """
     make_folder(out)
@@ -75,7 +74,6 @@ def compare_days(
         against: Dataset of an earlier day, or the folder or file of its diagnosis.
         model: Model file of the earlier day; that of the diagnosis, or beside the recordings, by
             default.
-        progress: Told what is being done.
         out: Folder of the results, ``model.toml`` of the last day among them; made if it is not
             there. By default nothing is written.
         mended: Causes that somebody mended in between.

@@ -1,12 +1,9 @@
 """Diagnose all servos of an arm in one go, each under the loads of the arm, and tell the answer."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,12 +18,6 @@ from tendon_newton.data.model_file import Model, write_model
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from tendon_newton.arms.known_arm import KnownArm
-    from tendon_newton.workflows.diagnosing_arm import ArmAnswer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +49,6 @@ def diagnose_arm_into(
         datasets: Joint -> its recordings; a joint of the arm that has none stands at 0.
         models: Joint -> the model to start from.
         mechanism: The arm; without it each servo is diagnosed alone.
-        progress: Told what is being done.
         until: Instant of the monotonic clock at which the searches are to be over, about [s].
 
     Raises:

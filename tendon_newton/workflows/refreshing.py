@@ -60,7 +60,6 @@ def refresh(options: RefreshOptions, operator: Operator) -> Drift:
     """Find the drift, correct the model, train on, and say what came of it.
 
     Args:
-        options: Logs, model and policy, and where the results go.
         operator: Told how it goes, and asked where a bench must be made ready.
 
     Raises:

@@ -76,7 +76,6 @@ def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> B
 
     Args:
         path: MCAP file of ``collect`` or ``deploy``.
-        to: A window or a file.
         over: Tells that no more will be written.
     """
     if path.suffix != ".mcap":
@@ -135,7 +134,6 @@ def show_simulated(recording: Recording, trajectory: Trajectory, to: View, file:
 
     Args:
         trajectory: What was simulated, at the same rows.
-        to: A window or a file.
     """
     scene = BenchScene(Path(recording.name).stem, recording.bench, to, file)
     for row, instant in enumerate(recording.time - recording.time[0]):

@@ -94,7 +94,7 @@ def test_a_new_asset_has_the_numbers_that_it_was_given(tmp_path, monkeypatch) ->
     claw = load_mechanism("claw")
     assert claw.joint_names == ("a", "b")
     assert claw.link_lengths == pytest.approx((0.04, 0.03), rel=1e-6)  # float32 in the model
-    assert claw.link_masses == pytest.approx((0.02, 0.02), rel=1e-6)
+    assert [joint.mass for joint in claw.joints] == pytest.approx([0.02, 0.02], rel=1e-6)
     assert claw.tendons[0].moment_arm == pytest.approx([0.01, 0.006], rel=1e-6)
     for joint in claw.joints:
         assert joint.limits == pytest.approx((0.0, 1.57), rel=1e-6)

@@ -37,7 +37,6 @@ class ModuleQuery:
     """What all queries of a module know.
 
     Args:
-        module: The network.
         window: Samples H of the past that it looks back.
         rate: Samples per second [Hz].
         limit: The most that the servo gives [N].

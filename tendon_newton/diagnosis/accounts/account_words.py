@@ -121,13 +121,7 @@ def what_would_tell(cause: Account) -> list[str]:
 
 
 def not_tried(name: str, *, has_force: bool, servos: int) -> list[str]:
-    """Say why an effect of the catalogue stands in no account.
-
-    Args:
-        name: The effect, or that of one servo.
-        has_force: Whether any recording has a force.
-        servos: Servos of every recording.
-    """
+    """Say why an effect of the catalogue stands in no account."""
     effect, servo = law_of(name), servo_of(name)
     if servo is not None and servo >= servos:
         there = "servo 0 alone" if servos == 1 else f"the servos 0 to {servos - 1}"

@@ -39,10 +39,7 @@ def next_steps(
     """Say what to do next; nothing where no gap is left.
 
     Args:
-        diagnosis: The answer so far.
-        dataset: Its recordings, with their folder.
         model: The model that was started from.
-        train: Training recordings.
         closest: Parameter column -> value of the model that came closest.
     """
     if diagnosis.verdict in ("no_gap", "explained"):

@@ -60,10 +60,8 @@ def standing_apart(
     """Look for errors of single recordings or moments, where no cause explains them.
 
     Args:
-        study: Training recordings.
         model: The model that was started from.
         values: Parameter column -> value of the model that came closest.
-        benches: Benches to which a recording may belong.
     """
     residuals = study.residuals(*replacements([values]))
     times = tuple(at_times(study, residuals))

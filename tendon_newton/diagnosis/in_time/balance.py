@@ -118,8 +118,6 @@ def pushed_offsets(
         sources: Which recording, and which servo's mechanism is pushed.
         pushes: Forces along the tendon that are tried, positive where they close the mechanism [N],
             shape (N, T) each, of a recording's last T rows.
-        recordings: All of them.
-        model: Model of the bench.
 
     Returns:
         Motor beyond where tension and push leave it, as the pushes.

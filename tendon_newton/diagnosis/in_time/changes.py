@@ -116,7 +116,6 @@ def study_day(
     """Give a model what it lacks, on its own day, of numbers that may move.
 
     Args:
-        recordings: Recordings of the day.
         model: Model of the day; otherwise it stays as it is.
         walks: Effects whose numbers may move, besides the model's own.
         effects: Effects that the kernels hold.
@@ -148,14 +147,11 @@ def find_changes(
     """Say which numbers moved since a day.
 
     Args:
-        first: The earlier day.
-        second: Recordings of the second day.
         unseen: Recordings of the second day that only report; the same by default.
         mended: Causes that somebody mended in between: their numbers are measured, whatever they
             are worth.
         walks: Effects whose numbers may have moved, besides the model's own.
         effects: Effects that the kernels hold.
-        progress: Told what is being done.
 
     Raises:
         TendonNewtonError: The recordings or the model cannot be used; the message says why.
@@ -207,10 +203,7 @@ class Days:
     """Two days of a bench, and the sets of changes between them that were fitted.
 
     Args:
-        earlier: The first day.
-        second: Recordings of the second day.
         walks: Effects whose numbers may have moved, besides the model's own.
-        mended: Causes that somebody mended in between.
     """
 
     def __init__(

@@ -142,11 +142,6 @@ def to_json(changes: Changes) -> dict[str, Any]:
 def write_changes(out: Path, days: DayByDay, against: str) -> None:
     """Write both files.
 
-    Args:
-        out: Their folder.
-        days: What was found.
-        against: What the days were held against.
-
     Raises:
         InvalidOutput: A file cannot be written.
     """

@@ -112,7 +112,6 @@ def calm_day(recordings: Sequence[Recording], model: Model) -> CalmDay:
 
     Args:
         recordings: All of one bench.
-        model: Model of the bench.
     """
     fallen = [missing_supply(r)[0].max() for r in recordings if r.voltage is not None]
     missing = max(LEAST_DIP, *map(float, fallen)) if fallen else None
@@ -155,11 +154,6 @@ def usual(pairs: Sequence[tuple[Array, Array]]) -> Usual:
 
 def find_events(calm: CalmDay, recordings: Sequence[Recording], model: Model) -> tuple[Event, ...]:
     """Find what happened within recordings.
-
-    Args:
-        calm: The bench where nothing happened.
-        recordings: Recordings to look at.
-        model: Model of the bench in them.
 
     Returns:
         Slips, skips and knocks by recording, then dips. Without a load cell there are dips alone,

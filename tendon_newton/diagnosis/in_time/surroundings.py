@@ -27,7 +27,6 @@ class Surroundings:
 
     Args:
         first: Recordings of the first day; None where a diagnosis is all that is left of them.
-        second: Recordings of the second day.
         floors: Least scale of each signal.
         names: Causes whose numbers may have moved.
         fit: The set, fitted to the second day.

@@ -29,7 +29,6 @@ def svg(name: str, label: str, size: tuple[float, float], draw: Draw) -> str:
         name: Unique in the page.
         label: What a reader who cannot see it is told.
         size: Width and height [inch].
-        draw: Draws into the axes that it is given.
     """
     import matplotlib as mpl
     from matplotlib.backends.backend_svg import FigureCanvasSVG

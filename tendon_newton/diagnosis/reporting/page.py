@@ -11,10 +11,7 @@ def write_page(path: Path, package: str, template: str, content: Mapping[str, An
     """Fill a template and write the page.
 
     Args:
-        path: File of the page.
         package: Package that holds the template; it may build on those of this one.
-        template: Name of the template.
-        content: What the template shows.
 
     Raises:
         InvalidOutput: The file cannot be written.

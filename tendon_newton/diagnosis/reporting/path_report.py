@@ -20,8 +20,6 @@ def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:
     """Write the page.
 
     Args:
-        path: File of the page.
-        log: All steps.
         folder: Of the investigation: the page links to the diagnoses in it.
 
     Raises:

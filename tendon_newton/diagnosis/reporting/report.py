@@ -56,12 +56,6 @@ def write_report(
 ) -> None:
     """Write the page.
 
-    Args:
-        path: File of the page.
-        diagnosis: Answer to report.
-        evidence: Recordings and the two models to show beside them.
-        origin: Where it comes from.
-
     Raises:
         InvalidOutput: The file cannot be written.
     """

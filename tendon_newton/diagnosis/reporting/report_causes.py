@@ -14,13 +14,7 @@ Row = dict[str, Any]  # Cells of a table's row, for the template
 
 
 def cause_rows(causes: Sequence[NamedEffect], scale: BenchScale, servos: int = 1) -> list[Row]:
-    """Describe causes.
-
-    Args:
-        causes: Named or suspected ones.
-        scale: Of the benches.
-        servos: Servos of each bench.
-    """
+    """Describe causes."""
     return [
         {
             "name": with_owner(cause.name, servos),

@@ -36,12 +36,7 @@ WORLDS = 400  # Drawn worlds that a panel shows
 
 
 class Panels:
-    """Draws the panels of one report.
-
-    Args:
-        diagnosis: Answer to draw.
-        comparisons: Held-out recordings beside the two models.
-    """
+    """Draws the panels of one report."""
 
     def __init__(self, diagnosis: Diagnosis, comparisons: tuple[HeldOutComparison, ...]) -> None:
         self.diagnosis = diagnosis

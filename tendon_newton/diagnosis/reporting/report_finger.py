@@ -30,7 +30,6 @@ def moving_fingers(
     """Draw a finger in the first window of a bench that has a tip; None where none has.
 
     Args:
-        evidence: Held-out recordings and the two models.
         model: The extended model, for the bench's own numbers.
         windows: Telling seconds, the most telling first.
         found: Whether causes were named, so that the models differ.

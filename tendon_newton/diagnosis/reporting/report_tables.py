@@ -146,7 +146,6 @@ def regimes(recording: Recording, noise: float | None) -> dict[str, Mask]:
     """Return the rows (T,) of each regime: each row is in one.
 
     Args:
-        recording: A held-out recording.
         noise: Noise floor of its force [N]; None without a load cell.
     """
     speed = np.abs(recording.motor_velocity[:, 0])

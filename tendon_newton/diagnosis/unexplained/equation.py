@@ -83,7 +83,6 @@ def find_equation(
     Terms and numbers are found anew without each fold, and judged on it.
 
     Args:
-        remainder: What it should describe.
         strongest: Signals on which that depends most.
         folds: Fold of each row.
         reachable: Held-out share of the variance that the flexible learner reaches.
@@ -180,7 +179,6 @@ def gain(atom: Atom, left: Array, known: Array) -> float:
     """Return how much of a rest's sum of squares a function explains beside what is known.
 
     Args:
-        atom: The function.
         left: What the known functions leave, shape (M,).
         known: An orthonormal basis of those, the constant among them, shape (M, K).
     """

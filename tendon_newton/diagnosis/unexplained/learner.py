@@ -48,8 +48,6 @@ class Learner:
     """Ridge regressions that each have not seen one fold.
 
     Args:
-        remainder: What is learned.
-        basis: Functions of its signals.
         folds: Fold of each row.
         ridge: Ridge factor [1].
     """

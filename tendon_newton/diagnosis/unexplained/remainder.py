@@ -76,7 +76,6 @@ def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainde
     from the measured force the mechanism's angle is wrong by its own error alone.
 
     Args:
-        study: The recordings.
         values: The model's parameters, column -> value.
     """
     residuals = study.residuals(*replacements([values]))

@@ -121,12 +121,12 @@ def plan_asset(
     return AssetPlan(name=name, joints=planned, spool_radius=spool_radius, force_limit=force_limit)
 
 
-def check_name(word: str) -> None:
+def check_name(word: str, reserved: tuple[str, ...] = RESERVED) -> None:
     """Refuse a name that no prim can have, or that one has already."""
-    if not NAME.fullmatch(word) or word in RESERVED:
+    if not NAME.fullmatch(word) or word in reserved:
         raise InvalidAsset(
             "names of assets and joints are words of letters, digits and _, and not "
-            f"{listed(RESERVED)}; {shown(word)} is none"
+            f"{listed(reserved)}; {shown(word)} is none"
         )
 
 

@@ -215,10 +215,7 @@ def _plot_links(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indice
         axes.legend(frameon=False)
 
 
-BONE = "#2b2f36"
-AXIS = "#1f6f8b"
-TIP = "#d1603d"
-STRING = "#3d8361"
+AXIS, TIP, STRING = COLORS[0], COLORS[1], COLORS[3]
 MOST_NAMED = 6  # More joints than this [1] are drawn without their names
 AXIS_LENGTH = 0.3  # Length of a joint's axis, over that of the whole chain [1], as drawn
 
@@ -231,7 +228,7 @@ def plot_space(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices
     for number, chain in enumerate(chains):
         shade = 0.25 + 0.75 * number / max(len(chains) - 1, 1)
         for bone in chain:
-            axes.plot(*(1.0e3 * bone.T), "-o", color=BONE, linewidth=3, markersize=4, alpha=shade)
+            axes.plot(*(1.0e3 * bone.T), "-o", color=INK, linewidth=3, markersize=4, alpha=shade)
         for string in strings(mechanism, path.joint_position[rows[number]]):
             axes.plot(*(1.0e3 * string.T), color=STRING, linewidth=1.5, alpha=shade)
     opened = posture(mechanism, path.joint_position[rows[0]])

@@ -8,13 +8,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidAsset, listed, shown, unknown_name
+from tendon_newton.errors import InvalidAsset, unknown_name
 from tendon_newton.mechanisms.authoring.asset_folder import write_layers
 from tendon_newton.mechanisms.authoring.asset_plan import (
-    NAME,
     SLENDERNESS,
     STOP_DAMPING_RATIO,
     STOP_STIFFNESS,
+    check_name,
     check_range,
     spread,
 )
@@ -120,7 +120,7 @@ def plan_foreign(
         InvalidAsset: A number is missing or is no finger's.
     """
     count = len(finger.joints)
-    check_names(name)
+    check_name(name, RESERVED)
     check_range("spool_radius", spool_radius)
     check_range("force_limit", force_limit)
     arms = spread("moment_arm", moment_arm, count) if moment_arm else ()
@@ -289,15 +289,6 @@ def quaternion(turn: Array) -> Array:
     """Return a rotation matrix as USD writes it: (w, x, y, z)."""
     x, y, z, w = Rotation.from_matrix(turn).as_quat(canonical=True)
     return np.array([w, x, y, z])
-
-
-def check_names(name: str) -> None:
-    """Refuse a name that no prim can have."""
-    if not NAME.fullmatch(name) or name in RESERVED:
-        raise InvalidAsset(
-            f"names of assets are words of letters, digits and _, and not {listed(RESERVED)}; "
-            f"{shown(name)} is none"
-        )
 
 
 ROUNDING = 1.0e-7  # Share of a vector's largest component that is rounding of float32 [1]

@@ -66,11 +66,6 @@ class Mechanism:
         return tuple(joint.limits for joint in self.joints)
 
     @property
-    def link_masses(self) -> tuple[float, ...]:
-        """Mass that each joint moves by itself [kg]."""
-        return tuple(joint.mass for joint in self.joints)
-
-    @property
     def link_lengths(self) -> tuple[float | None, ...]:
         """Length of the link behind each joint [m]; None where it has none."""
         return tuple(joint.length for joint in self.joints)

@@ -5,6 +5,7 @@ from typing import Any
 
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
+from tendon_newton.mechanisms.usd.usd_route import targets_of
 
 # Joints with one degree of freedom, which can carry a moment arm
 JOINT_TYPES = ("PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
@@ -25,22 +26,14 @@ def moved_joints(stage: Any) -> list[Any]:
     return [prim for prim in all_joints(stage) if prim.GetTypeName() in JOINT_TYPES]
 
 
-def relationship_targets(prim: Any, name: str) -> list[Any]:
-    """Return the paths that a relationship points to; none where the prim has no such one."""
-    relationship = prim.GetRelationship(name)
-    return list(relationship.GetTargets()) if relationship else []
-
-
 def moved_link(joint: Any) -> str | None:
     """Return the path of the link that a joint moves."""
-    targets = relationship_targets(joint, "physics:body1")
-    return str(targets[0]) if targets else None
+    return next(iter(targets_of(joint, "physics:body1")), None)
 
 
 def carrier(joint: Any) -> str | None:
     """Return the path of the link that a joint sits on; None for the world."""
-    targets = relationship_targets(joint, "physics:body0")
-    return str(targets[0]) if targets else None
+    return next(iter(targets_of(joint, "physics:body0")), None)
 
 
 def movers(stage: Any) -> dict[str, Any]:
@@ -79,7 +72,7 @@ def chain_findings(stage: Any) -> Iterator[AssetFinding]:
                 f"one joint moves a link; {link} is moved by {table[link].GetPath()} too",
                 "Point physics:body1 to its own link",
             )
-        elif loops(table, joint):
+        elif table.get(carrier(joints_below(stage, joint)[-1]) or "") == joint:
             yield about(joint, "chain").error(
                 "a chain of joints ends at the base; this one returns to itself",
                 "Point physics:body0 of the first joint to the base",
@@ -91,17 +84,3 @@ def chain_findings(stage: Any) -> Iterator[AssetFinding]:
                 "one, so it would fall",
                 "Add a joint that moves it, or a PhysicsFixedJoint that holds it",
             )
-
-
-def loops(table: dict[str, Any], joint: Any) -> bool:
-    """Tell whether the way from a joint to the base comes back to it."""
-    seen = {str(joint.GetPath())}
-    below = table.get(carrier(joint) or "")
-    while below is not None:
-        if str(below.GetPath()) == str(joint.GetPath()):
-            return True
-        if str(below.GetPath()) in seen:
-            return False
-        seen.add(str(below.GetPath()))
-        below = table.get(carrier(below) or "")
-    return False

@@ -7,15 +7,11 @@ from collections.abc import Iterator
 from math import isfinite, pi
 from typing import Any
 
-from tendon_newton.mechanisms.rules.chain import (
-    JOINT_TYPES,
-    all_joints,
-    moved_joints,
-    relationship_targets,
-)
+from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, all_joints, moved_joints
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.tendon_rules import joint_tendons
+from tendon_newton.mechanisms.usd.usd_route import targets_of
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
 # A range of fewer degrees than a turn has radians was most likely written in radians
@@ -50,13 +46,13 @@ def joint_findings(stage: Any) -> Iterator[AssetFinding]:
 
 def _check_bodies(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     for name in ("physics:body0", "physics:body1"):
-        for target in relationship_targets(prim, name):
+        for target in targets_of(prim, name):
             if not stage.GetPrimAtPath(target):
                 yield about(prim, "joint_body").error(
                     f"a joint joins prims that exist; {name} is {target}, which does not",
                     f"Point {name} to a link",
                 )
-    moved = [stage.GetPrimAtPath(target) for target in relationship_targets(prim, "physics:body1")]
+    moved = [stage.GetPrimAtPath(target) for target in targets_of(prim, "physics:body1")]
     if not any(body and is_link(body) for body in moved):
         yield about(prim, "joint_body").error(
             "a joint moves a rigid body; physics:body1 of this one is none",
@@ -70,7 +66,7 @@ def _check_frames(stage: Any, prim: Any) -> Iterator[AssetFinding]:
 
     places = []
     for end in ("0", "1"):
-        targets = relationship_targets(prim, f"physics:body{end}")
+        targets = targets_of(prim, f"physics:body{end}")
         body = stage.GetPrimAtPath(targets[0]) if targets else stage.GetPseudoRoot()
         if not body:
             return

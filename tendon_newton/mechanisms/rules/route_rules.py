@@ -36,38 +36,29 @@ def is_site(prim: Any) -> bool:
     return "MjcSiteAPI" in schemas or "NewtonSiteAPI" in schemas
 
 
-def path_error(prim: Any, message: str, remedy: str) -> AssetFinding:
-    """Return the error about a tendon's path."""
-    return about(prim, "tendon_path").error(message, remedy)
-
-
 def _check_lists(_stage: Any, prim: Any) -> Iterator[AssetFinding]:
     """Check that the path is one line, and that what stands beside it agrees."""
     targets, sides = targets_of(prim, "mjc:path"), targets_of(prim, "mjc:sideSites")
     places = list(authored(prim, "mjc:path:indices", None) or range(len(targets)))
     side_of = list(authored(prim, "mjc:sideSites:indices", ()))
     if any(not 0 <= place < len(targets) for place in places):
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             f"mjc:path:indices must count from 0 to {len(targets) - 1}; it is {places}",
             "Leave mjc:path:indices out, or count from 0",
         )
     if side_of and len(side_of) != len(places):
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             f"mjc:sideSites:indices has one entry per place of the path; it has {len(side_of)} "
             f"for {len(places)}",
             "Write -1 for every place that is no pulley",
         )
     elif any(not -1 <= side < len(sides) for side in side_of):
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             f"mjc:sideSites:indices must count mjc:sideSites from 0; it is {side_of}",
             "Write -1 for every place that is no pulley",
         )
     if len(authored(prim, "mjc:path:divisors", ())) or len(authored(prim, "mjc:path:segments", ())):
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             "a string is one line from the spool to its end; mjc:path:segments divide it",
             "Leave mjc:path:segments and mjc:path:divisors out",
         )
@@ -85,8 +76,7 @@ def _check_targets(stage: Any, prim: Any) -> Iterator[AssetFinding]:
                 "to sites",
             )
         elif not there or not (is_site(there) or there.GetTypeName() == "Cylinder"):
-            yield path_error(
-                prim,
+            yield about(prim, "tendon_path").error(
                 "a routed tendon runs through sites and around cylinders that exist; "
                 f"{target.prim} is neither",
                 "Point mjc:path to prims with MjcSiteAPI and to Cylinders",
@@ -94,8 +84,7 @@ def _check_targets(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     listed = targets_of(prim, "tendon:path")
     sites = [t.prim for t in targets if (p := stage.GetPrimAtPath(t.prim)) and is_site(p)]
     if listed and listed != sites:
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             "tendon:path lists the sites of mjc:path in their order; the two differ",
             "Write the same sites into both",
         )
@@ -110,16 +99,14 @@ def _check_order(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     """Check that every pulley stands between two sites."""
     kinds = [is_site(stage.GetPrimAtPath(target.prim)) for target in path_targets(prim)]
     if sum(kinds) < 2:
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             f"a string has two ends; mjc:path has {sum(kinds)} sites",
             "Point mjc:path to the sites that the string runs through",
         )
     elif not (kinds[0] and kinds[-1]) or any(
         not here and not after for here, after in pairwise(kinds)
     ):
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             "a site stands before and behind every pulley; one of the path's is at its end or next "
             "to another",
             "Add a site where the string leaves the one pulley for the other",
@@ -177,8 +164,7 @@ def _check_places(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     places: list[Array] = [np.array(_place(stage.GetPrimAtPath(site))) for site in sites]
     for k, (here, after) in enumerate(pairwise(places)):
         if np.linalg.norm(after - here) < SAME_PLACE:
-            yield path_error(
-                prim,
+            yield about(prim, "tendon_path").error(
                 f"the string between two sites has a direction; {sites[k]} and {sites[k + 1]} are "
                 "at one place",
                 "Take one of them out of the path",
@@ -206,8 +192,7 @@ def _check_chain(stage: Any, prim: Any) -> Iterator[AssetFinding]:
                 "Give each chain its own tendon",
             )
     if len(set(links)) < 2:
-        yield path_error(
-            prim,
+        yield about(prim, "tendon_path").error(
             "a string moves what it runs to; all sites of this one are on the same link",
             "Let it end on a link that it shall move",
         )

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
-from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below, relationship_targets
+from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below
 from tendon_newton.mechanisms.rules.route_rules import route_findings
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
-from tendon_newton.mechanisms.usd.usd_route import is_routed
+from tendon_newton.mechanisms.usd.usd_route import is_routed, targets_of
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
 MOMENT_ARM_LIMIT = 0.1  # A moment arm above this [m] is no finger's; millimetres slipped in
@@ -15,11 +15,8 @@ RATIO_LIMIT = 10.0  # Metres of tendon per metre of travel above this are no pul
 
 def joint_tendons(stage: Any, joint: Any) -> list[Any]:
     """Return the tendon prims that act on a joint."""
-    return [
-        prim
-        for prim in _tendons(stage)
-        if joint.GetPath() in relationship_targets(prim, "mjc:path")
-    ]
+    path = str(joint.GetPath())
+    return [prim for prim in _tendons(stage) if path in targets_of(prim, "mjc:path")]
 
 
 def tendon_findings(stage: Any) -> Iterator[AssetFinding]:
@@ -39,7 +36,7 @@ def _tendons(stage: Any) -> list[Any]:
 
 
 def _check_path(stage: Any, prim: Any) -> Iterator[AssetFinding]:
-    targets = relationship_targets(prim, "mjc:path")
+    targets = targets_of(prim, "mjc:path")
     if not targets:
         yield about(prim, "tendon_path").error(
             "a tendon acts on joints; its mjc:path is empty",

@@ -30,6 +30,7 @@ of bodies, joints and tendons to each world.
 ====================  ==========  =====================================================
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import newton
@@ -47,8 +48,9 @@ TIP = "tendon:tip"
 NOMINAL_SPOOL_RADIUS = 0.0125  # Spool radius of the nominal bench [m], for a prim that gives none
 NOMINAL_FORCE_LIMIT = 21.0  # The most the nominal servo can pull [N], for a prim that gives none
 
-# Name, rows, type, what an index refers to, default
-_ATTRIBUTES: tuple[tuple[str, str, type, str | None, float], ...] = (
+Attribute = tuple[str, str, type, str | None, float]
+"""Name, rows, type, what an index refers to, default."""
+_ATTRIBUTES: tuple[Attribute, ...] = (
     ("world", TENDON, wp.int32, "world", 0),
     ("spool_radius", TENDON, wp.float32, None, NOMINAL_SPOOL_RADIUS),
     ("force_limit", TENDON, wp.float32, None, NOMINAL_FORCE_LIMIT),
@@ -78,21 +80,30 @@ def register_tendon_attributes(builder: newton.ModelBuilder) -> None:
     MuJoCo's own attributes are registered too, so that ``SolverMuJoCo`` knows the same tendons.
     """
     SolverMuJoCo.register_custom_attributes(builder)
-    for frequency, prim_filter, expander in (
-        (TENDON, is_tendon_prim, _tendon_rows),
-        (ARM, is_tendon_prim, _arm_rows),
-        (PATH, is_tendon_prim, _path_rows),
-        (TIP, is_tip_prim, _tip_rows),
-    ):
-        builder.add_custom_frequency(
-            newton.ModelBuilder.CustomFrequency(
-                name=frequency.removeprefix(f"{NAMESPACE}:"),
-                namespace=NAMESPACE,
-                usd_prim_filter=prim_filter,
-                usd_entry_expander=expander,
-            )
+    add_frequency(builder, TENDON, is_tendon_prim, _tendon_rows)
+    add_frequency(builder, ARM, is_tendon_prim, _arm_rows)
+    add_frequency(builder, PATH, is_tendon_prim, _path_rows)
+    add_frequency(builder, TIP, is_tip_prim, _tip_rows)
+    add_attributes(builder, _ATTRIBUTES)
+
+
+def add_frequency(
+    builder: newton.ModelBuilder, frequency: str, prim_filter: Any = None, expander: Any = None
+) -> None:
+    """Teach a builder rows of our own, and which prims of a stage they come from, if any."""
+    builder.add_custom_frequency(
+        newton.ModelBuilder.CustomFrequency(
+            name=frequency.removeprefix(f"{NAMESPACE}:"),
+            namespace=NAMESPACE,
+            usd_prim_filter=prim_filter,
+            usd_entry_expander=expander,
         )
-    for name, frequency, dtype, references, default in _ATTRIBUTES:
+    )
+
+
+def add_attributes(builder: newton.ModelBuilder, attributes: Iterable[Attribute]) -> None:
+    """Teach a builder the columns of such rows."""
+    for name, frequency, dtype, references, default in attributes:
         builder.add_custom_attribute(
             newton.ModelBuilder.CustomAttribute(
                 name=name,
