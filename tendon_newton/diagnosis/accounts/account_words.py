@@ -32,7 +32,7 @@ def sentences(cause: Account) -> list[str]:
     share = f"{percent(cause.share)} of the gap" if cause.share > 0.0 else "nothing"
     out = [f"{what(cause)} explains {share} alone{places(cause)}."]
     out.append(outcome(cause))
-    out += [criterion_sentence(criterion) for criterion in cause.criteria]
+    out += [LONG.get(criterion.name, plainly)(criterion) for criterion in cause.criteria]
     if cause.probability is not None:
         out.append(
             f"In {percent(cause.probability)} of the draws of blocks of time it passes again."
@@ -136,11 +136,6 @@ def not_tried(name: str, *, has_force: bool, servos: int) -> list[str]:
     else:
         why = "It cannot act on the benches that were recorded, or the model drives nothing there."
     return [f"{name} was not tried. {why}"]
-
-
-def criterion_sentence(criterion: Criterion) -> str:
-    """Say what was asked of a cause and what the data say."""
-    return LONG.get(criterion.name, plainly)(criterion)
 
 
 def plainly(criterion: Criterion) -> str:

@@ -73,10 +73,6 @@ def _arm_unit(mechanism: Mechanism) -> tuple[str, float]:
     return "mm", 1.0e3
 
 
-def _excursion_unit(mechanism: Mechanism) -> tuple[str, float]:
-    return ("rad", 1.0) if mechanism.tendons[0].direct else ("mm", 1.0e3)
-
-
 def _force_unit(mechanism: Mechanism) -> str:
     return "N m" if mechanism.tendons[0].direct else "N"
 
@@ -90,7 +86,7 @@ def _sweep(mechanism: Mechanism, joint: int, count: int = 61) -> Array:
 
 
 def _plot_excursion(axes: Any, mechanism: Mechanism) -> None:
-    unit, scale = _excursion_unit(mechanism)
+    unit, scale = ("rad", 1.0) if mechanism.tendons[0].direct else ("mm", 1.0e3)
     for d, tendon in enumerate(mechanism.tendons):
         for j in _moved(mechanism, d):
             positions = _sweep(mechanism, j)

@@ -15,14 +15,14 @@ from tendon_newton.mechanisms.geometry.parts import Tendon
 Numbers = Mapping[str, float]
 
 
-def scale_stiffness(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
-    """Scale every return spring."""
-    return with_joints(mechanism, lambda j: replace(j, stiffness=numbers["scale"] * j.stiffness))
+def scale_joints(name: str) -> Callable[[Mechanism, Numbers], Mechanism]:
+    """Return what scales one number of every joint."""
 
+    def scaled(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
+        scale = numbers["scale"]
+        return with_joints(mechanism, lambda j: replace(j, **{name: scale * getattr(j, name)}))
 
-def scale_damping(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
-    """Scale every joint's damping."""
-    return with_joints(mechanism, lambda j: replace(j, damping=numbers["scale"] * j.damping))
+    return scaled
 
 
 def add_dry_friction(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
@@ -73,8 +73,8 @@ def limit_force(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
 # Effects that are nothing but other numbers of the mechanism, in the order in which they apply
 HOMES: dict[str, Callable[[Mechanism, Numbers], Mechanism]] = {
     "joint_dry_friction": add_dry_friction,  # a share of the spring before it is scaled
-    "joint_stiffness_error": scale_stiffness,
-    "joint_damping_error": scale_damping,
+    "joint_stiffness_error": scale_joints("stiffness"),
+    "joint_damping_error": scale_joints("damping"),
     "gravity_misalignment": tilt,
     "spool_radius_error": scale_spool,
     "position_offset": shift_excursion,  # on the spool that is really there

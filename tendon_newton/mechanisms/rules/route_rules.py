@@ -13,7 +13,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below, movers
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
-from tendon_newton.mechanisms.usd.usd_route import PathTarget, path_targets, targets_of
+from tendon_newton.mechanisms.usd.usd_route import path_targets, targets_of
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
 # Two sites of a path closer than this [m] are one, and the string between has no direction
@@ -113,14 +113,12 @@ def _check_order(stage: Any, prim: Any) -> Iterator[AssetFinding]:
         )
 
 
-def _pulleys(stage: Any, prim: Any) -> list[PathTarget]:
-    return [t for t in path_targets(prim) if not is_site(stage.GetPrimAtPath(t.prim))]
-
-
 def _check_pulleys(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     """Check that every pulley has a side on which the string passes."""
-    for target in _pulleys(stage, prim):
+    for target in path_targets(prim):
         cylinder = stage.GetPrimAtPath(target.prim)
+        if is_site(cylinder):
+            continue
         radius = float(authored(cylinder, "radius", 1.0))
         side = stage.GetPrimAtPath(target.side) if target.side else None
         if not side or not is_site(side):

@@ -267,7 +267,8 @@ class Rollout:
         launch = self._launch(vectors[found], bench[found], world_recording)
         types, first = self.kernels.types, starts_of(counts[world_recording])
         readout = zeros(types, Readout, int(counts[world_recording].sum()), device=self.device)
-        step = types[real](self._longest_step(time_step or self.time_step))
+        step = time_step or self.time_step
+        step = types[real](max(step, POSITION_STEP) if self._kinematic else step)
         self._simulate(launch, step, self.array(first.astype(np.int32), wp.int32), readout)
         ahead = first[world_of].reshape(-1, chains) - self.commands.first.numpy()
         rows = np.repeat(ahead, counts, axis=1) + np.arange(counts.sum())
@@ -297,10 +298,6 @@ class Rollout:
             count=len(vectors),
             device=self.device,
         )
-
-    def _longest_step(self, time_step: float) -> float:
-        """Return the step [s] that is taken where one is asked for."""
-        return max(time_step, POSITION_STEP) if self._kinematic else time_step
 
     def _of_chains(self, parameters: Array) -> tuple[Array, Array]:
         """Return what each chain of each recording reads and has of parameters (N, R, P).
