@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -23,15 +22,13 @@ from tests.planted.physics.sensors import (
 
 TRAIN_COUNT = 5
 TEST_COUNT = 3
-MIXES: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "A": ("finger", "spring_weak", "spring_strong"),
-        "F": ("finger",),
-        "S": ("spring_strong",),
-        "W": ("spring_weak",),
-        "P": ("pendulum",),
-    }
-)
+MIXES: Mapping[str, tuple[str, ...]] = {
+    "A": ("finger", "spring_weak", "spring_strong"),
+    "F": ("finger",),
+    "S": ("spring_strong",),
+    "W": ("spring_weak",),
+    "P": ("pendulum",),
+}
 SWING = 1.2  # Greatest command of a pendulum, either way [rad]; the others are asked for 0 to 2 pi
 KINDS = ("steps", "sine", "ramp", "stairs", "steps")
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -82,7 +81,7 @@ def totals(planted: Mapping[str, Planted], causes: Causes) -> Mapping[str, Mappi
         values["coulomb_friction"]["force"] = causes.coulomb
     if "force_saturation" in values:
         values["force_saturation"]["knee"] = causes.knee
-    return MappingProxyType({name: MappingProxyType(value) for name, value in values.items()})
+    return values
 
 
 def changes(with_cause: Sequence[Motion], without: Sequence[Motion]) -> tuple[float, float]:

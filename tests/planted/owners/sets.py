@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
@@ -31,30 +30,24 @@ class Fault:
     sizes: tuple[tuple[float, float], ...]
 
 
-OF_SERVO: Mapping[str, Fault] = MappingProxyType(
-    {
-        "gain_error": Fault(field="gain", parameter="scale", sizes=((0.6, 0.85), (1.2, 1.5))),
-        "command_delay": Fault(field="delay", parameter="delay", sizes=((0.015, 0.045),)),
-        "coulomb_friction": Fault(field="coulomb", parameter="force", sizes=((0.6, 1.2),)),
-        "viscous_friction": Fault(field="viscous", parameter="coefficient", sizes=((0.15, 0.5),)),
-        "tendon_slack": Fault(field="slack", parameter="length", sizes=((0.0015, 0.004),)),
-        "actuator_lag": Fault(field="lag", parameter="time_constant", sizes=((0.015, 0.04),)),
-        "load_cell_gain": Fault(
-            field="cell_gain", parameter="scale", sizes=((0.7, 0.88), (1.15, 1.4))
-        ),
-        "load_cell_bias": Fault(
-            field="cell_bias", parameter="offset", sizes=((-0.8, -0.3), (0.3, 0.8))
-        ),
-    }
-)
-OF_MECHANISM: Mapping[str, Fault] = MappingProxyType(
-    {
-        "joint_stiffness_error": Fault(field="stiffness", parameter="scale", sizes=((1.4, 2.2),)),
-        "joint_damping_error": Fault(field="damping", parameter="scale", sizes=((2.0, 4.0),)),
-        "joint_dry_friction": Fault(field="rubbing", parameter="fraction", sizes=((0.1, 0.25),)),
-    }
-)
-FAULTS = MappingProxyType({**OF_SERVO, **OF_MECHANISM})
+OF_SERVO: Mapping[str, Fault] = {
+    "gain_error": Fault(field="gain", parameter="scale", sizes=((0.6, 0.85), (1.2, 1.5))),
+    "command_delay": Fault(field="delay", parameter="delay", sizes=((0.015, 0.045),)),
+    "coulomb_friction": Fault(field="coulomb", parameter="force", sizes=((0.6, 1.2),)),
+    "viscous_friction": Fault(field="viscous", parameter="coefficient", sizes=((0.15, 0.5),)),
+    "tendon_slack": Fault(field="slack", parameter="length", sizes=((0.0015, 0.004),)),
+    "actuator_lag": Fault(field="lag", parameter="time_constant", sizes=((0.015, 0.04),)),
+    "load_cell_gain": Fault(field="cell_gain", parameter="scale", sizes=((0.7, 0.88), (1.15, 1.4))),
+    "load_cell_bias": Fault(
+        field="cell_bias", parameter="offset", sizes=((-0.8, -0.3), (0.3, 0.8))
+    ),
+}
+OF_MECHANISM: Mapping[str, Fault] = {
+    "joint_stiffness_error": Fault(field="stiffness", parameter="scale", sizes=((1.4, 2.2),)),
+    "joint_damping_error": Fault(field="damping", parameter="scale", sizes=((2.0, 4.0),)),
+    "joint_dry_friction": Fault(field="rubbing", parameter="fraction", sizes=((0.1, 0.25),)),
+}
+FAULTS = {**OF_SERVO, **OF_MECHANISM}
 ANY = -1  # An owner that is drawn
 Kind = tuple[str, int | None]
 """A fault and its owner; None for all servos, the whole mechanism, or nobody."""

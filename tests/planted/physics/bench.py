@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -55,34 +54,32 @@ def _slider(stiffness: float) -> Bench:
     )
 
 
-BENCHES: Mapping[str, Bench] = MappingProxyType(
-    {
-        "finger": Bench(
-            kind="finger",
-            mass=(0.012, 0.008),
-            length=(0.030, 0.025),
-            stiffness=(0.045, 0.030),
-            damping=(5e-4, 3e-4),
-            upper=(1.75, 1.40),
-            stop_stiffness=(30.0, 30.0),
-            stop_damping=(0.02, 0.004),
-            moment_arm=(0.0080, 0.0055),
-        ),
-        "spring_weak": _slider(200.0),
-        "spring_strong": _slider(800.0),
-        "pendulum": Bench(
-            kind="pendulum",
-            mass=(0.49, 0.0),
-            length=(0.10, 0.0),
-            stiffness=(0.0, 0.0),
-            damping=(PENDULUM_DAMPING, 0.0),
-            upper=(2.0 * np.pi, 0.0),  # without effect: no spring, no stops
-            stop_stiffness=(0.0, 0.0),
-            stop_damping=(0.0, 0.0),
-            moment_arm=(1.0, 0.0),
-        ),
-    }
-)
+BENCHES: Mapping[str, Bench] = {
+    "finger": Bench(
+        kind="finger",
+        mass=(0.012, 0.008),
+        length=(0.030, 0.025),
+        stiffness=(0.045, 0.030),
+        damping=(5e-4, 3e-4),
+        upper=(1.75, 1.40),
+        stop_stiffness=(30.0, 30.0),
+        stop_damping=(0.02, 0.004),
+        moment_arm=(0.0080, 0.0055),
+    ),
+    "spring_weak": _slider(200.0),
+    "spring_strong": _slider(800.0),
+    "pendulum": Bench(
+        kind="pendulum",
+        mass=(0.49, 0.0),
+        length=(0.10, 0.0),
+        stiffness=(0.0, 0.0),
+        damping=(PENDULUM_DAMPING, 0.0),
+        upper=(2.0 * np.pi, 0.0),  # without effect: no spring, no stops
+        stop_stiffness=(0.0, 0.0),
+        stop_damping=(0.0, 0.0),
+        moment_arm=(1.0, 0.0),
+    ),
+}
 
 
 def as_built(rng: np.random.Generator, share: float) -> Mapping[str, Bench]:
@@ -101,4 +98,4 @@ def as_built(rng: np.random.Generator, share: float) -> Mapping[str, Bench]:
             length=(bench.length[0] * off[2], bench.length[1] * off[3]),
             moment_arm=(arm[0], arm[1]),
         )
-    return MappingProxyType(built)
+    return built

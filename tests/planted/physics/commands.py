@@ -1,7 +1,6 @@
 """Commands: what the servo is asked to do, one row every 1/80 s."""
 
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +72,9 @@ def stairs(rng: np.random.Generator, rows: int) -> Array:
     return command
 
 
-COMMANDS: Mapping[str, Callable[[np.random.Generator, int], Array]] = MappingProxyType(
-    {"steps": steps, "sine": sine, "ramp": ramp, "stairs": stairs}
-)
+COMMANDS: Mapping[str, Callable[[np.random.Generator, int], Array]] = {
+    "steps": steps,
+    "sine": sine,
+    "ramp": ramp,
+    "stairs": stairs,
+}

@@ -1,7 +1,6 @@
 """What can be planted, and the servo and bench under it."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -26,15 +25,16 @@ __all__ = [
 VISCOUS_KNOWN = 1.5  # [N s/rad] of a servo whose friction the model knows
 COULOMB_KNOWN = 0.8  # [N]
 BRISTLES = (5e-6, 40e-6)  # [m] range of pre-sliding travels, drawn evenly in the logarithm
-MIX_OF: Mapping[str, str] = MappingProxyType({"backlash": "P"})
+MIX_OF: Mapping[str, str] = {"backlash": "P"}
 """Benches that a cause needs: a string under tension closes every play."""
 
-SIDES: Mapping[str, Mapping[str, Draw]] = MappingProxyType(
-    {"actuator": ACTUATOR, "transmission": TRANSMISSION, "mechanism": MECHANISM, "sensor": SENSOR}
-)
-EFFECTS: Mapping[str, Draw] = MappingProxyType(
-    {name: draw for side in SIDES.values() for name, draw in side.items()}
-)
+SIDES: Mapping[str, Mapping[str, Draw]] = {
+    "actuator": ACTUATOR,
+    "transmission": TRANSMISSION,
+    "mechanism": MECHANISM,
+    "sensor": SENSOR,
+}
+EFFECTS: Mapping[str, Draw] = {name: draw for side in SIDES.values() for name, draw in side.items()}
 
 
 def base_causes(

@@ -1,7 +1,6 @@
 """Causes between the command and the load cell, drawn by seed."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -88,41 +87,39 @@ def hysteresis(rng: np.random.Generator, size: float) -> Planted:
     return planted({"force": force, "travel": travel}, dahl=force, dahl_travel=travel)
 
 
-ACTUATOR: Mapping[str, Draw] = MappingProxyType(
-    {
-        # A servo 12 to 30 % too soft or too hard
-        "gain_error": off("scale", "gain_scale", 0.12, 0.30),
-        # A gain that falls or rises by 0.6 to 1.5 % a second
-        "gain_drift": either_way("rate", "gain_drift", 0.006, 0.015),
-        # A command 15 to 45 ms late
-        "command_delay": evenly("delay", "delay", 0.015, 0.045),
-        # A motor force with a time constant of 15 to 80 ms
-        "actuator_lag": evenly("time_constant", "lag", 0.015, 0.08),
-        # A servo that leaves errors of 0.06 to 0.25 rad
-        "deadband": evenly("width", "deadband", 0.06, 0.25),
-        "force_saturation": force_saturation,
-        "speed_limit": speed_limit,
-        # Dry friction of 0.7 to 1.5 N
-        "coulomb_friction": evenly("force", "coulomb", 0.7, 1.5),
-        "stribeck_friction": stribeck_friction,
-        # Viscous friction of 0.8 to 1.8 N s/rad
-        "viscous_friction": evenly("coefficient", "viscous", 0.8, 1.8),
-        # Dry friction of 8 to 20 % of the tension
-        "load_dependent_friction": evenly("coefficient", "load", 0.08, 0.20),
-        # Dry friction of 5 to 12 % of what motor and load press its teeth with
-        "gear_load_friction": evenly("coefficient", "gear_load", 0.05, 0.12),
-        "load_stribeck_friction": load_stribeck_friction,
-        # A gear that keeps 15 to 35 % of a load that turns it backwards
-        "holding_friction": evenly("share", "holding", 0.15, 0.35),
-        # A supply that gives way by 2 to 6 % per newton of motor force
-        "voltage_sag": evenly("sag", "sag", 0.02, 0.06),
-        "torque_fade": torque_fade,
-        "command_rate_limit": command_rate_limit,
-        "acceleration_limit": acceleration_limit,
-        # A servo that adds 2 to 5 % of its force to any demand
-        "starting_duty": evenly("duty", "starting_duty", 0.02, 0.05),
-        "overload_cut": overload_cut,
-        "asymmetric_friction": asymmetric_friction,
-        "hysteresis": hysteresis,
-    }
-)
+ACTUATOR: Mapping[str, Draw] = {
+    # A servo 12 to 30 % too soft or too hard
+    "gain_error": off("scale", "gain_scale", 0.12, 0.30),
+    # A gain that falls or rises by 0.6 to 1.5 % a second
+    "gain_drift": either_way("rate", "gain_drift", 0.006, 0.015),
+    # A command 15 to 45 ms late
+    "command_delay": evenly("delay", "delay", 0.015, 0.045),
+    # A motor force with a time constant of 15 to 80 ms
+    "actuator_lag": evenly("time_constant", "lag", 0.015, 0.08),
+    # A servo that leaves errors of 0.06 to 0.25 rad
+    "deadband": evenly("width", "deadband", 0.06, 0.25),
+    "force_saturation": force_saturation,
+    "speed_limit": speed_limit,
+    # Dry friction of 0.7 to 1.5 N
+    "coulomb_friction": evenly("force", "coulomb", 0.7, 1.5),
+    "stribeck_friction": stribeck_friction,
+    # Viscous friction of 0.8 to 1.8 N s/rad
+    "viscous_friction": evenly("coefficient", "viscous", 0.8, 1.8),
+    # Dry friction of 8 to 20 % of the tension
+    "load_dependent_friction": evenly("coefficient", "load", 0.08, 0.20),
+    # Dry friction of 5 to 12 % of what motor and load press its teeth with
+    "gear_load_friction": evenly("coefficient", "gear_load", 0.05, 0.12),
+    "load_stribeck_friction": load_stribeck_friction,
+    # A gear that keeps 15 to 35 % of a load that turns it backwards
+    "holding_friction": evenly("share", "holding", 0.15, 0.35),
+    # A supply that gives way by 2 to 6 % per newton of motor force
+    "voltage_sag": evenly("sag", "sag", 0.02, 0.06),
+    "torque_fade": torque_fade,
+    "command_rate_limit": command_rate_limit,
+    "acceleration_limit": acceleration_limit,
+    # A servo that adds 2 to 5 % of its force to any demand
+    "starting_duty": evenly("duty", "starting_duty", 0.02, 0.05),
+    "overload_cut": overload_cut,
+    "asymmetric_friction": asymmetric_friction,
+    "hysteresis": hysteresis,
+}

@@ -1,7 +1,6 @@
 """Causes that no effect of the catalogue describes: naming one for them is an error."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -48,33 +47,29 @@ def swinging_mount(rng: np.random.Generator, size: float) -> Planted:
     )
 
 
-OUTSIDE: Mapping[str, Draw] = MappingProxyType(
-    {
-        "periodic_cogging": periodic_cogging,
-        # A servo that hears its command in steps of 0.1 to 0.25 rad
-        "command_quantisation": evenly("lsb", "command_step", 0.1, 0.25),
-        "hand_knocks": hand_knocks,
-        # A gain that wanders by 8 to 15 % about its right value
-        "wandering_gain": evenly("deviation", "gain_wander", 0.08, 0.15),
-        # Dry friction that comes and goes, 1.2 to 2 N at its most
-        "swaying_friction": evenly("greatest", "friction_sway", 1.2, 2.0),
-        # A log in which angle and speed repeat themselves for 0.1 to 0.5 s, about once a second
-        "stuck_encoder": evenly("per_second", "stuck_rate", 0.6, 1.2),
-        "dead_spot": dead_spot,
-        # Commands that take effect at once or up to 60 to 120 ms late, each its own time
-        "command_jitter": evenly("greatest", "jitter", 0.06, 0.12),
-        "swinging_mount": swinging_mount,
-    }
-)
+OUTSIDE: Mapping[str, Draw] = {
+    "periodic_cogging": periodic_cogging,
+    # A servo that hears its command in steps of 0.1 to 0.25 rad
+    "command_quantisation": evenly("lsb", "command_step", 0.1, 0.25),
+    "hand_knocks": hand_knocks,
+    # A gain that wanders by 8 to 15 % about its right value
+    "wandering_gain": evenly("deviation", "gain_wander", 0.08, 0.15),
+    # Dry friction that comes and goes, 1.2 to 2 N at its most
+    "swaying_friction": evenly("greatest", "friction_sway", 1.2, 2.0),
+    # A log in which angle and speed repeat themselves for 0.1 to 0.5 s, about once a second
+    "stuck_encoder": evenly("per_second", "stuck_rate", 0.6, 1.2),
+    "dead_spot": dead_spot,
+    # Commands that take effect at once or up to 60 to 120 ms late, each its own time
+    "command_jitter": evenly("greatest", "jitter", 0.06, 0.12),
+    "swinging_mount": swinging_mount,
+}
 
-NEAR: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        # its mean is a dry friction, and only how it changes is beyond the catalogue
-        "swaying_friction": ("coulomb_friction", "stribeck_friction", "load_dependent_friction"),
-        # its mean is a delay; commands in a queue come smeared, as through a lag
-        "command_jitter": ("command_delay", "actuator_lag"),
-        # pulled slowly it is a tendon that stretches, and all that looks like one
-        "swinging_mount": ("tendon_compliance", "spool_radius_error", "joint_stiffness_error"),
-    }
-)
+NEAR: Mapping[str, tuple[str, ...]] = {
+    # its mean is a dry friction, and only how it changes is beyond the catalogue
+    "swaying_friction": ("coulomb_friction", "stribeck_friction", "load_dependent_friction"),
+    # its mean is a delay; commands in a queue come smeared, as through a lag
+    "command_jitter": ("command_delay", "actuator_lag"),
+    # pulled slowly it is a tendon that stretches, and all that looks like one
+    "swinging_mount": ("tendon_compliance", "spool_radius_error", "joint_stiffness_error"),
+}
 """Effects that imitate a cause so well that naming them is no mistake; for all others none."""

@@ -1,7 +1,6 @@
 """Causes in the sensors, drawn by seed."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -18,20 +17,18 @@ def sample_period_error(rng: np.random.Generator, size: float) -> Planted:
     return single("scale", "period_scale", 1.0 + away / PLANT_STEPS)
 
 
-SENSOR: Mapping[str, Draw] = MappingProxyType(
-    {
-        # An encoder's zero 0.03 to 0.15 rad off, either way
-        "position_offset": either_way("angle", "offset", 0.03, 0.15),
-        # A load cell 0.2 to 1 N off, either way
-        "load_cell_bias": either_way("offset", "cell_bias", 0.2, 1.0),
-        # A load cell that says 5 to 20 % too little or too much
-        "load_cell_gain": off("scale", "cell_gain", 0.05, 0.20),
-        # A load cell that drifts by 15 to 60 mN a second, either way
-        "load_cell_drift": either_way("rate", "cell_drift", 0.015, 0.06),
-        # A load cell with a time constant of 15 to 70 ms
-        "load_cell_lag": evenly("time_constant", "cell_lag", 0.015, 0.07),
-        # A load cell whose clock is 20 to 110 ms late
-        "load_cell_delay": evenly("delay", "cell_delay", 0.02, 0.11),
-        "sample_period_error": sample_period_error,
-    }
-)
+SENSOR: Mapping[str, Draw] = {
+    # An encoder's zero 0.03 to 0.15 rad off, either way
+    "position_offset": either_way("angle", "offset", 0.03, 0.15),
+    # A load cell 0.2 to 1 N off, either way
+    "load_cell_bias": either_way("offset", "cell_bias", 0.2, 1.0),
+    # A load cell that says 5 to 20 % too little or too much
+    "load_cell_gain": off("scale", "cell_gain", 0.05, 0.20),
+    # A load cell that drifts by 15 to 60 mN a second, either way
+    "load_cell_drift": either_way("rate", "cell_drift", 0.015, 0.06),
+    # A load cell with a time constant of 15 to 70 ms
+    "load_cell_lag": evenly("time_constant", "cell_lag", 0.015, 0.07),
+    # A load cell whose clock is 20 to 110 ms late
+    "load_cell_delay": evenly("delay", "cell_delay", 0.02, 0.11),
+    "sample_period_error": sample_period_error,
+}

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 
@@ -19,9 +18,9 @@ FRICTIONS = ("viscous", "coulomb", "load")
 class Planted:
     """One hidden cause."""
 
-    parameters: Values = field(default_factory=lambda: MappingProxyType({}))
+    parameters: Values = field(default_factory=dict)
     """Parameters of the effect in its own words and units."""
-    causes: Values = field(default_factory=lambda: MappingProxyType({}))
+    causes: Values = field(default_factory=dict)
     """The fields of ``Causes`` that it changes."""
 
     def built_on(self, base: Causes) -> Causes:
@@ -32,7 +31,7 @@ class Planted:
 
 def planted(parameters: Values, **causes: float) -> Planted:
     """Build a cause from the effect's parameters and the plant's fields."""
-    return Planted(parameters=MappingProxyType(dict(parameters)), causes=MappingProxyType(causes))
+    return Planted(parameters=dict(parameters), causes=causes)
 
 
 def single(parameter: str, cause: str, value: float) -> Planted:
