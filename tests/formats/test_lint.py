@@ -166,6 +166,16 @@ def test_a_shaft_that_rests_under_a_moving_goal_is_noted() -> None:
     assert "from t = 4.00 s" in finding.evidence
 
 
+def test_a_shaft_that_hears_late_does_not_rest_under_a_moving_goal() -> None:
+    """A second at rest, a step, and 40 ms until the shaft moves: the delay held it, no friction."""
+    goal, theta = (np.where(TIME < 1.0 + late, 0.0, 0.5)[:, None] for late in (0.0, 0.04))
+    swing = np.where(TIME < 2.0, 0.0, np.sin(3.0 * (TIME - 2.0)))[:, None]
+    found = lint_recording(
+        log(command=goal + swing, motor_position=theta + swing, motor_velocity=swing)
+    )
+    assert not [finding for finding in found if finding.channel == "theta"]
+
+
 def test_a_scattering_supply_is_found(rng: np.random.Generator) -> None:
     """Row-to-row scatter of 0.5 V is found; a slow sag of 1 V is not scatter."""
     noisy = 7.3 + 0.5 * rng.standard_normal(ROWS)

@@ -187,9 +187,12 @@ def resting_position(recording: Recording) -> Iterator[Finding]:
     for column, place in tendon_places(recording, "theta"):
         theta, goal = recording.motor_position[:, place], recording.command[:, place]
         first, last = longest_rest(recording.time, theta)
-        span = float(np.ptp(goal[first:last]))
         lasting = float(recording.time[last - 1] - recording.time[first])
-        if lasting > STUCK_LIMIT and span > MOTION_LIMIT and recording.enabled[first:last].all():
+        if lasting <= STUCK_LIMIT or not recording.enabled[first:last].all():
+            continue
+        # what the goal does at the end of a rest, a servo that hears late has not followed yet
+        late = int(np.searchsorted(recording.time, recording.time[last - 1] - STUCK_LIMIT))
+        if (span := float(np.ptp(goal[first : late + 1]))) > MOTION_LIMIT:
             yield Examined(recording.name, column).note(
                 f"rests for {lasting:.2f} s from t = {recording.time[first]:.2f} s while "
                 f"theta_d moves by {span:.2f} rad",

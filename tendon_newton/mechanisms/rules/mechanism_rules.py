@@ -87,7 +87,8 @@ def _check_arms(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
 
 
 def _check_tip(mechanism: Mechanism) -> Iterator[AssetFinding]:
-    if mechanism.tip is None and "prismatic" not in mechanism.joint_kinds:
+    pulled = not mechanism.tendons[0].direct and "prismatic" not in mechanism.joint_kinds
+    if pulled and mechanism.tip is None:
         yield about(STAGE, "tip").found(
             "note",
             "a finger has a tip; there is no site named tip, so that recordings cannot be "
