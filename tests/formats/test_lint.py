@@ -168,7 +168,7 @@ def test_a_shaft_that_rests_under_a_moving_goal_is_noted() -> None:
 
 def test_a_shaft_that_hears_late_does_not_rest_under_a_moving_goal() -> None:
     """A second at rest, a step, and 40 ms until the shaft moves: the delay held it, no friction."""
-    goal, theta = (np.where(TIME < 1.0 + late, 0.0, 0.5)[:, None] for late in (0.0, 0.04))
+    goal, theta = (0.5 * np.heaviside(TIME - begin, 1.0)[:, None] for begin in (1.0, 1.04))
     swing = np.where(TIME < 2.0, 0.0, np.sin(3.0 * (TIME - 2.0)))[:, None]
     found = lint_recording(
         log(command=goal + swing, motor_position=theta + swing, motor_velocity=swing)

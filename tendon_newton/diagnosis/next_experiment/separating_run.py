@@ -37,7 +37,7 @@ def separating_run(
     best = max(found, key=lambda expected: expected.told.names)
     sentence = (
         f"record {duration:.0f} s of {best.plan.excitation.replace('_', ' ')} on bench "
-        f"{best.plan.place}: {best.told.names:.1f} of {forecast.entropy:.1f} bits about whether "
-        f"{' or '.join(names)} is there are expected"
+        f"{best.plan.place}: of {forecast.entropy:.1f} bits that tell {' from '.join(names)}, "
+        f"{best.told.names:.1f} are expected"
     )
     return sentence if best.told.names >= LITTLE else f"{NO_RUN}; the best is to {sentence}"

@@ -18,7 +18,7 @@ from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.diagnosis.reporting.report_captions import captions
 from tendon_newton.diagnosis.reporting.report_causes import cause_rows, errors_text, rival_rows
 from tendon_newton.diagnosis.reporting.report_doubts import doubts
-from tendon_newton.diagnosis.reporting.report_figures import SIGNALS, Panels, short
+from tendon_newton.diagnosis.reporting.report_figures import SIGNALS, Panels, full_name
 from tendon_newton.diagnosis.reporting.report_finger import moving_fingers
 from tendon_newton.diagnosis.reporting.report_tables import (
     detail_rows,
@@ -118,7 +118,7 @@ def pictures(
         "fingers": moving_fingers(evidence, diagnosis.model, windows, found=found),
         "windows": [
             {
-                "title": f"{short(w.comparison.recording.name)}, {w.start:.1f} to "
+                "title": f"{full_name(w.comparison.recording.name)}, {w.start:.1f} to "
                 f"{min(w.start + WINDOW, w.comparison.time[-1]):.1f} s",
                 "panels": [
                     panels.window(f"window{k}-{signal}", w, signal)
@@ -128,7 +128,7 @@ def pictures(
             }
             for k, w in enumerate(windows)
         ],
-        "residual_title": short(worst.recording.name),
+        "residual_title": full_name(worst.recording.name),
         "traces": [
             panels.residual_trace(f"trace-{s}", worst, s)
             for s in panels.signals

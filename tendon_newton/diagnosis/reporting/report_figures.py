@@ -292,13 +292,15 @@ def bracket(axes: Any, rows: list[int], x: float) -> None:
         axes.plot([x - 2.5, x], [row, row], color=INK, linewidth=1.2)
 
 
-def short(name: str) -> str:
-    """Return a recording's name without its ending, no longer than an axis can hold.
-
-    The servo that stands behind the name, where there are several, stays.
-    """
+def full_name(name: str) -> str:
+    """Return a recording's name without its ending, with its servo where there are several."""
     file, comma, servo = name.rsplit("/", 1)[-1].partition(", ")
-    stem = file.rsplit(".", 1)[0].replace("_", " ") + comma + servo
+    return file.rsplit(".", 1)[0].replace("_", " ") + comma + servo
+
+
+def short(name: str) -> str:
+    """Return a recording's name, no longer than an axis can hold."""
+    stem = full_name(name)
     return stem if len(stem) <= 22 else f"{stem[:10]}…{stem[-11:]}"
 
 

@@ -13,7 +13,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.held_out import WINDOW, Window
-from tendon_newton.diagnosis.reporting.report_figures import short
+from tendon_newton.diagnosis.reporting.report_figures import full_name
 from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
@@ -62,7 +62,8 @@ def fingers_of(
     everything = [np.concatenate([p for bones in frames for p in bones]) for *_, frames in motions]
     room = box(np.concatenate(everything if tip is None else [*everything, tip]))
     return {
-        "title": f"{short(recording.name)}, {window.start:.1f} to {window.start + WINDOW:.1f} s",
+        "title": f"{full_name(recording.name)}, {window.start:.1f} to "
+        f"{window.start + WINDOW:.1f} s",
         "seen": tip is not None,
         "pictures": [
             {"title": title, "svg": picture(title, style, frames, tip, room)}

@@ -34,7 +34,7 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
                 "value": f"{percent(diagnosis.explained_fraction)} %",
                 "note": f"95 % interval above {percent(min(low, 0.999))} %"
                 if high > NEARLY_ALL
-                else f"95 % interval {percent(low)} to {percent(high)} %",
+                else f"95 % interval {percent(low, high)} to {percent(high)} %",
             }
         )
     signals = [
@@ -64,11 +64,11 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
     return items
 
 
-def percent(share: float) -> str:
-    """Return a share in per cent, finer where it is nearly all."""
+def percent(share: float, beside: float = 0.0) -> str:
+    """Return a share in per cent, finer where it or what stands beside it is nearly all."""
     if share > NEARLY_ALL:
         return "> 99.9" if share < 1.0 else "100"
-    decimals = 1 if share > 0.95 else 0
+    decimals = 1 if max(share, beside) > 0.95 else 0
     return f"{100.0 * share:.{decimals}f}".replace("-", "−")
 
 

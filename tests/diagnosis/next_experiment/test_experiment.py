@@ -122,7 +122,7 @@ def test_what_predicts_the_same_everywhere_is_not_promised_a_run(tmp_path: Path)
         question, _ = read_open_sets(tmp_path)
         text = separating_run(question, settings, ("a", "b"), duration=4.0)
         assert text.startswith(words)
-        assert "of 1.0 bits about whether a or b is there are expected" in text
+        assert "of 1.0 bits that tell a from b, " in text
     assert "on bench finger" in text
 
 
