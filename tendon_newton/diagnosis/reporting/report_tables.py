@@ -1,10 +1,11 @@
 """The tables and key numbers of a report."""
 
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 
 import numpy as np
 
+from tendon_newton import __version__
 from tendon_newton.data.checks.finding import SEVERITIES, Finding
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
@@ -18,7 +19,7 @@ from tendon_newton.diagnosis.result import Diagnosis
 NEARLY_ALL = 0.9995  # Shares above round to 100.0 %
 AT_REST = 0.02  # Share of the greatest speed up to which a servo is at rest [1]
 SLACK = 5.0  # Noise floors of force up to which a string that never pushes is slack [1]
-PACKAGES = ("tendon-newton", "newton", "warp-lang", "numpy")
+PACKAGES = ("newton", "warp-lang", "numpy")
 
 
 def key_numbers(diagnosis: Diagnosis) -> list[Row]:
@@ -189,7 +190,7 @@ def detail_rows(
     """Return the numbers for the curious."""
     pair = (diagnosis.baseline, diagnosis.extended) if diagnosis.effects else (diagnosis.baseline,)
     mean = " → ".join(number(1e3 * errors.theta_mae) for errors in pair)
-    packages = [f"{name} {found}" for name in PACKAGES if (found := installed(name))]
+    packages = [f"{name} {version(name)}" for name in PACKAGES]
     rows = [
         ("verdict", diagnosis.verdict.replace("_", " ")),
         ("effects tried", str(len(diagnosis.candidates))),
@@ -198,17 +199,9 @@ def detail_rows(
         ("recordings to learn from", ", ".join(r.name for r in evidence.train.wholes)),
         ("recordings held out", ", ".join(r.name for r in evidence.test.wholes)),
         ("wall time", f"{diagnosis.wall_time_s:.0f} s"),
-        ("versions", ", ".join(packages)),
+        ("versions", ", ".join([f"tendon-newton {__version__}", *packages])),
     ]
     for name, estimate in diagnosis.fitted.items():
         value, interval = estimate_text(diagnosis.model.actuator.name, name, estimate)
         rows.append((f"fitted {name.replace('_', ' ')}", f"{value}, 95 % interval {interval}"))
     return rows if command is None else [*rows, ("command", command)]
-
-
-def installed(package: str) -> str | None:
-    """Return a package's version; None where it runs without being installed."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
