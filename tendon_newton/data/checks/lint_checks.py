@@ -191,8 +191,8 @@ def resting_position(recording: Recording) -> Iterator[Finding]:
         if lasting <= STUCK_LIMIT or not recording.enabled[first:last].all():
             continue
         # what the goal does at the end of a rest, a servo that hears late has not followed yet
-        late = int(np.searchsorted(recording.time, recording.time[last - 1] - STUCK_LIMIT))
-        if (span := float(np.ptp(goal[first : late + 1]))) > MOTION_LIMIT:
+        late = np.count_nonzero(recording.time <= recording.time[last - 1] - STUCK_LIMIT)
+        if (span := float(np.ptp(goal[first:late]))) > MOTION_LIMIT:
             yield Examined(recording.name, column).note(
                 f"rests for {lasting:.2f} s from t = {recording.time[first]:.2f} s while "
                 f"theta_d moves by {span:.2f} rad",
