@@ -82,7 +82,7 @@ class ScriptedBench:
                 continue
             number, age, true = said
             self._place = place if true else self._place
-            text = b"B,%d,%d,%d,%d,%d" % (number, round(1e6 * age), *self._place)
+            text = b"B,%d,%d,%d,%d,%d,0,0,0,1000000" % (number, round(1e6 * age), *self._place)
             pieces.append((arrived, text + b"*%02X\n" % crc8(text)))
         return pieces
 

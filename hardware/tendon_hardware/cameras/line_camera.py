@@ -1,8 +1,9 @@
 r"""What any camera tells, and one whose program sends a line for each frame with a ball.
 
-``B,<sequence>,<age_us>,<x_um>,<y_um>,<z_um>*<CRC>\n``: decimal numbers, the last three signed, and
-two hexadecimal digits of a load cell's CRC-8 over all that stands before the star. The age says how
-long before the line its frame was exposed. Lines come over a serial port or a pseudo-terminal.
+``B,<sequence>,<age_us>,<x_um>,<y_um>,<z_um>,<qx>,<qy>,<qz>,<qw>*<CRC>\n``: decimal numbers, the
+last seven signed, and two hexadecimal digits of a load cell's CRC-8 over all that stands before the
+star. The age says how long before the line its frame was exposed. The quaternion, in millionths,
+says from marks on the ball how it is turned. Lines come over a serial port or a pseudo-terminal.
 """
 
 import re
@@ -24,6 +25,8 @@ class Sighting:
     exposed: float  # Middle of the exposure on the bench's clock [s]
     arrived: float  # When this program could know [s], after `exposed`
     place: Place
+    # Quaternion (x, y, z, w) from the ball's axes to those of the hand's base, of any length
+    turn: tuple[float, float, float, float]
 
 
 class Camera(Protocol):
@@ -52,8 +55,8 @@ class Camera(Protocol):
         ...
 
 
-LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8}),(-?\d{1,7}),(-?\d{1,7}),(-?\d{1,7})\*([0-9A-Fa-f]{2})")
-BAUD = 115_200  # Rate of the port [1/s]; 30 lines of 60 bytes are an eighth of it
+LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8})" + 7 * rb",(-?\d{1,7})" + rb"\*([0-9A-Fa-f]{2})")
+BAUD = 115_200  # Rate of the port [1/s]; 30 lines of 90 bytes are a quarter of it
 GAP_MAX = 300
 """Frames that may be missing between two lines [1]: ten seconds of a ball that nobody saw."""
 
@@ -119,12 +122,13 @@ class LineCamera:
 def read_line(line: bytes, arrived: float) -> Sighting | None:
     """Read a line without its end; ``None`` unless all of it is as it was sent."""
     match = LINE.fullmatch(line)
-    if match is None or int(match[6], 16) != crc8(line[: match.start(6) - 1]):
+    if match is None or int(match[10], 16) != crc8(line[: match.start(10) - 1]):
         return None
-    x, y, z = (1e-6 * int(match[group]) for group in (3, 4, 5))
+    x, y, z, *turn = (1e-6 * int(match[group]) for group in range(3, 10))
     return Sighting(
         sequence=int(match[1]),
         exposed=arrived - 1e-6 * int(match[2]),
         arrived=arrived,
         place=(x, y, z),
+        turn=(turn[0], turn[1], turn[2], turn[3]),
     )

@@ -12,6 +12,7 @@ from tendon_hardware.servos.base import ServoState
 from tendon_newton.data.cards.policy_observation import (
     ObservationHistory,
     applied_action,
+    behind_now,
     motor_command,
 )
 
@@ -23,7 +24,7 @@ class PilotStep:
     """Action that a pilot wants now, and the sample behind it."""
 
     # Positions [rad], velocities [rad/s], both last actions [rad], the goal [rad, or rad/s of a
-    # policy that turns] and what is seen of a ball [m], as float32
+    # policy that turns] and what is seen of a ball [rad, m], as float32
     sample: tuple[float, ...]
     output: tuple[float, ...]  # Output for each servo before any cut [rad], maybe no number
     action: tuple[float, ...]  # Outputs within the clip [rad]; zero where the output is no number
@@ -47,9 +48,15 @@ class Pilot(Protocol):
 
 
 class PolicyPilot:
-    """Lets a policy decide, as in training; one that turns a ball is given where it is [m]."""
+    """Lets a policy decide, as in training.
 
-    def __init__(self, policy: Policy, see: Callable[[], tuple[float, ...]] = lambda: ()) -> None:
+    Args:
+        see: Gives what is seen of a ball for a commanded rate [rad/s].
+    """
+
+    def __init__(
+        self, policy: Policy, see: Callable[[float], tuple[float, ...]] = lambda rate: ()
+    ) -> None:
         card = policy.card
         self._policy = policy
         self._clip = card.action_clip
@@ -69,7 +76,7 @@ class PolicyPilot:
             [state.position for state in states],
             [state.velocity for state in states],
             [goal],
-            self._see(),
+            self._see(goal),
         )
         output = self._policy(observation)
         action = tuple(
@@ -128,6 +135,11 @@ class Eye(Protocol):
         ...
 
     @property
+    def turned(self) -> float:
+        """Turn about the task's axis that was seen [rad]."""
+        ...
+
+    @property
     def lost(self) -> bool:
         """Whether the ball is out of its cup, or nowhere to be seen."""
         ...
@@ -160,7 +172,16 @@ class BallPilot:
             self._inner.apply(step)
 
     def _fresh(self) -> PolicyPilot:
-        return PolicyPilot(self._policy, lambda: self._eye.place)
+        self._behind, self._turned = np.float32(0.0), self._eye.turned
+        return PolicyPilot(self._policy, self._see)
+
+    def _see(self, rate: float) -> tuple[float, ...]:
+        """Return how far the ball is behind [rad] now, and where it is [m]."""
+        turned, before = self._eye.turned, self._turned
+        asked = np.float32(rate / self._policy.card.rate)
+        self._behind = behind_now(self._behind, asked, np.float32(turned - before))
+        self._turned = turned
+        return (float(self._behind), *self._eye.place)
 
     def _open(self, states: Sequence[ServoState], goal: float) -> PilotStep:
         """Let all strings out."""
@@ -171,7 +192,7 @@ class BallPilot:
         none = (0.0,) * len(states)
         velocities = tuple(state.velocity for state in states)
         return PilotStep(
-            sample=(*positions, *velocities, *none, *none, goal, *self._eye.place),
+            sample=(*positions, *velocities, *none, *none, goal, 0.0, *self._eye.place),
             output=none,
             action=offsets,
             command=self._homes,

@@ -1,7 +1,7 @@
 """Where the ball in a hand is while a policy turns it, and what happens when it leaves its cup."""
 
 from collections import deque
-from math import dist
+from math import atan2, dist
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from tendon_hardware.cameras.line_camera import Camera, Place, Sighting
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.errors import BallNotSeen
 from tendon_hardware.logs.session_log import SessionLog
-from tendon_newton.data.cards.turning_task import TurningTask
+from tendon_newton.data.cards.turning_task import TurningTask, half_turn
 
 FIRST_LOOK = 1.0
 """Time in which a camera looks at the ball in its cup before a run [s]: its noise averages out."""
@@ -38,13 +38,14 @@ class BallWatch:
             )
         self._bench, self._operator = bench, operator
         self._camera: Camera = bench.camera
-        self._distance = task.drop_distance
+        self._distance, self._axis = task.drop_distance, np.array(task.axis)
         self._start: Place = (0.0, 0.0, 0.0)
         self._noisy = True
         self._seen: deque[Sighting] = deque(maxlen=AGREEING)
         self._since: float | None = None
         self._inside = 0.0
         self._put_back = False
+        self.turned = 0.0  # Turn about the task's axis that the camera has seen [rad]
         self.drops = 0  # Times that the ball has left its cup
 
     @property
@@ -88,6 +89,8 @@ class BallWatch:
         for sighting in self._camera.drain():
             frozen = self._noisy and sighting.place == self._seen[-1].place
             if not frozen and now - sighting.exposed <= BLIND:
+                before, after = np.array([self._seen[-1].turn, sighting.turn])
+                self.turned += 2.0 * atan2(*half_turn(before, after, self._axis))
                 self._seen.append(sighting)
             if log is not None:
                 log.ball(sighting.exposed, sighting.arrived, *self._away(sighting))

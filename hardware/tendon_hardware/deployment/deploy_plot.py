@@ -65,8 +65,8 @@ def logged_lines(path: Path) -> tuple[list[PanelLine], list[PanelLine], list[Pan
             if topic == STEP_TOPIC and (place := goal_place(len(message.data))) is not None:
                 goals.append((seconds, np.degrees(message.data[place])))
                 seen = message.data[place + 1 : len(message.data) - 3 * (place // 4) - 1]
-                if len(seen) == len(AXES):
-                    balls.append((seconds, *(1e3 * value for value in seen)))
+                if len(seen) > len(AXES):
+                    balls.append((seconds, *(1e3 * value for value in seen[-len(AXES) :])))
             elif topic == TIMING_TOPIC and len(message.data) == len(TIMING_FIELDS):
                 timing.append((seconds, 1e3 * message.data[1], 1e3 * message.data[2]))
     time, alpha = columns(goals, 2)

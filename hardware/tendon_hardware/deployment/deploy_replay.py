@@ -43,7 +43,7 @@ def replay_log(policy: Policy, path: Path) -> ReplayReport:
         InvalidRecording: The file holds no policy steps.
     """
     seen: tuple[float, ...] = ()
-    pilot = PolicyPilot(policy, lambda: seen)
+    pilot = PolicyPilot(policy, lambda rate: seen)
     steps = broken = 0
     difference = worst = start = 0.0
     for logged in read_steps(path):

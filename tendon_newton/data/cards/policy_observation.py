@@ -4,10 +4,11 @@ A sample holds, in this order, the motor position and velocity, the action last 
 before it, and the goal angle. With several servos each of the first four stands once per servo, in
 the order of the asset's tendons: `(theta_0, theta_1, theta_dot_0, theta_dot_1, ..., alpha)`. An
 observation is the latest samples, oldest first, one behind the other: `(sample 0, sample 1, ...)`.
-A policy that turns a ball sees the commanded rate in place of the goal angle. Behind it stands
-where a camera sees the ball's middle, in the axes of the base and from where the ball was at first:
-`(..., rate, ball_x, ball_y, ball_z)`. Everything is float32 in SI units, and normalisation is the
-policy's own business: it stands inside its file.
+A policy that turns a ball sees the commanded rate in place of the goal angle. Behind it stand how
+far the ball is behind a turn at that rate, by :func:`behind_now`, and where a camera sees the
+ball's middle, in the axes of the base and from where the ball was at first:
+`(..., rate, behind, ball_x, ball_y, ball_z)`. Everything is float32 in SI units, and normalisation
+is the policy's own business: it stands inside its file.
 
 One policy step, at instant k with the motor at position :math:`\theta_k`:
 
@@ -45,7 +46,13 @@ Task = Literal["tip", "turn"]
 """What a policy is for: its finger's tip goes to a goal, or its hand turns a ball."""
 GOALS: dict[Task, tuple[tuple[str, str], ...]] = {
     "tip": SAMPLE[-1:],
-    "turn": (("rate", "rad/s"), ("ball_x", "m"), ("ball_y", "m"), ("ball_z", "m")),
+    "turn": (
+        ("rate", "rad/s"),
+        ("behind", "rad"),
+        ("ball_x", "m"),
+        ("ball_y", "m"),
+        ("ball_z", "m"),
+    ),
 }
 """Name and unit of what a sample holds behind the servos' numbers: a goal, then what is seen."""
 HISTORY = 30  # Samples in an observation, as the paper has them
@@ -53,6 +60,9 @@ RATE = 20.0  # Policy steps per second [Hz]
 SERVO_RATE = 80.0  # Readings of the servo per second [Hz]
 
 COMMAND_SPEED = 80.0  # Greatest change of the command [rad/s]: four radians in a policy step
+FARTHEST_BEHIND = 1.0
+"""Turn by which a ball counts as behind or ahead at most [rad]: a hand that could not keep up for a
+minute does not make up for it in the next."""
 Values = TypeVar("Values", bound=Any)  # NumPy arrays and torch tensors alike
 
 
@@ -72,6 +82,17 @@ def applied_action(output: Values, clip: float) -> Values:
         clip: Greatest offset either way [rad].
     """
     return output.clip(-clip, clip)
+
+
+def behind_now(behind: Values, asked: Values, turned: Values) -> Values:
+    """Return how far a ball is behind a turn at the commanded rate [rad], ahead below zero.
+
+    Args:
+        behind: The same one policy step ago; zero at first [rad].
+        asked: Turn that the commanded rate asks for in a policy step [rad].
+        turned: Turn that the camera has seen since then [rad].
+    """
+    return (behind + asked - turned).clip(-FARTHEST_BEHIND, FARTHEST_BEHIND)
 
 
 def motor_command(
@@ -158,7 +179,7 @@ class ObservationHistory:
             position: Motor angles [rad].
             velocity: Motor speeds [rad/s].
             goal: Goals of the task, angles [rad] or rates [rad/s], shape (W,).
-            seen: What a camera sees [m], shape (W, N), of a task that has it.
+            seen: What a camera tells, shape (W, N), of a task that has it.
         """
         samples = self._samples
         samples[:, :-1] = samples[:, 1:]

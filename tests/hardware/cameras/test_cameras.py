@@ -73,6 +73,8 @@ def test_the_virtual_camera_is_as_late_and_as_noisy_as_its_unit(seed: int) -> No
     assert late == pytest.approx([constants.camera_delay] * len(seen), abs=1e-6)
     places = np.array([sighting.place for sighting in seen])
     assert places.std(axis=0) == pytest.approx([constants.camera_noise] * 3, rel=0.2)
+    turns = np.array([sighting.turn for sighting in seen])  # half an angle on a ball of 50 mm
+    assert turns.std(axis=0) == pytest.approx([constants.camera_noise / 0.05] * 4, rel=0.2)
     ball = bench.state().ball
     assert places.mean(axis=0) == pytest.approx(ball[:3], abs=3e-4)  # 4 sigma of the mean
 
@@ -97,8 +99,10 @@ def line_of(text: bytes) -> bytes:
 
 
 def test_a_line_is_read_as_it_was_sent() -> None:
-    """Micrometres become metres, and the age goes back to the exposure."""
-    sighting = read_line(line_of(b"B,7,60000,-14000,5,-40000"), 2.0)
+    """Micrometres become metres, millionths a quaternion; the age goes back to the exposure."""
+    sighting = read_line(line_of(b"B,7,60000,-14000,5,-40000,0,-600000,0,800000"), 2.0)
+    assert sighting is not None
+    assert sighting.turn == pytest.approx((0.0, -0.6, 0.0, 0.8))
     assert sighting.sequence == 7
     assert sighting.exposed == pytest.approx(1.94)
     assert sighting.place == pytest.approx((-0.014, 5e-6, -0.04))
@@ -107,11 +111,11 @@ def test_a_line_is_read_as_it_was_sent() -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        line_of(b"B,7,60000,-14000,5,-40000")[:-1] + b"0",
-        line_of(b"B,7,60000,-14000,5"),
+        line_of(b"B,7,60000,-14000,5,-40000,0,0,0,1000000")[:-1] + b"0",
+        line_of(b"B,7,60000,-14000,5,-40000"),
         line_of(b"L,7,60000,-14000"),
-        line_of(b"B,7,-1,1,2,3"),
-        line_of(b"B,7,1,1e3,2,3"),
+        line_of(b"B,7,-1,1,2,3,0,0,0,1000000"),
+        line_of(b"B,7,1,1e3,2,3,0,0,0,1000000"),
         b"",
     ],
 )

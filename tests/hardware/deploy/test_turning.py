@@ -1,6 +1,7 @@
 """A policy that turns a ball, on the virtual hand."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from tendon_hardware.deployment.deploy_log import read_steps
 from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from tendon_hardware.deployment.turning_report import log_figures, read_truth
 from tendon_hardware.errors import BallNotSeen, PolicyMismatch
+from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
@@ -112,7 +114,7 @@ def test_a_ball_is_turned_from_the_command_line(gait, tmp_path, capsys) -> None:
     assert np.nanmax(recording.force) > 2.0
     session = read_session(log)
     assert session["ball.drops"] == "0"
-    assert "rate, ball_x, ball_y, ball_z" in session["policy.step_fields"]
+    assert "rate, behind, ball_x, ball_y, ball_z" in session["policy.step_fields"]
     assert main(["deploy", "--policy", str(gait), "--replay", str(log)]) == 0
     assert "outputs differ by 0.00e+00 rad" in capsys.readouterr().out
     assert main(["plot", str(log)]) == 0
@@ -134,7 +136,43 @@ def test_a_policy_sees_the_latest_place_that_the_camera_told(policy, tmp_path) -
         # a line may come while servos are read, 8 ms of a tick
         newest = [place for arrived, place in told if arrived <= step.time][-1]
         assert step.goal == 1.0
-        assert step.seen in [tuple(np.float32(p).tolist()) for p in (*latest, newest)]
+        assert step.seen[1:] in [tuple(np.float32(p).tolist()) for p in (*latest, newest)]
+
+
+@dataclass
+class ScriptedEye:
+    """What a camera tells of a ball that a test turns."""
+
+    turned: float = 3.0
+    lost: bool = False
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def test_a_policy_knows_how_far_its_ball_is_behind(policy: Policy) -> None:
+    """Asked for 0.05 rad a step it turns 0.02: 1 rad at most, and nothing once it is put back."""
+    eye = ScriptedEye()
+    pilot = BallPilot(policy, eye)
+    still = [ServoState(time=0.0, position=0.0, velocity=0.0, current=0.0)] * FINGERS
+    behind = []
+    for _ in range(50):
+        eye.turned += 0.02
+        step = pilot.step(still, 1.0)
+        behind.append(step.sample[-4])
+        pilot.apply(step)
+    assert behind == pytest.approx(np.minimum(0.03 * np.arange(1, 51), 1.0), abs=1e-5)  # float32
+    eye.lost = True
+    pilot.step(still, 1.0)
+    eye.lost, eye.turned = False, 9.0
+    assert pilot.step(still, 1.0).sample[-4] == pytest.approx(0.05)
+
+
+def test_the_camera_follows_the_turn_of_the_ball(tmp_path: Path) -> None:
+    """Over 3 s, within three deviations of two frames' noise and a frame's delay."""
+    path = tmp_path / "run.mcap"
+    _, _, watch = turn(load_policy(Path("assets/policies/hand-turning.onnx")), path, 3.0)
+    (true,) = log_figures(path, TASK).turned
+    assert watch.turned == pytest.approx(true, abs=0.3)
+    assert true > 1.0
 
 
 def test_the_true_pose_stands_in_the_log(policy: Policy, tmp_path: Path) -> None:
@@ -205,7 +243,7 @@ def test_a_card_of_four_servos_has_as_many_ranges() -> None:
     """The made-up card is sound."""
     card = turning_card()
     assert card.servo_count == FINGERS
-    assert len(card.observation) == 4 * FINGERS + 4
+    assert len(card.observation) == 4 * FINGERS + 5
 
 
 def test_the_policy_that_comes_along_turns_a_ball_on_a_hand_that_it_never_met(

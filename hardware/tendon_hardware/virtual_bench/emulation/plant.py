@@ -30,6 +30,7 @@ from tendon_hardware.virtual_bench.physics.scene import Pose, Scene, Still
 from tendon_hardware.virtual_bench.physics.tendon import BenchTendon
 from tendon_hardware.virtual_bench.physics.unit import BenchUnit, LineConstants
 
+BALL_RADIUS = 0.025  # Of the ball whose marks the camera sees [m]
 FIELD = 0.08
 """Distance from the middle of the first frame within which the camera sees the ball [m]."""
 
@@ -37,8 +38,8 @@ FIELD = 0.08
 class BallCamera:
     """Finds a ball in each frame, with noise, and tells of it after a while.
 
-    A frame's line is ``B,<sequence>,<age_us>,<x_um>,<y_um>,<z_um>*<CRC>``: the age says how long
-    before the line the frame was exposed. A frame without a ball has no line.
+    A frame's line is that of `tendon_hardware.cameras.line_camera`. The marks on the ball are found
+    as well as its middle. A frame without a ball has no line.
     """
 
     def __init__(self, constants: HandBallConstants, rng: random.Random) -> None:
@@ -54,8 +55,8 @@ class BallCamera:
         """Time from a frame's exposure to its line [s]."""
         return self._constants.camera_delay
 
-    def take(self, place: Sequence[float], time: float) -> bytes:
-        """Look at the ball's middle [m]; return the line of a frame that was exposed now, if any.
+    def take(self, pose: Pose, time: float) -> bytes:
+        """Look at the ball, its place [m] and quaternion; return the line of a frame, if any.
 
         The line is on its way for `delay`.
         """
@@ -63,12 +64,15 @@ class BallCamera:
             return b""
         self._next += self._period
         self._sequence += 1
-        self._middle = self._middle or place
-        if dist(place, self._middle) > FIELD:
+        self._middle = self._middle or pose[:3]
+        if dist(pose[:3], self._middle) > FIELD:
             return b""
         noise = self._constants.camera_noise
-        seen = [round(1e6 * (value + noise * self._random.gauss(0.0, 1.0))) for value in place]
-        text = b"B,%d,%d,%d,%d,%d" % (self._sequence, round(1e6 * self.delay), *seen)
+        noises = 3 * (noise,) + 4 * (0.5 * noise / BALL_RADIUS,)  # half an angle is in a quaternion
+        seen = [
+            round(1e6 * (v + n * self._random.gauss())) for v, n in zip(pose, noises, strict=True)
+        ]
+        text = b"B,%d,%d,%d,%d,%d,%d,%d,%d,%d" % (self._sequence, round(1e6 * self.delay), *seen)
         return text + b"*%02X\n" % crc8(text)
 
 
@@ -258,7 +262,7 @@ class Plant:
             return b""
         ball = self.mechanism.ball()
         assert ball is not None
-        return self.camera.take(ball[:3], self.time)
+        return self.camera.take(ball, self.time)
 
     def put_ball_back(self) -> None:
         """Lay the ball where it starts, as a hand would; without a ball nothing happens."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from tendon_newton.errors import InvalidParameter
 
 RANGES = ("turn_rates", "camera_noise", "camera_delay")
-POSITIVE = ("drop_distance", "rate_window", "start_command")
+POSITIVE = ("drop_distance", "rate_window", "catch_up_time", "start_command")
 NOT_NEGATIVE = ("rate_weight", "place_weight", "drop_price", "size_spread")
 
 
@@ -22,8 +22,10 @@ class TurningConfig:
     """Greatest command at the start of an episode [rad], the smaller the likelier: fingers are open
     or just hold the ball."""
     rate_window: float = 1.0  # Time constant of the mean rate that is paid for [s].
+    catch_up_time: float = 1.0
+    """Time in which a ball that is behind or ahead shall be so no longer [s]."""
     rate_weight: float = 1.0
-    """Pay for the mean rate up to the commanded one [s/rad]; as much is taken off beyond."""
+    """Pay for the mean rate up to the one that is wanted [s/rad]; as much is taken off beyond."""
     place_weight: float = 20.0  # Price of the ball's distance from where it starts [1/m].
     drop_price: float = 10.0  # Price of a drop [1]; the episode ends there.
     size_spread: float = 0.02  # Most that a ball's radius differs, as a share of it [1].

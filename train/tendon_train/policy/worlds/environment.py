@@ -24,7 +24,7 @@ from tendon_train.policy.worlds.obstacle import with_obstacle
 from tendon_train.policy.worlds.randomisation import Randomiser, differences_of
 from tendon_train.policy.worlds.task import Task
 from tendon_train.policy.worlds.tip_goal import TipGoal
-from tendon_train.policy.worlds.turning import Turning
+from tendon_train.policy.worlds.turning import Turning, refuse_long_steps
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 PHASES = 4
@@ -83,6 +83,8 @@ class FingerEnvironment(VecEnv):
         self.mechanism = with_obstacle(load_mechanism(config.finger), config.obstacle)
         self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
         self.force = open_force_model(config.force, self.mechanism)
+        if config.task == "turn":
+            refuse_long_steps(config.max_step, self.force.model)
         differences = differences_of(config, self.force.model)
         drawn = differences or config.obstacle != "none" or config.task != "tip"
         if simulator is not None and drawn:

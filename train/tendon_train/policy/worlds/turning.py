@@ -1,10 +1,12 @@
 r"""The task of a hand that turns a ball in its palm about an axis.
 
-.. math:: r = w_r (\Omega - \lvert \Omega - \bar\omega \rvert) - w_p d - p\,[d > d_{drop}]
+.. math:: r = w_r (\Omega - \lvert \max(\Omega + b / T, 0) - \bar\omega \rvert)
+    - w_p d - p\,[d > d_{drop}]
     - \sum_i ( w_s \lvert a_t - a_{t-1} \rvert + w_v (\rho \dot\theta)^2 + w_e a_t^2 )
 
 with the commanded rate :math:`\Omega`, the mean rate :math:`\bar\omega` over the last second or so,
-and the distance :math:`d` of the ball's middle from where it starts.
+the turn :math:`b` by which the ball is seen behind, which is to be made up for in the time
+:math:`T`, and the distance :math:`d` of the ball's middle from where it starts.
 """
 
 from math import exp
@@ -13,7 +15,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from tendon_newton.data.cards.policy_observation import behind_now
 from tendon_newton.data.cards.turning_task import TurningTask, half_turn
+from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.obstacles import Sphere
@@ -24,6 +28,8 @@ from tendon_train.policy.worlds.task import TaskOutcome, with_work
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 AXIS = (0.0, 1.0, 0.0)  # Across the palm in the base frame; closing fingers turn the ball about it
+LONGEST_STEP = 1.0e-3
+"""Longest step with strings that stretch [s]: at 2.5 ms balls turn up to seven times as far."""
 LIFT = 1.5
 """By how much more than its radius a greater ball stands higher in its cup [1]: it rests on beads
 that stand beside its middle."""
@@ -44,6 +50,20 @@ def ball_of(mechanism: Mechanism) -> int:
     )
 
 
+def refuse_long_steps(max_step: float, model: Model) -> None:
+    """Refuse steps of a simulation [s] in which strings that stretch turn a ball of themselves.
+
+    Raises:
+        InvalidParameter: The model's strings stretch, and steps are longer than is right.
+    """
+    stretches = any(effect.name == "tendon_compliance" for effect in model.effects)
+    if stretches and max_step > LONGEST_STEP:
+        raise InvalidParameter(
+            f"max_step must be {LONGEST_STEP:g} s at most where strings stretch, else balls turn "
+            f"several times as far as they would; it is {max_step:g}"
+        )
+
+
 class Turning:
     """Balls that differ, commanded rates, and what a hand is paid for.
 
@@ -62,7 +82,10 @@ class Turning:
         self.goal = torch.zeros(worlds, device=device)  # Commanded rates [rad/s], shape (W,)
         # Mean rates of the balls [rad/s], shape (W,)
         self.rate = torch.zeros(worlds, device=device)
-        self._camera = SimulatedCamera(own, worlds, draws)
+        # Turns of the balls since their start, those seen last, and what they are behind [rad]
+        self._turn = torch.zeros(worlds, device=device)
+        self._turned = torch.zeros(worlds, device=device)
+        self._behind = torch.zeros(worlds, device=device)
         self._axis = torch.tensor(AXIS, device=device)
         self._kept = exp(-1.0 / (own.rate_window * config.rate))
         self._mass = loop.bench_numbers("body_mass")
@@ -70,6 +93,7 @@ class Turning:
         self._size = loop.bench_numbers("obstacle_size")[:, ball]
         self._friction = loop.bench_numbers("obstacle_friction")[:, ball]
         self._nominal = mechanism.obstacles[ball]
+        self._camera = SimulatedCamera(own, worlds, draws, float(self._nominal.size[0]))
         down = mechanism.gravity / np.linalg.norm(mechanism.gravity)
         self._up = torch.tensor(-down, dtype=torch.float32, device=device)
         self._start = loop.body_pose.clone()  # Where the balls start, shape (W, 7)
@@ -107,26 +131,30 @@ class Turning:
         low, high = self._config.turning.turn_rates
         goals = low + (high - low) * self._draws.uniform(worlds=worlds)
         self.goal.copy_(torch.where(worlds, goals, self.goal))
-        self.rate.masked_fill_(worlds, 0.0)
+        for values in (self.rate, self._turn, self._turned, self._behind):
+            values.masked_fill_(worlds, 0.0)
         fresh = torch.where(worlds[:, None], self._start[:, 3:], self._orientation)
         self._orientation.copy_(fresh)
-        self._camera.begin(worlds, torch.zeros_like(self._start[:, :3]))
+        self._camera.begin(worlds)
 
     def score(self, *, action: Tensor, action_change: Tensor, tendon_speed: Tensor) -> TaskOutcome:
         """Pay for the mean rate, and price what the ball's place and the servos' work cost."""
         own, config = self._config.turning, self._config
         pose = self._loop.body_pose
         sine, cosine = half_turn(self._orientation, pose[:, 3:], self._axis)
-        rate = 2.0 * config.rate * torch.atan2(sine, cosine)
+        turn = 2.0 * torch.atan2(sine, cosine)
+        self._turn += turn
+        rate = config.rate * turn
         self.rate.mul_(self._kept).add_((1.0 - self._kept) * rate)
         self._orientation.copy_(pose[:, 3:])
         place = pose[:, :3] - self._start[:, :3]
         self.judged_pose.copy_(torch.cat([place, pose[:, 3:]], dim=-1))
         self.judged_tension.copy_(self._loop.reading.force)
-        self._camera.take(place)
+        self._camera.take(torch.cat([place, self._turn[:, None]], dim=-1))
         away = torch.linalg.vector_norm(place, dim=-1)
         dropped = away > own.drop_distance
-        price = own.rate_weight * ((self.goal - self.rate).abs() - self.goal)
+        wanted = (self.goal + self._behind / own.catch_up_time).clamp(min=0.0)
+        price = own.rate_weight * ((wanted - self.rate).abs() - self.goal)
         price = price + own.place_weight * away.clamp(max=own.drop_distance)
         price = price + own.drop_price * dropped
         price = with_work(
@@ -143,8 +171,12 @@ class Turning:
         """Leave the rate as it is: an episode has one."""
 
     def seen(self) -> tuple[Tensor, ...]:
-        """Return where a camera sees the balls, from where they started [m], shape (W, 3)."""
-        return (self._camera.seen(),)
+        """Return how far the balls are behind [rad], and where a camera sees them [m], (W, 4)."""
+        seen = self._camera.seen()
+        moved = seen[:, 3] - self._turned
+        self._turned.copy_(seen[:, 3])
+        self._behind.copy_(behind_now(self._behind, self.goal / self._config.rate, moved))
+        return (torch.cat([self._behind[:, None], seen[:, :3]], dim=-1),)
 
     def hidden(self) -> Tensor | None:
         """Return place [m], velocities, mean rate and what is drawn of the balls, (W, 13)."""
@@ -155,31 +187,40 @@ class Turning:
 
 
 class SimulatedCamera:
-    """What W cameras give at each policy step; noise and delay differ by world and episode."""
+    """What W cameras give at each policy step; noise and delay differ by world and episode.
 
-    def __init__(self, config: TurningConfig, worlds: int, draws: WorldDraws) -> None:
+    A camera tells the turn from marks on the ball, which it sees as well as the ball's middle.
+
+    Args:
+        radius: Radius of the balls [m].
+    """
+
+    def __init__(
+        self, config: TurningConfig, worlds: int, draws: WorldDraws, radius: float
+    ) -> None:
         self._config, self._draws = config, draws
         kept = 1 + config.camera_delay[1]
-        # Latest places [m], the newest first
-        self._places = torch.zeros(worlds, kept, 3, device=draws.device)
+        # Latest places [m] and turns [rad], the newest first
+        self._places = torch.zeros(worlds, kept, 4, device=draws.device)
+        self._arms = torch.tensor([1.0, 1.0, 1.0, 1.0 / radius], device=draws.device)
         self._delay = torch.zeros(worlds, dtype=torch.long, device=draws.device)
         self._noise = torch.zeros(worlds, device=draws.device)
 
-    def begin(self, worlds: Tensor, place: Tensor) -> None:
-        """Draw noise and delay in some worlds, a mask, where a place (W, 3) was seen for long."""
+    def begin(self, worlds: Tensor) -> None:
+        """Draw noise and delay in some worlds, a mask, whose balls have lain still."""
         share, step = self._draws.uniform(2, worlds=worlds).unbind(dim=1)
         (low, high), (least, most) = self._config.camera_noise, self._config.camera_delay
         noise, delay = low + (high - low) * share, least + (step * (1 + most - least)).long()
         self._noise.copy_(torch.where(worlds, noise, self._noise))
         self._delay.copy_(torch.where(worlds, delay, self._delay))
-        self._places.copy_(torch.where(worlds[:, None, None], place[:, None], self._places))
+        self._places.masked_fill_(worlds[:, None, None], 0.0)
 
     def take(self, place: Tensor) -> None:
-        """Note where bodies are now [m], shape (W, 3)."""
+        """Note where balls are now [m], and their turns [rad], shape (W, 4)."""
         self._places.copy_(torch.cat([place[:, None], self._places[:, :-1]], dim=1))
 
     def seen(self) -> Tensor:
-        """Return what the cameras give [m], shape (W, 3)."""
-        late = self._delay[:, None, None].expand(-1, 1, 3)
-        noise = self._noise[:, None] * self._draws.normal(3)
+        """Return what the cameras give [m, rad], shape (W, 4)."""
+        late = self._delay[:, None, None].expand(-1, 1, 4)
+        noise = self._noise[:, None] * self._arms * self._draws.normal(4)
         return self._places.gather(1, late).squeeze(1) + noise
