@@ -45,7 +45,7 @@ class BallWatch:
         self._since: float | None = None
         self._inside = 0.0
         self._put_back = False
-        self.turned = 0.0  # Turn about the task's axis that the camera has seen [rad]
+        self.turned = 0.0  # Turn about the task's axis that was seen in the cup [rad]
         self.drops = 0  # Times that the ball has left its cup
 
     @property
@@ -89,8 +89,9 @@ class BallWatch:
         for sighting in self._camera.drain():
             frozen = self._noisy and sighting.place == self._seen[-1].place
             if not frozen and now - sighting.exposed <= BLIND:
-                before, after = np.array([self._seen[-1].turn, sighting.turn])
-                self.turned += 2.0 * atan2(*half_turn(before, after, self._axis))
+                if self._since is None:
+                    before, after = np.array([self._seen[-1].turn, sighting.turn])
+                    self.turned += 2.0 * atan2(*half_turn(before, after, self._axis))
                 self._seen.append(sighting)
             if log is not None:
                 log.ball(sighting.exposed, sighting.arrived, *self._away(sighting))

@@ -208,6 +208,7 @@ def ending(loop: DeployLoop, fault: TendonNewtonError | None) -> dict[str, str]:
     }
     if loop.watch is not None:
         facts["ball.drops"] = str(loop.watch.drops)
+        facts["ball.turned_rad"] = f"{loop.watch.turned:.3f}"
     return facts | counter_facts(loop.bench.drives)
 
 

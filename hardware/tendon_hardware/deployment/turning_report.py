@@ -62,15 +62,16 @@ def log_figures(path: Path, task: TurningTask) -> TurningFigures:
 def turning_text(path: Path, task: TurningTask) -> str:
     """Say how well a hand has turned a ball, in a line.
 
-    A camera sees where a ball is and not how it is turned: without what only a virtual bench knows
-    the line says drops and force alone.
+    Without what only a virtual bench knows, the turn is what the camera saw.
     """
     session = read_session(path)
     if session.get("simulated") == "True":
         return f"turned: {log_figures(path, task).text}"
     first, last = driven_span(path)
-    drops = float(session["ball.drops"]) * MINUTE / (last - first)
-    return f"{drops:.2f} drops/min, at most {max(read_tensions(path)):.1f} N"
+    turned, drops = (
+        float(session[f"ball.{name}"]) * MINUTE / (last - first) for name in ("turned_rad", "drops")
+    )
+    return f"{turned:.1f} rad/min, {drops:.2f} drops/min, at most {max(read_tensions(path)):.1f} N"
 
 
 def driven_span(path: Path) -> tuple[float, float]:
