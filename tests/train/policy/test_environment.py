@@ -16,9 +16,7 @@ from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.goal_path import GoalPath
-from tendon_train.policy.worlds.task import step_reward
 from tests.train.policy.small import environment, random_actions
 
 
@@ -115,33 +113,17 @@ def test_goals_change_within_episodes_at_the_stated_rate() -> None:
     assert bool(((goal >= low) & (goal <= high)).all())
 
 
-def test_the_reward_is_the_stated_sum() -> None:
-    """By hand; speed and effort cost nothing unless asked for."""
-    terms = {
-        "tip_error": torch.tensor([0.02]),
-        "action": torch.tensor([[1.5]]),
-        "action_change": torch.tensor([[-0.5]]),
-        "tendon_speed": torch.tensor([[0.1]]),
-    }
-    usual = EnvironmentConfig(goal_weight=5.0, smooth_weight=0.01)
-    assert float(step_reward(usual, **terms)) == pytest.approx(-5.0 * 0.02 - 0.01 * 0.5)
-    careful = EnvironmentConfig(
-        goal_weight=5.0, smooth_weight=0.01, tendon_speed_weight=50.0, effort_weight=0.001
-    )
-    expected = -5.0 * 0.02 - 0.01 * 0.5 - 50.0 * 0.01 - 0.001 * 2.25
-    assert float(step_reward(careful, **terms)) == pytest.approx(expected)
-
-
 def test_the_reward_is_that_of_the_goal_that_was_seen() -> None:
-    """The distance to the goal of the observation, at the end of the step that it led to."""
-    finger = environment(goal_change=1.0, smooth_weight=0.0)
+    """The distance to it at the end of the step, and how far the action changed."""
+    finger = environment(goal_change=1.0, smooth_weight=0.01)
     for action in random_actions(5):
-        goal = finger.goal.clone()
+        goal, before = finger.goal.clone(), finger.history.action.clone()
         _, reward, dones, _ = finger.step(action)
         tip = finger.loop.reading.tip
         assert not dones.all()
         error = torch.linalg.vector_norm(finger.task.path.points(goal) - tip, dim=-1)
-        torch.testing.assert_close(reward[~dones], -5.0 * error[~dones])
+        change = (action.clip(-3.0, 3.0) - before).abs().sum(dim=-1)
+        torch.testing.assert_close(reward[~dones], (-5.0 * error - 0.01 * change)[~dones])
 
 
 def test_episodes_end_by_time_and_say_so() -> None:

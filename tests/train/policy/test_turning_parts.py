@@ -141,9 +141,8 @@ class StillHands:
 
 
 def paid(task: Turning) -> TaskOutcome:
-    """Return the pay of a step in which the servos did nothing."""
-    still = torch.zeros(WORLDS, 4)
-    return task.score(action=still, action_change=still, tendon_speed=still)
+    """Return the pay of a step."""
+    return task.score()
 
 
 def turning(loop: Any, **changes: Any) -> Turning:

@@ -11,13 +11,7 @@ from tendon_train.policy.config.turning_config import TurningConfig
 FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}  # Default finger of each task.
 ObstacleChoice = Literal["none", "sphere", "box", "plane"]
 POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "action_unit", "max_step")
-NOT_NEGATIVE = (
-    "joint_friction",
-    "goal_weight",
-    "smooth_weight",
-    "tendon_speed_weight",
-    "effort_weight",
-)
+NOT_NEGATIVE = ("joint_friction", "goal_weight", "smooth_weight")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,8 +62,6 @@ class EnvironmentConfig:
     whatever they mean, so that a task of large offsets is learned sooner with a large unit."""
     goal_weight: float = 5.0  # Price of the distance between tip and goal [1/m].
     smooth_weight: float = 0.001  # Price of the change of the action [1/rad].
-    tendon_speed_weight: float = 0.0  # Price of the squared speed of the tendon [s2/m2].
-    effort_weight: float = 0.0  # Price of the squared action [1/rad2].
     max_step: float = 5.0e-4  # Longest step of the simulation [s].
     precision: Literal["float32", "float64"] = "float32"  # Numbers inside the simulation.
     turning: TurningConfig = field(default_factory=TurningConfig)

@@ -10,7 +10,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.goal_path import GoalPath
 from tendon_train.policy.worlds.obstacle import ObstaclePlacer
-from tendon_train.policy.worlds.task import TaskOutcome, step_reward
+from tendon_train.policy.worlds.task import TaskOutcome
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 
@@ -53,16 +53,14 @@ class TipGoal:
         goals = self._goals_at(self._draws.uniform(worlds=worlds))
         self.goal.copy_(torch.where(worlds, goals, self.goal))
 
-    def score(self, *, action: Tensor, action_change: Tensor, tendon_speed: Tensor) -> TaskOutcome:
-        """Price the distance between tip and goal."""
+    def score(self) -> TaskOutcome:
+        """Price the distance between tip and goal.
+
+        Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), eq. 8, as for
+        the price of actions that change.
+        """
         tip_error = self.tip_error()
-        reward = step_reward(
-            self._config,
-            tip_error=tip_error,
-            action=action,
-            action_change=action_change,
-            tendon_speed=tendon_speed,
-        )
+        reward = -self._config.goal_weight * tip_error
         return TaskOutcome(reward=reward, failed=None, log={"/tip_error_m": tip_error.mean()})
 
     def renew(self, ended: Tensor) -> None:

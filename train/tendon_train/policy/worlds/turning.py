@@ -2,7 +2,6 @@ r"""The task of a hand that turns a ball in its palm about an axis.
 
 .. math:: r = w_r (\Omega - \lvert \max(\Omega + b / T, 0) - \bar\omega \rvert)
     - w_p d - p\,[d > d_{drop}]
-    - \sum_i ( w_s \lvert a_t - a_{t-1} \rvert + w_v (\rho \dot\theta)^2 + w_e a_t^2 )
 
 with the commanded rate :math:`\Omega`, the mean rate :math:`\bar\omega` over the last second or so,
 the turn :math:`b` by which the ball is seen behind, which is to be made up for in the time
@@ -24,7 +23,7 @@ from tendon_newton.mechanisms.geometry.obstacles import Sphere
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.turning_config import TurningConfig
-from tendon_train.policy.worlds.task import TaskOutcome, with_work
+from tendon_train.policy.worlds.task import TaskOutcome
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 AXIS = (0.0, 1.0, 0.0)  # Across the palm in the base frame; closing fingers turn the ball about it
@@ -137,8 +136,8 @@ class Turning:
         self._orientation.copy_(fresh)
         self._camera.begin(worlds)
 
-    def score(self, *, action: Tensor, action_change: Tensor, tendon_speed: Tensor) -> TaskOutcome:
-        """Pay for the mean rate, and price what the ball's place and the servos' work cost."""
+    def score(self) -> TaskOutcome:
+        """Pay for the mean rate, and price what the ball's place costs."""
         own, config = self._config.turning, self._config
         pose = self._loop.body_pose
         sine, cosine = half_turn(self._orientation, pose[:, 3:], self._axis)
@@ -157,9 +156,6 @@ class Turning:
         price = own.rate_weight * ((wanted - self.rate).abs() - self.goal)
         price = price + own.place_weight * away.clamp(max=own.drop_distance)
         price = price + own.drop_price * dropped
-        price = with_work(
-            config, price, action=action, action_change=action_change, tendon_speed=tendon_speed
-        )
         log = {
             "/turning_rate_rad_s": rate.mean(),
             "/displacement_m": away.mean(),
