@@ -192,7 +192,7 @@ def conclude(
         servos=train.servos,
         recorded=settings_of(train.wholes),
         notes=(
-            *notes(train),
+            *notes(train, test),
             *as_built(train, written or findings.baseline),
             *ended_at_bounds(train, findings.candidates, effects),
             *findings.notes,
@@ -396,7 +396,7 @@ def extended_model(
     return replace(study.with_fitted(model, values), effects=(*kept, *added))
 
 
-def notes(study: Study) -> tuple[str, ...]:
+def notes(study: Study, test: Study) -> tuple[str, ...]:
     """Say what a reader must know before trusting the numbers."""
     out = list(untested_sides(study))
     recordings = study.recordings
@@ -405,10 +405,14 @@ def notes(study: Study) -> tuple[str, ...]:
             "The encoder of the joint was compared as well, from a zero of its own; the reported "
             "errors are the servo's."
         )
-    untrusted = sum(int((~study.timeline(i).trusted).sum()) for i in range(len(recordings)))
-    if untrusted:
+    untrusted = [
+        sum(int((~s.timeline(i).trusted).sum()) for i in range(len(s.recordings)))
+        for s in (study, test)
+    ]
+    if any(untrusted):
         out.append(
-            f"{untrusted} rows were left out of the fits: after gaps in which the command jumped "
-            "unseen, or where something solid held a servo's shaft."
+            f"{untrusted[0]} rows were left out of the fits and {untrusted[1]} of the held-out "
+            "error: after gaps in which the command jumped unseen, or where something solid held a "
+            "servo's shaft."
         )
     return tuple(out)

@@ -40,16 +40,21 @@ class SquaredErrors:
 
 
 def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list[SquaredErrors]:
-    """Simulate held-out recordings with some models, each given as parameter column -> value."""
+    """Simulate held-out recordings with some models, each given as parameter column -> value.
+
+    Rows that no model can know, such as those after a gap in which the command jumped, are left
+    out as they are of fits.
+    """
     residuals = study.residuals(*replacements(models))
     parts: list[list[dict[str, Array]]] = [[] for _ in models]
     for recording, residual in ((study.recordings[k], residuals[k]) for k in study.at_servos):
-        block = ((recording.time - recording.time[0]) / BLOCK).astype(int)
-        count = int(block[-1]) + 1
+        kept = residual.trusted
+        whole = ((recording.time - recording.time[0]) / BLOCK).astype(int)
+        block, count = whole[kept], int(whole[-1]) + 1
         rows = np.bincount(block, minlength=count).astype(np.float64)
         for n, part in enumerate(parts):
-            theta = residual.theta[n]
-            force = np.zeros_like(theta) if residual.force is None else residual.force[n]
+            theta = residual.theta[n, kept]
+            force = np.zeros_like(theta) if residual.force is None else residual.force[n, kept]
             part.append(
                 {
                     "theta": group_sums(theta**2, block, count),

@@ -20,7 +20,8 @@ class HeldOutComparison:
 
     recording: Recording
     theta: tuple[Array, Array]
-    """Residual of the motor angle [rad] before and after, shape (T,) each."""
+    """Residual of the motor angle [rad] before and after, shape (T,) each; NaN where no model can
+    know it, as after a gap in which the command jumped."""
     force: tuple[Array, Array] | None
     """Residual of the tension [N] before and after; None without a load cell."""
 
@@ -64,10 +65,14 @@ def compare(evidence: Evidence) -> tuple[HeldOutComparison, ...]:
 
 def comparison_of(recording: Recording, residual: Residual) -> HeldOutComparison:
     """Put a recording beside its residuals."""
-    force = residual.force
+    theta, force = (
+        None if values is None else np.where(residual.trusted, values, np.nan)
+        for values in (residual.theta, residual.force)
+    )
+    assert theta is not None
     return HeldOutComparison(
         recording=recording,
-        theta=(residual.theta[0], residual.theta[1]),
+        theta=(theta[0], theta[1]),
         force=None if force is None else (force[0], force[1]),
     )
 
@@ -95,7 +100,7 @@ def row_weights(comparison: HeldOutComparison, sizes: dict[str, float]) -> Array
     weight = (comparison.theta[0] / sizes["theta"]) ** 2
     if comparison.force is not None:
         weight = weight + (comparison.force[0] / sizes["force"]) ** 2
-    return weight
+    return np.nan_to_num(weight)
 
 
 def busiest_window(time: Array, weight: Array) -> tuple[float, float]:
@@ -110,7 +115,8 @@ def busiest_window(time: Array, weight: Array) -> tuple[float, float]:
 def pooled(comparisons: tuple[HeldOutComparison, ...], signal: str, which: int) -> Array:
     """Return the residuals of all recordings in one array; empty without the signal."""
     parts = [r[which] for c in comparisons if (r := c.residual(signal)) is not None]
-    return np.concatenate(parts) if parts else np.zeros(0)
+    values = np.concatenate(parts) if parts else np.zeros(0)
+    return values[~np.isnan(values)]
 
 
 def pooled_rms(comparisons: tuple[HeldOutComparison, ...], signal: str, which: int) -> float:

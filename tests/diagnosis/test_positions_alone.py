@@ -102,6 +102,27 @@ FADING = (
 rotor's inertia acts before the gear, whose friction then sees less of it (docs/lab/xl330.md)."""
 
 
+def test_what_follows_a_gap_is_no_error_of_the_model() -> None:
+    """A command that jumps amid lost rows is unknown to a simulation; such rows count nowhere."""
+    goal = np.repeat([0.0, 0.4, -0.3, 0.2], 100)
+    whole = measured("whole", goal)
+    kept = np.r_[:80, 120 : len(goal)]  # the step at row 100 is lost, and 0.4 s around it
+    lost = replace(
+        whole,
+        time=whole.time[kept],
+        command=goal[kept, None],
+        motor_position=whole.motor_position[kept],
+        motor_velocity=whole.motor_velocity[kept],
+        enabled=whole.enabled[kept],
+    )
+    told = []
+    for recording in (whole, lost):
+        (error,) = evaluate_models(Study([recording], TOLD, ()), [{}])
+        told.append(error)
+    rows = [error.theta_rows.sum() for error in told]
+    assert rows[1] < rows[0] - 40.0 - 49.0  # nor does the second that follows
+
+
 def data(shared: Path, name: str) -> Path:
     """Return the folder of a data set, or skip."""
     folder = shared / "data" / name

@@ -163,8 +163,12 @@ def regime_rows(
     diagnosis: Diagnosis, comparisons: Sequence[HeldOutComparison]
 ) -> list[tuple[str, str]]:
     """Return the angle's error by regime, before and after, with its share of the rows."""
-    masks = [regimes(c.recording, diagnosis.noise_force) for c in comparisons]
-    total = sum(c.time.size for c in comparisons)
+    known = [~np.isnan(c.theta[0]) for c in comparisons]
+    masks = [
+        {name: rows & own for name, rows in regimes(c.recording, diagnosis.noise_force).items()}
+        for c, own in zip(comparisons, known, strict=True)
+    ]
+    total = sum(int(own.sum()) for own in known)
     rows: list[tuple[str, str]] = []
     for name in masks[0]:
         share = sum(int(mask[name].sum()) for mask in masks) / total
