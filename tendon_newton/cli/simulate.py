@@ -106,11 +106,13 @@ def write_result(config: SimulateConfig, recording: Recording, trajectory: Traje
 
 
 def errors_text(recording: Recording, trajectory: Trajectory) -> str:
-    """Return how far a simulation is from its recording."""
+    """Return how far a simulation is from its recording, in rows that it can know."""
     from tendon_newton.data.root_mean_square import rms
+    from tendon_newton.simulation.hosts.timeline import make_timeline
 
-    theta = rms(recording.motor_position - trajectory.motor_position)
+    known = make_timeline(recording).trusted
+    theta = rms((recording.motor_position - trajectory.motor_position)[known])
     text = f"theta {1e3 * theta:8.3f} mrad RMS"
     if recording.force is not None:
-        text += f"   force {rms(recording.force - trajectory.force):7.4f} N RMS"
-    return text
+        text += f"   force {rms((recording.force - trajectory.force)[known]):7.4f} N RMS"
+    return text if known.all() else f"{text}, without {(~known).sum()} rows after gaps"

@@ -7,7 +7,7 @@ import numpy as np
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.identification.study import Residual, replacements
+from tendon_newton.identification.study import replacements
 
 WINDOW = 4.0  # Length of the window that is shown of a recording [s]
 MOST_WINDOWS = 3  # Benches that are shown
@@ -19,18 +19,17 @@ class HeldOutComparison:
     """One held-out recording beside the two models."""
 
     recording: Recording
-    theta: tuple[Array, Array]
-    """Residual of the motor angle [rad] before and after, shape (T,) each; NaN where no model can
-    know it, as after a gap in which the command jumped."""
-    force: tuple[Array, Array] | None
-    """Residual of the tension [N] before and after; None without a load cell."""
+    theta: Array
+    """Residual of the motor angle [rad] before and after, shape (2, T); NaN where no model can know
+    it, as after a gap in which the command jumped."""
+    force: Array | None  # Residual of the tension [N] before and after; None without a load cell
 
     @property
     def time(self) -> Array:
         """Time since the first row [s], shape (T,)."""
         return self.recording.time - self.recording.time[0]
 
-    def residual(self, signal: str) -> tuple[Array, Array] | None:
+    def residual(self, signal: str) -> Array | None:
         """Return the residuals of ``theta`` or ``force``."""
         return self.theta if signal == "theta" else self.force
 
@@ -58,22 +57,16 @@ class Window:
 
 def compare(evidence: Evidence) -> tuple[HeldOutComparison, ...]:
     """Simulate the held-out recordings with the starting and the extended model."""
-    residuals = evidence.test.residuals(*replacements((evidence.baseline, evidence.extended)))
     study = evidence.test
-    return tuple(comparison_of(study.recordings[k], residuals[k]) for k in study.at_servos)
-
-
-def comparison_of(recording: Recording, residual: Residual) -> HeldOutComparison:
-    """Put a recording beside its residuals."""
-    theta, force = (
-        None if values is None else np.where(residual.trusted, values, np.nan)
-        for values in (residual.theta, residual.force)
-    )
-    assert theta is not None
-    return HeldOutComparison(
-        recording=recording,
-        theta=(theta[0], theta[1]),
-        force=None if force is None else (force[0], force[1]),
+    residuals = study.residuals(*replacements((evidence.baseline, evidence.extended)))
+    return tuple(
+        HeldOutComparison(
+            recording=study.recordings[k],
+            theta=np.where(own.trusted, own.theta, np.nan),
+            force=None if own.force is None else np.where(own.trusted, own.force, np.nan),
+        )
+        for k in study.at_servos
+        for own in (residuals[k],)
     )
 
 

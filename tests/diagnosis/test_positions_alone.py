@@ -11,6 +11,7 @@ from examples.studies.so101 import split
 from examples.studies.so101_pairs import TOLD
 from tendon_lab.foreign_logs.bam import read_xl330
 from tendon_lab.foreign_logs.so101 import read_so101
+from tendon_newton.cli.simulate import errors_text
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
@@ -18,6 +19,7 @@ from tendon_newton.diagnosis.diagnose import diagnose, extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
+from tendon_newton.simulation.hosts.rollout import Trajectory
 
 Array = NDArray[np.float64]
 ROW, STEPS = 0.02, 20  # Time from row to row [s], and steps in it
@@ -121,6 +123,14 @@ def test_what_follows_a_gap_is_no_error_of_the_model() -> None:
         told.append(error)
     rows = [error.theta_rows.sum() for error in told]
     assert rows[1] < rows[0] - 40.0 - 49.0  # nor does the second that follows
+    still = Trajectory(
+        time=lost.time,
+        motor_position=np.zeros((len(kept), 1)),
+        motor_velocity=np.zeros((len(kept), 1)),
+        force=np.zeros((len(kept), 1)),
+        joint_position=np.zeros((len(kept), 1)),
+    )
+    assert errors_text(lost, still).endswith(" mrad RMS, without 50 rows after gaps")
 
 
 def data(shared: Path, name: str) -> Path:

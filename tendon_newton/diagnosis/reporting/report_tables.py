@@ -38,30 +38,17 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
                 else f"95 % interval {percent(low, high)} to {percent(high)} %",
             }
         )
-    signals = [
-        (
-            f"{diagnosis.angle_name}, RMS error",
-            1e3,
-            "mrad",
-            before.theta_rmse,
-            after.theta_rmse,
-            diagnosis.noise_theta,
-        ),
-        (
-            f"{diagnosis.scale.force_name}, RMS error",
-            1.0,
-            diagnosis.scale.force_unit,
-            before.force_rmse,
-            after.force_rmse,
-            diagnosis.noise_force,
-        ),
-    ]
-    for label, scale, unit, top, left, floor in signals:
+    theta = (before.theta_rmse, after.theta_rmse, diagnosis.noise_theta)
+    force = (before.force_rmse, after.force_rmse, diagnosis.noise_force)
+    for name, scale, unit, (top, left, floor) in (
+        (diagnosis.angle_name, 1e3, "mrad", theta),
+        (diagnosis.scale.force_name, 1.0, diagnosis.scale.force_unit, force),
+    ):
         if top is None or left is None:
             continue
         change = f"{number(scale * top)} → {number(scale * left)}" if named else number(scale * top)
         note = "" if floor is None else f"noise of the sensor {number(scale * floor, 2)} {unit}"
-        items.append({"label": label, "value": f"{change} {unit}", "note": note})
+        items.append({"label": f"{name}, RMS error", "value": f"{change} {unit}", "note": note})
     return items
 
 

@@ -267,7 +267,9 @@ def test_each_row_is_in_one_regime_and_its_error_stands_apart(pages: dict[str, s
     pushed = replace(measured, force=force[:, None] - 1.0)
     assert not regimes(pushed, 0.02)["string slack"].any()
     error = np.array([3e-3, 1e-3, 0.0, 0.0, 0.0, 0.0])
-    compared = HeldOutComparison(recording=measured, theta=(error, 0.5 * error), force=None)
+    compared = HeldOutComparison(
+        recording=measured, theta=np.stack([error, 0.5 * error]), force=None
+    )
     told = regime_rows(replace(diagnosis("explained"), noise_force=0.02), [compared])
     assert told[0] == ("RMS error of the angle, motor off", "3.00 → 1.50 mrad, 17 % of the rows")
     assert told[3] == ("RMS error of the angle, in motion", "1.00 → 0.500 mrad, 17 % of the rows")
