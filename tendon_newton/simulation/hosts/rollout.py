@@ -241,10 +241,7 @@ class Rollout:
                 f"the simulation of {self.recordings[0].bench!r} must stay finite; "
                 f"it did not at steps of {self.time_step} s"
             )
-        return [
-            [self._trajectory(arrays, n, r) for r in range(len(self.recordings))]
-            for n in range(len(parameters))
-        ]
+        return self.trajectories(arrays)
 
     def run_rows(
         self,
@@ -351,6 +348,13 @@ class Rollout:
         """Return where a recording's simulated rows stand among all."""
         start = int(self._first[recording])
         return slice(start, start + len(self.timelines[recording].time))
+
+    def trajectories(self, arrays: dict[str, Array]) -> list[list[Trajectory]]:
+        """Return what signals of all simulated rows, as `run_rows` gives them, say of each log."""
+        return [
+            [self._trajectory(arrays, n, r) for r in range(len(self.recordings))]
+            for n in range(len(arrays["angle"]))
+        ]
 
     def _trajectory(self, arrays: dict[str, Array], candidate: int, recording: int) -> Trajectory:
         timeline = self.timelines[recording]

@@ -30,7 +30,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.launch import Launch
 from tendon_newton.simulation.hosts.replay import rollout_of
-from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout import SIGNALS, Trajectory
 from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
@@ -230,25 +230,12 @@ class MujocoRollout:
         readout = zeros(types, Readout, sum(counts), device=self._model.device)
         inputs = [rollout.numbers, rollout.commands, track, worlds, readout]
         wp.launch(self._kernel_of["read"], sum(counts), inputs, device=self._model.device)
-        angle, rate = readout.motor_position.numpy(), readout.motor_velocity.numpy()
-        joints, force = readout.joint_position.numpy(), readout.force.numpy()
-        if not np.isfinite(joints).all():
+        arrays = {name: getattr(readout, own).numpy()[None] for name, own in SIGNALS.items()}
+        if not np.isfinite(arrays["joints"]).all():
             raise SimulationDiverged(
                 f"SolverMuJoCo must stay finite; it did not at steps of {self._time_step} s"
             )
-        trajectories = []
-        for index, timeline in enumerate(rollout.timelines):
-            rows = rollout.rows_of(index).start + timeline.measured
-            trajectories.append(
-                Trajectory(
-                    time=rollout.recordings[index].time,
-                    motor_position=angle[rows],
-                    motor_velocity=rate[rows],
-                    force=force[rows],
-                    joint_position=joints[rows],
-                )
-            )
-        return trajectories
+        return rollout.trajectories(arrays)[0]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
 from tests.physics.contact.bodies import ball, block, floor
-from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds
+from tests.physics.gradients.test_gradients import check_gain_and_commands, check_numbers
 from tests.physics.runs import ideal_model, run_of
 
 SCENE = (ball(), block(), floor())
@@ -57,35 +57,12 @@ def rollout() -> DifferentiableRollout:
 @pytest.mark.slow
 def test_gradients_by_what_is_touched(rollout: DifferentiableRollout) -> None:
     """Place, size, material and friction of obstacles, and the finger that presses them."""
-    seeds = random_seeds(rollout)
-    rollout.backward(**seeds)
-    mechanism = rollout.inputs.mechanism
-    taped = {name: getattr(mechanism, name).grad.numpy().copy() for name in NUMBERS}
-    wrong = []
-    for name, places in NUMBERS.items():
-        for place in places:
-            found = float(taped[name][place])
-            expected = difference(
-                getattr(mechanism, name), place, SIZES[name], lambda: loss_of(rollout, seeds)
-            )
-            if expected == 0.0 or found != pytest.approx(expected, rel=1e-3):
-                wrong.append(f"{name}{place}: tape {found:.6g}, difference {expected:.6g}")
-    assert not wrong, "; ".join(wrong)
+    check_numbers(rollout, NUMBERS, SIZES)
 
 
 def test_gradients_by_gain_and_commands_of_a_held_object(rollout: DifferentiableRollout) -> None:
     """What the motor does while the finger holds something."""
-    seeds = random_seeds(rollout)
-    inputs = rollout.backward(**seeds)
-    gain = rollout.gradient("ideal", "gain").copy()
-    command = inputs.command.grad.numpy()[:, 0].copy()
-    for world in range(3):
-        expected = difference(inputs.parameters, (world, 0), 4.2, lambda: loss_of(rollout, seeds))
-        assert gain[world] == pytest.approx(expected, rel=1e-3)
-        for row in (2, 15, 30, 37):
-            place = (rollout.rows_of(world).start + row, 0)
-            expected = difference(inputs.command, place, 1.0, lambda: loss_of(rollout, seeds))
-            assert command[place[0]] == pytest.approx(expected, rel=1e-3)
+    check_gain_and_commands(rollout, ((2, 0), (15, 0), (30, 0), (37, 0)))
 
 
 def test_torch_moves_an_obstacle_out_of_the_way(rollout: DifferentiableRollout) -> None:

@@ -6,7 +6,7 @@ import pytest
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tests.physics.contact.pinches import pinch
-from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds
+from tests.physics.gradients.test_gradients import check_gain_and_commands, check_numbers
 from tests.physics.runs import ideal_model, run_of
 
 NUMBERS = {
@@ -58,30 +58,10 @@ def rollout(tmp_path_factory: pytest.TempPathFactory) -> DifferentiableRollout:
 
 def test_gradients_by_gain_and_commands_of_pressed_fingers(rollout: DifferentiableRollout) -> None:
     """What either motor does, while both fingers feel it."""
-    seeds = random_seeds(rollout)
-    inputs = rollout.backward(**seeds)
-    gain = rollout.gradient("ideal", "gain").copy()
-    command = inputs.command.grad.numpy().copy()
-    for world in range(2):
-        expected = difference(inputs.parameters, (world, 0), 4.2, lambda: loss_of(rollout, seeds))
-        assert gain[world] == pytest.approx(expected, rel=1e-3)
-        for row, servo in ((12, 0), (12, 1), (30, 0), (30, 1)):
-            place = (rollout.rows_of(world).start + row, servo)
-            expected = difference(inputs.command, place, 1.0, lambda: loss_of(rollout, seeds))
-            assert command[place] == pytest.approx(expected, rel=1e-3)
+    check_gain_and_commands(rollout, ((12, 0), (12, 1), (30, 0), (30, 1)))
 
 
 @pytest.mark.slow
 def test_gradients_by_links_that_meet(rollout: DifferentiableRollout) -> None:
     """Material of the contact, radii of both links, and the fingers that press."""
-    seeds = random_seeds(rollout)
-    rollout.backward(**seeds)
-    mechanism = rollout.inputs.mechanism
-    taped = {name: getattr(mechanism, name).grad.numpy().copy() for name in NUMBERS}
-    for name, places in NUMBERS.items():
-        for place in places:
-            expected = difference(
-                getattr(mechanism, name), place, SIZES[name], lambda: loss_of(rollout, seeds)
-            )
-            assert expected != 0.0, f"{name}{place}"
-            assert float(taped[name][place]) == pytest.approx(expected, rel=1e-3), f"{name}{place}"
+    check_numbers(rollout, NUMBERS, SIZES)

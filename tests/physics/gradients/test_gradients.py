@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.model_file import NamedValues
-from tendon_newton.data.recording import Array
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.effects import find_effect
 from tendon_newton.gradients import substep_chain
 from tendon_newton.gradients.differentiable import DifferentiableRollout
@@ -87,6 +87,15 @@ MECHANISM = {
 """Numbers of the bench and their size, in their units."""
 
 
+def two_runs(rows: int) -> list[Recording]:
+    """Return two runs of a finger, one from rest and one in motion."""
+    rng = np.random.default_rng(SEED)
+    return [
+        run_of(stairs(rng, rows, 1.0, 5.0, 20)),
+        run_of(stairs(rng, rows, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
+    ]
+
+
 def make_rollout(
     effects: dict[str, dict[str, float]],
     *,
@@ -94,19 +103,10 @@ def make_rollout(
     at_once: bool = False,
     segments: int = 1,
 ) -> DifferentiableRollout:
-    """Return two runs [s] of a finger with friction in the tendon and in its joints.
-
-    One from rest and one in motion.
-    """
-    rng = np.random.default_rng(SEED)
-    rows = int(duration * ROWS) + 1
-    runs = [
-        run_of(stairs(rng, rows, 1.0, 5.0, 20)),
-        run_of(stairs(rng, rows, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
-    ]
+    """Return `two_runs` [s] of a finger with friction in the tendon and in its joints."""
     rollout = DifferentiableRollout(
         load_mechanism("finger"),
-        runs,
+        two_runs(int(duration * ROWS) + 1),
         ideal_model(**effects),
         adjoint=Adjoint(at_once=at_once, segments=segments),
         device="cpu",
@@ -142,6 +142,44 @@ def difference(
         sides.append(loss())
     array.assign(values)
     return (sides[0] - sides[1]) / (2.0 * NUDGE * size)
+
+
+Places = tuple[tuple[int, ...], ...]
+
+
+def check_numbers(
+    rollout: DifferentiableRollout, numbers: dict[str, Places], sizes: dict[str, float]
+) -> None:
+    """Compare the gradients by numbers of the bench, at some places of their arrays."""
+    seeds = random_seeds(rollout)
+    rollout.backward(**seeds)
+    mechanism = rollout.inputs.mechanism
+    taped = {name: getattr(mechanism, name).grad.numpy().copy() for name in numbers}
+    wrong = []
+    for name, places in numbers.items():
+        for place in places:
+            found = float(taped[name][place])
+            expected = difference(
+                getattr(mechanism, name), place, sizes[name], lambda: loss_of(rollout, seeds)
+            )
+            if expected == 0.0 or found != pytest.approx(expected, rel=1e-3):
+                wrong.append(f"{name}{place}: tape {found:.6g}, difference {expected:.6g}")
+    assert not wrong, "; ".join(wrong)
+
+
+def check_gain_and_commands(rollout: DifferentiableRollout, places: Places) -> None:
+    """Compare the gradients by each world's gain, and by its commands by row and servo."""
+    seeds = random_seeds(rollout)
+    inputs = rollout.backward(**seeds)
+    gain = rollout.gradient("ideal", "gain").copy()
+    command = inputs.command.grad.numpy().copy()
+    for world in range(len(gain)):
+        expected = difference(inputs.parameters, (world, 0), 4.2, lambda: loss_of(rollout, seeds))
+        assert gain[world] == pytest.approx(expected, rel=1e-3)
+        for row, servo in places:
+            place = (rollout.rows_of(world).start + row, servo)
+            expected = difference(inputs.command, place, 1.0, lambda: loss_of(rollout, seeds))
+            assert command[place] == pytest.approx(expected, rel=1e-3)
 
 
 def check_gradients(rollout: DifferentiableRollout, names: tuple[str, ...]) -> None:

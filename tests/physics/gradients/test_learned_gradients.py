@@ -15,6 +15,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.conftest import SEED
+from tests.physics.gradients.test_gradients import loss_of, random_seeds, two_runs
 from tests.physics.learned.networks import (
     EFFECTS,
     HOLD,
@@ -24,7 +25,7 @@ from tests.physics.learned.networks import (
     force_query,
     learned_model,
 )
-from tests.physics.runs import RADIUS, ROWS, run_of, stairs
+from tests.physics.runs import RADIUS, ROWS
 
 STEP = 5.0e-4  # s
 RUN_ROWS = int(1.5 * ROWS) + 1
@@ -39,14 +40,9 @@ def rollout() -> DifferentiableRollout:
 
     The force answers to the shaft between two queries.
     """
-    rng = np.random.default_rng(SEED)
-    runs = [
-        run_of(stairs(rng, RUN_ROWS, 1.0, 5.0, 20)),
-        run_of(stairs(rng, RUN_ROWS, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
-    ]
     return DifferentiableRollout(
         load_mechanism("finger"),
-        runs,
+        two_runs(RUN_ROWS),
         learned_model(hold=HOLD, **EFFECTS),
         network=TapedNetwork(module=force_network().double(), window=WINDOW, rate=RATE),
         time_step=STEP,
@@ -57,15 +53,7 @@ def rollout() -> DifferentiableRollout:
 @pytest.fixture(scope="module")
 def seeds(rollout: DifferentiableRollout) -> dict[str, Array]:
     """A random loss by angle and force, each in units of its usual size."""
-    rng = np.random.default_rng(SEED)
-    shape = rollout.forward().force.numpy().shape
-    return {"motor_position": rng.normal(size=shape), "force": 0.1 * rng.normal(size=shape)}
-
-
-def loss_of(rollout: DifferentiableRollout, seeds: dict[str, Array]) -> float:
-    """Return the loss of a fresh simulation."""
-    readings = rollout.forward()
-    return sum(float(np.sum(getattr(readings, name).numpy() * s)) for name, s in seeds.items())
+    return random_seeds(rollout)
 
 
 def slope(loss: Callable[[], float], move: Callable[[float], None], step: float) -> float:
