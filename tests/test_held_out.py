@@ -7,12 +7,7 @@ import pytest
 from tendon_newton.cli import VERBS
 from tests.held_out import CASES, NO_DATASET, differences
 
-
-@pytest.fixture(autouse=True)
-def own_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the list of trusted networks in the test's own folder."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.delenv("TENDON_NEWTON_TRUST", raising=False)
+pytestmark = pytest.mark.usefixtures("own_trust")
 
 
 def test_every_verb_is_looked_at() -> None:

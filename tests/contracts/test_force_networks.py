@@ -40,16 +40,12 @@ from tendon_train.actuator.training_config import TrainingConfig
 from tests.physics.learned.networks import LIMIT, force_network, learned_model, write_force_network
 from tests.train.actuator.network_files import card_of
 
+pytestmark = pytest.mark.usefixtures("own_trust")
+
 EVERY = [(of_set, kind) for of_set in SETS for kind in kinds_in(of_set)]
 every_network = pytest.mark.parametrize(("of_set", "kind"), EVERY)
 every_kind = pytest.mark.parametrize("kind", FORCE_NETWORKS)
 RECURRENT = [k for k in FORCE_NETWORKS if issubclass(find_force_network(k), RecurrentNetwork)]
-
-
-@pytest.fixture(autouse=True)
-def trusting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the list of trusted files out of the user's own."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
 
 
 def first_set(kind: str) -> str:

@@ -16,8 +16,6 @@ from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.recording import Recording
 from tests.hardware.silent_operator import SilentOperator
 
-APPROACH = 4.0  # No run of these tests begins later than this after its bench [s]
-
 
 class Watcher(SilentOperator):
     """An operator who keeps what is said and does something once a run has come far enough.

@@ -77,9 +77,9 @@ def _force_unit(mechanism: Mechanism) -> str:
     return "N m" if mechanism.tendons[0].direct else "N"
 
 
-def _sweep(mechanism: Mechanism, joint: int, count: int = 61) -> Array:
-    """Return positions with one joint over its range and the others open, shape (count, J)."""
-    positions = range_positions(mechanism, count)
+def _sweep(mechanism: Mechanism, joint: int) -> Array:
+    """Return 61 positions with one joint over its range and the others open, shape (61, J)."""
+    positions = range_positions(mechanism, 61)
     others = [j for j in range(positions.shape[1]) if j != joint]
     positions[:, others] = positions[0, others]
     return positions

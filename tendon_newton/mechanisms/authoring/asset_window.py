@@ -20,18 +20,15 @@ def show_in_window(mechanism: Mechanism) -> None:
     play(mechanism, ViewerGL())
 
 
-def play(mechanism: Mechanism, viewer: Any, frames: int | None = None) -> None:
-    """Show a mechanism on its way along the equilibria, there and back.
-
-    It ends after some frames, or when the viewer is closed.
-    """
+def play(mechanism: Mechanism, viewer: Any) -> None:
+    """Show a mechanism on its way along the equilibria, there and back, until the viewer ends."""
     positions = closing_path(mechanism).joint_position
     there_and_back = np.concatenate([positions, positions[::-1]]).astype(np.float32)
     model = build_model(mechanism, 1, device="cpu")
     state: Any = model.state()
     joints = state.joint_q.numpy().copy()  # a free body's stand behind the mechanism's
     viewer.set_model(model)
-    for number in count() if frames is None else range(frames):
+    for number in count():
         if not viewer.is_running():
             break
         joints[: positions.shape[1]] = there_and_back[number % len(there_and_back)]

@@ -64,10 +64,10 @@ def range_positions(mechanism: Mechanism, count: int) -> Array:
     return np.linspace(opened, closed_position(mechanism), count)
 
 
-def arm_errors(mechanism: Mechanism, tendon: Tendon, count: int = 9) -> Array:
-    """Return moment arm minus the slope of the excursion [m/rad], shape (count, J)."""
+def arm_errors(mechanism: Mechanism, tendon: Tendon) -> Array:
+    """Return moment arm minus the slope of the excursion [m/rad] in 9 postures, shape (9, J)."""
     h = 1.0e-6
-    positions = range_positions(mechanism, count)
+    positions = range_positions(mechanism, 9)
     steps = h * np.eye(len(mechanism.joints))
     slopes = [
         (excursion(tendon, positions + step) - excursion(tendon, positions - step)) / (2.0 * h)

@@ -45,7 +45,7 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     spools_are_free,
 )
 from tendon_newton.simulation.model.parameter_table import table_of
-from tendon_newton.simulation.model.structure import Precision, Structure
+from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.tendons.measured_force import acts, has_spring
 
 TIME_STEP = 1.25e-4
@@ -98,7 +98,6 @@ class Rollout:
         stiffness: Force by which the servo answers a turn of its shaft [N/rad]; it matters only
             between rows without commands.
         time_step: Longest step [s]; each row's interval is divided evenly.
-        precision: Scalar of the simulation.
         free_spools: Whether spools of servos with a rotor move on their own while their string is
             slack or stretches; else a rotor is only inertia at its mechanism.
         device: Warp device.
@@ -118,7 +117,6 @@ class Rollout:
         force: ForceSource | None = None,
         by_chain: bool = False,
         time_step: float = TIME_STEP,
-        precision: Precision = "float64",
         free_spools: bool = True,
         device: Any = None,
     ) -> None:
@@ -174,7 +172,6 @@ class Rollout:
                 effects=self.table.effects,
                 by_servo=self.table.of_chain(copies).by_servo,
                 planar=plane_of(model, whole) is not None,
-                precision=precision,
                 driven_by=self.driven_by,
                 free_spool=(
                     free_spools and self.driven_by == "command" and spools_are_free(model, actuator)

@@ -194,7 +194,7 @@ def plane_of(model: FinalModel, topology: Topology) -> Array | None:
     return plane_basis(rest_frames(model, topology), topology)
 
 
-def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any = None) -> Any:
+def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly) -> Any:
     """Return the `Mechanism` struct of a kernel set, filled from a model's arrays.
 
     Where the kernels are those of one chain of several, each chain of a world counts as a world;
@@ -204,7 +204,6 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     topology = read_topology(model)
     frames = rest_frames(model, topology)
     types = kernels.types
-    device = device or model.device
     struct = types[MechanismNumbers]()
     copies = len(topology.parents) // structure.joint_count
     chains = model.world_count * copies
@@ -216,7 +215,7 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
         values = with_more(name, values, structure.coordinate_count - structure.joint_count)
         dtype = types[MechanismNumbers].vars[name].type.dtype
         exact = np.ascontiguousarray(values, dtype=scalar)
-        setattr(struct, name, wp.array(exact, dtype=dtype, device=device))
+        setattr(struct, name, wp.array(exact, dtype=dtype, device=model.device))
 
     tendons = tendon_numbers(model)
     for name, values in (joint_numbers(model) | tendons).items():

@@ -27,6 +27,8 @@ from tests.hardware.deploy.policies import Proportional, card_of, network, polic
 from tests.hardware.deploy.runs import Flight, closing
 from tests.physics.runs import ideal_model
 
+pytestmark = pytest.mark.usefixtures("nobody_at_the_keys")
+
 WORDS = ["deploy", "--port", "virtual", "--faster-than-real-time"]
 
 
@@ -35,12 +37,6 @@ def policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A policy that closes the finger, as a file."""
     folder = tmp_path_factory.mktemp("policy")
     return write_onnx(folder / "closing.onnx", Proportional(), card_of().to_json())
-
-
-@pytest.fixture(autouse=True)
-def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let no test wait for someone at a terminal."""
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
 
 
 def test_a_command_deploys_and_its_folder_is_a_dataset(policy, tmp_path, capsys) -> None:

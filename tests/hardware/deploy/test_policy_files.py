@@ -20,13 +20,9 @@ from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard, PolicyTra
 from tendon_newton.errors import InvalidPolicyFile, UntrustedNetworkFile
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
 
+pytestmark = pytest.mark.usefixtures("own_trust")
+
 ADDRESS = BenchAddress(bench="finger", port="virtual")
-
-
-@pytest.fixture(autouse=True)
-def no_list_of_trusted_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave the user's own list of trusted files alone."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
 
 
 @pytest.mark.parametrize("activation", [nn.ELU, nn.ReLU, nn.Tanh, nn.Sigmoid])

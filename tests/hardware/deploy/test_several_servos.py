@@ -26,6 +26,8 @@ from tests.faults.cases import ALLOWED
 from tests.hardware.deploy.policies import TwoSided, card_of, card_of_two, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight
 
+pytestmark = pytest.mark.usefixtures("nobody_at_the_keys")
+
 WORDS = ["deploy", "--port", "virtual:finger_antagonist", "--faster-than-real-time"]
 CARD = card_of_two()
 SETTINGS = DeploySettings(duration=3.0, loop=loops_of(CARD)[0], further_loops=loops_of(CARD)[1:])
@@ -50,12 +52,6 @@ def policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A policy of two servos, as a file."""
     path = tmp_path_factory.mktemp("policy") / "two.onnx"
     return write_onnx(path, TwoSided(), CARD.to_json(), size=CARD.observation_size)
-
-
-@pytest.fixture(autouse=True)
-def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let no test wait for someone at a terminal."""
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
 
 
 def test_two_servos_are_deployed_and_their_log_is_a_recording(policy, tmp_path, capsys) -> None:

@@ -29,6 +29,8 @@ from tendon_newton.data.formats.topic_mapping import BALL_TOPIC
 from tests.hardware.deploy.policies import FINGERS, TASK, turning_card, write_gait
 from tests.hardware.deploy.runs import Watching, at_instant, calibration_files
 
+pytestmark = pytest.mark.usefixtures("nobody_at_the_keys")
+
 LIMIT = 21.0  # The most that a servo can pull, as the card says [N]
 
 
@@ -42,12 +44,6 @@ def gait(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def policy(gait: Path) -> Policy:
     """The same, loaded."""
     return load_policy(gait)
-
-
-@pytest.fixture(autouse=True)
-def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let no test wait for someone at a terminal."""
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
 
 
 def address_of(**changes: Any) -> BenchAddress:

@@ -24,7 +24,7 @@ from tests.hardware.virtual_bench.link import (
 )
 
 BAD_RANGE, BAD_LENGTH, BEYOND_LIMIT, NO_ACCESS, ALERT = 4, 5, 6, 7, 0x80
-WATCHDOG, HARDWARE_ERROR, SHUTDOWN = 98, 70, 63
+WATCHDOG, HARDWARE_ERROR = 98, 70
 
 
 @pytest.fixture

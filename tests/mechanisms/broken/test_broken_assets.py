@@ -13,10 +13,6 @@ from tendon_newton.mechanisms.worlds import build_model
 from tests.mechanisms.broken.flat_assets import write_changed
 
 PIP_BODY = "rel physics:body1 = </finger/middle_phalanx>"
-PATH = (
-    "rel mjc:path = [\n                </finger/joints/pip>,\n                </finger/joints/dip>,"
-)
-
 ERRORS: dict[str, tuple[str, tuple[str, str]]] = {
     "negative mass": ("mass", ("physics:mass = 0.012", "physics:mass = -0.012")),
     "no mass": ("mass", ("physics:mass = 0.012", "physics:mass = 0")),

@@ -16,7 +16,6 @@ ABOVE = f"{BASE}flexor_above>"
 END = "</finger_routed/distal_phalanx/flexor_end>"
 SIDES = "mjc:sideSites:indices = [-1, 0, -1, -1, -1, -1, -1]"
 SPATIAL = 'uniform token mjc:type = "spatial"'
-BEHIND = "</finger_routed/middle_phalanx/flexor_a4>,\n                </finger_routed/distal_"
 PULLEY_PLACE = "translate = (-0.014, 0, -0.0165)"
 ABOVE_PLACE = "translate = (-0.014, 0, -0.0105)"
 A3_PLACE, A4_PLACE = "translate = (0.011, 0, -0.0068)", "translate = (0.02, 0, -0.006)"

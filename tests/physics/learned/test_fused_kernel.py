@@ -27,6 +27,8 @@ from tests.physics.learned.networks import (
     write_force_network,
 )
 
+pytestmark = pytest.mark.usefixtures("own_trust")
+
 WINDOWS = 10_000
 
 
@@ -39,12 +41,6 @@ def random_samples(count: int, device: str = "cpu") -> History:
     history.ring.assign(samples.astype(np.float32))
     history.newest.assign(rng.integers(0, WINDOW, count).astype(np.int32))
     return history
-
-
-@pytest.fixture(autouse=True)
-def trusting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the list of trusted files out of the user's own."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
 
 
 @pytest.mark.parametrize("seed", [0, 1])
