@@ -6,8 +6,6 @@ fits, names or writes for the next program must be the same to the last bit. Wha
 not be, or the noise was never read.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

@@ -5,8 +5,6 @@ made. For each entry its tests must pass there, and fail once its mistake is mad
 are mistakes that once passed unnoticed, and the like.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import shlex

@@ -6,8 +6,6 @@ diagnoses and of a training are compiled anew; they go into ``tendon_newton/_ker
 later build takes.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

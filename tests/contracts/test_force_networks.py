@@ -1,7 +1,5 @@
 """What every force network of the table promises; a new one is tested unasked."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ Every bench with one or two servos is driven in every way, whole and worn, with 
 or not, with every servo and every load cell, at the rates that there are. In lockstep.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace

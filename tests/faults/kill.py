@@ -4,8 +4,6 @@ Every verb that drives a motor runs in a process of its own, on the ports of a v
 outlives it, in real time. The bench's clock and its true duty are the judge.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

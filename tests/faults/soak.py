@@ -5,8 +5,6 @@ its time is over. A log is complete where it is read to its end, says why the ru
 as many readings of the servo as were made.
 """
 
-from __future__ import annotations
-
 import gc
 import random
 import resource

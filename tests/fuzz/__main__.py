@@ -7,8 +7,6 @@ outside its folder. A failure is named by seed, target and number, by which it
 is the same in every run.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

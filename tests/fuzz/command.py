@@ -1,7 +1,5 @@
 """Sends spoilt files to workers and judges what they answer."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import select

@@ -1,7 +1,5 @@
 """Sound recordings to spoil, and how they are read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from random import Random
 from typing import Any

@@ -1,7 +1,5 @@
 """Sound settings and answers to spoil, and how they are read."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from random import Random

@@ -4,8 +4,6 @@ A target's `prepare` writes a sound folder and returns the file to spoil; `read`
 returns, or raises an error of ours. Everything heavy is imported inside, by the worker alone.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Sound assets to spoil, and how they are read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tendon_newton.mechanisms.asset_library import asset_path

@@ -4,8 +4,6 @@ It is told ``target number`` line by line and answers each with a line of JSON. 
 come back within the parent's patience ends it.
 """
 
-from __future__ import annotations
-
 import ctypes
 import json
 import logging

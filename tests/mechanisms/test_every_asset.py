@@ -1,7 +1,5 @@
 """What every folder under assets/ must keep; a new one is tested unasked."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import newton

@@ -1,7 +1,5 @@
 """The tables of README and docs that show results, each made from its records."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import mean
 from typing import Any

@@ -1,7 +1,5 @@
 """Small jobs for the tests of schedulers: a process that does one loads nothing else."""
 
-from __future__ import annotations
-
 import os
 import time
 

@@ -1,7 +1,5 @@
 """Jobs in turn, in processes of this machine, and on the workers of a cluster."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Quadratics with bounds, against SciPy's own solver."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear

@@ -1,7 +1,5 @@
 """A reproduction so small that a test can afford it; networks that are trained stay its own."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 from pathlib import Path

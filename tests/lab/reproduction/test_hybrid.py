@@ -1,7 +1,5 @@
 """What a hybrid is made of."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The stages of a reproduction on a bench of two minutes."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import shutil

@@ -1,7 +1,5 @@
 """What a servo's model lacks of a tension, against tensions of a known servo."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

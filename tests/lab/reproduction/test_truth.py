@@ -1,7 +1,5 @@
 """What a diagnosis found against what the virtual bench contains."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The smallest plan that every stage of these tests can run on, on the virtual bench."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tendon_hardware.benches.bench_address import BenchAddress

@@ -1,7 +1,5 @@
 """A ball and a block that move, and where they begin, for the tests of physics."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

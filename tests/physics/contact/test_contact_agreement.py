@@ -1,7 +1,5 @@
 """Contact in our solver against Newton's SolverMuJoCo with Newton's collision pipeline."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

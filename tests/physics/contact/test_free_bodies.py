@@ -1,7 +1,5 @@
 """What is free to move: falls, rests, slides, rolls, bounces, and is held by a finger."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch

@@ -1,7 +1,5 @@
 """Four fingers around one ball: what one does to it, the others feel."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fingers that are stepped in turn with one body, along one line: does any of their modes grow?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

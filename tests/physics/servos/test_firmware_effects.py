@@ -1,7 +1,5 @@
 """What a servo's firmware does to its goal and its duty, against numbers worked out by hand."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from types import SimpleNamespace

@@ -3,8 +3,6 @@
 The reference is examples/studies/bam_friction.json, beside the script that made it.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import replace

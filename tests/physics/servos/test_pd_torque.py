@@ -1,7 +1,5 @@
 """The drive with kp and kd against what its equation says by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

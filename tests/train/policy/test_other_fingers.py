@@ -1,7 +1,5 @@
 """Fingers with strings of other kinds and numbers: they are learned, written, read and refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

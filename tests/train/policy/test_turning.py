@@ -1,7 +1,5 @@
 """Hands that turn a ball: the cup, the environment's new parts, a training and its evaluation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
