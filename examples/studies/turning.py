@@ -1,8 +1,9 @@
 """Turn a ball in a hand's palm by a gait that sees nothing: what a policy must beat.
 
 ``python -m examples.studies.turning`` lets the gaits of ``turning.json`` turn 16 balls for 20 s,
-one on the motor of a data sheet and one on a diagnosed motor; some minutes on one core.
-``--search 5`` looks for them anew, on 64 balls for 5 s each round. Hands, balls and joint friction
+on the motor of a data sheet, on a diagnosed one and on one whose strings stretch; some minutes.
+``--search 5`` looks for them anew, on 64 balls for 5 s each round. With ``--asked 0.5`` [rad/s] a
+gait waits while its ball is ahead of that rate, as a policy might. Hands, balls and joint friction
 differ as in training.
 
 Each pair of fingers, index with ring and middle with little, is asked for a wave: offset and
@@ -30,8 +31,8 @@ from tendon_train.policy.worlds.environment import FingerEnvironment
 
 GAITS = Path(__file__).with_suffix(".json")
 MODELS = Path(__file__).with_name("turning_models")
-MOTORS = ("data_sheet", "diagnosed")
-"""Model files of a servo: as its data sheet has it, and as a diagnosis found it."""
+MOTORS = ("data_sheet", "diagnosed", "stretching")
+"""Model files of a servo: as its data sheet has it, as a diagnosis found it, and with strings."""
 NUMBERS = {
     "frequency_hz": (0.4, 2.2),
     "phase_rad": (0.0, 6.28),
@@ -60,6 +61,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--search", type=int, default=0, metavar="ROUNDS")
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--asked", type=float, help="[rad/s]")
     parser.add_argument("--max-step", type=float, default=HANDS.max_step, help="[s]")
     parser.add_argument("--motors", nargs="+", choices=MOTORS, default=list(MOTORS))
     words = parser.parse_args()
@@ -70,9 +72,11 @@ def main() -> None:
         if words.search:
             gaits[name] = dict(zip(NUMBERS, search(own, words.search), strict=True))
             GAITS.write_text(json.dumps(gaits, indent=1) + "\n", encoding="utf-8")
-        hands = worlds(own, words.seconds)
+        asked = words.asked or RATE
+        hands = turning_worlds(own, rate=asked, seconds=words.seconds, seed=SEED)
         gait = torch.tensor([gaits[name][number] for number in NUMBERS])
-        figures = watch(hands, Walk(hands, gait.repeat(HANDS.worlds, 1)), words.seconds)
+        walk = Waiting if words.asked else Walk
+        figures = watch(hands, walk(hands, gait.repeat(HANDS.worlds, 1)), words.seconds)
         print(f"{name}: {figures.text}", flush=True)
 
 
@@ -98,14 +102,27 @@ class Walk:
         away = self.commands(time) - self._hands.loop.reading.motor_position
         return self._gaits[:, -1:] * away
 
-    def commands(self, time: float) -> Tensor:
-        """Return the desired motor angles [rad] at a time [s], shape (W, 4)."""
+    def commands(self, time: float | Tensor) -> Tensor:
+        """Return the desired motor angles [rad] at a time [s], or of each (W, 1), shape (W, 4)."""
         frequency, phase, *levels, harmonic, shift, _ = self._gaits[..., None].unbind(dim=1)
         offset_out, wave_out, offset_in, wave_in = levels
         angle = 2.0 * np.pi * frequency * time + phase * (1.0 - LEADS)
         wave = torch.sin(angle) + harmonic * torch.sin(2.0 * angle + shift)
         offset = offset_in + (offset_out - offset_in) * OUTER
         return offset + (wave_in + (wave_out - wave_in) * OUTER) * wave
+
+
+class Waiting(Walk):
+    """Gaits that go on the slower the farther their ball is ahead, and wait half a radian ahead."""
+
+    _time = torch.zeros(1)  # How far each gait has gone [s], shape (W, 1)
+
+    def __call__(self, seen: Tensor) -> Tensor:
+        """Return the offsets [rad] of all servos now, shape (W, 4)."""
+        behind = seen[:, -4:-3]  # [rad], before the three coordinates of the ball
+        self._time = self._time + (0.5 + behind).clamp(0.0, 1.0) / self._hands.config.rate
+        away = self.commands(self._time) - self._hands.loop.reading.motor_position
+        return self._gaits[:, -1:] * away
 
 
 def search(config: EnvironmentConfig, rounds: int) -> list[float]:
