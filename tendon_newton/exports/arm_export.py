@@ -18,22 +18,12 @@ from tendon_newton.exports.departure import Departure, pooled
 from tendon_newton.exports.export_page import Fidelity, write_page
 from tendon_newton.exports.export_target import Exported
 from tendon_newton.exports.model_numbers import not_exact
-from tendon_newton.exports.mujoco.arm_target import (
-    COVERAGE,
-    FILE,
-    IN_THE_FILE,
-    PROGRAM,
-    SWING,
-    middle_of,
-    replay_arm_file,
-    replay_arm_program,
-    write_arm,
-)
+from tendon_newton.exports.mujoco import arm_target
 from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.parts import Tip
 
-ALONE = f"{FILE} alone"
+ALONE = f"{arm_target.FILE} alone"
 # Of the first joint's swing and the last one's, where no motion was recorded [rad/s]
 STANDARD_RATES = (0.9, 2.3)
 STANDARD_SECONDS = 8.0
@@ -61,7 +51,7 @@ def swings(arm: Arm) -> ArmMotion:
     """Return commands that swing each joint about the middle of its range."""
     time = np.arange(round(STANDARD_SECONDS * RATE)) / RATE
     rates = np.linspace(*STANDARD_RATES, len(arm.sign))
-    command = middle_of(arm) + SWING * np.sin(np.outer(time, rates))
+    command = arm_target.middle_of(arm) + arm_target.SWING * np.sin(np.outer(time, rates))
     return ArmMotion(
         recordings=tuple(
             Recording(
@@ -88,14 +78,19 @@ def export_arm(
     """
     left_out = {
         way: tuple(sorted({e for model in arm.models for e in not_exact(model, coverage)}))
-        for way, coverage in ((PROGRAM, COVERAGE), (ALONE, IN_THE_FILE))
+        for way, coverage in (
+            (arm_target.PROGRAM, arm_target.COVERAGE),
+            (ALONE, arm_target.IN_THE_FILE),
+        )
     }
-    exported = Exported(files=write_arm(out, arm), loading=loading_text(arm), left_out=left_out)
+    exported = Exported(
+        files=arm_target.write_arm(out, arm), loading=loading_text(arm), left_out=left_out
+    )
     ours = simulated(arm, motions)
     progress(f"replaying {sum(motion.time[-1] - motion.time[0] for motion in motions):.0f} s")
     ways: Mapping[str, Callable[[ArmMotion], Array]] = {
-        PROGRAM: lambda motion: replay_arm_program(out, motion),
-        ALONE: lambda motion: replay_arm_file(out, arm.arm, motion),
+        arm_target.PROGRAM: lambda motion: arm_target.replay_arm_program(out, motion),
+        ALONE: lambda motion: arm_target.replay_arm_file(out, arm.arm, motion),
     }
     worth = {
         effect: strayed(arm.arm, simulated(without(arm, effect), motions), ours)

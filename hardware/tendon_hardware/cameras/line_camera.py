@@ -56,7 +56,6 @@ class Camera(Protocol):
 
 
 LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8})" + 7 * rb",(-?\d{1,7})" + rb"\*([0-9A-Fa-f]{2})")
-BAUD = 115_200  # Rate of the port [1/s]; 30 lines of 90 bytes are a quarter of it
 GAP_MAX = 300
 """Frames that may be missing between two lines [1]: ten seconds of a ball that nobody saw."""
 
@@ -71,7 +70,7 @@ class LineCamera:
 
     def __init__(self, port: str | ByteStream, *, clock: Clock | None = None) -> None:
         own = MonotonicClock() if clock is None else clock
-        self._stream = SerialStream(port, baud=BAUD, clock=own) if isinstance(port, str) else port
+        self._stream = SerialStream(port, clock=own) if isinstance(port, str) else port
         self._splitter = LineSplitter()
         self._last = -1
         self._astray: int | None = None

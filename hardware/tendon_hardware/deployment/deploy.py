@@ -5,24 +5,18 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from tendon_hardware.benches.bench import Bench, counter_facts
+from tendon_hardware.benches.bench import counter_facts
 from tendon_hardware.benches.bench_address import FILTERS
 from tendon_hardware.collection.collect import closed
-from tendon_hardware.control.goals import Goals
 from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.control.operator import Operator
-from tendon_hardware.control.pilot import Pilot
-from tendon_hardware.control.policy_runner import Policy
-from tendon_hardware.deployment.ball_watch import BallWatch
 from tendon_hardware.deployment.deploy_log import DeployLog, step_fields
-from tendon_hardware.deployment.deploy_loop import UNWIND_DUTY, DeployLoop
+from tendon_hardware.deployment.deploy_loop import UNWIND_DUTY, DeployLoop, Deployment
 from tendon_hardware.deployment.deploy_operator import AbsentableOperator
-from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.errors import SafetyStop
 from tendon_hardware.logs.session import Session, flattened
 from tendon_hardware.logs.session_log import open_log
 from tendon_hardware.pacing import PacingReport
-from tendon_hardware.safety_rules.force_estimate import ForceEstimate
 from tendon_hardware.safety_rules.rules import reach_of, refuse_unreachable
 from tendon_hardware.safety_rules.rules_applied import Trip
 from tendon_hardware.servos.base import ServoSettings
@@ -45,26 +39,6 @@ class DeployOutcome:
     first_command: float | None  # Instant of the first command on the bench's clock [s]
     # The latest trips of safety rules, and when what they ask for had been done [s]
     acted: tuple[tuple[Trip, float], ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Deployment:
-    """Pilot, bench and settings of a deployment."""
-
-    bench: Bench  # An open bench
-    pilot: Pilot
-    settings: DeploySettings
-    goals: Goals
-    policy: Policy | None = None  # Named in the log; a hand at the keys is none
-    estimate: ForceEstimate | None = None  # Gives the tension where no load cell does
-    watch: BallWatch | None = None  # Knows of the ball that a policy turns
-    state: str = ""  # Model file of the bench as it was last diagnosed; empty where nobody knows
-
-    @property
-    def estimates(self) -> tuple[ForceEstimate, ...]:
-        """One for each servo, where there is one."""
-        first = self.estimate
-        return () if first is None else (first, *(first.anew() for _ in self.bench.drives[1:]))
 
 
 def deploy(
@@ -90,17 +64,7 @@ def deploy(
         )
         for drive, each in zip(bench.drives, settings.loops, strict=True)
     ]
-    loop = DeployLoop(
-        bench,
-        deployment.pilot,
-        settings,
-        deployment.goals,
-        keyboard,
-        AbsentableOperator(operator),
-        stop,
-        deployment.estimates,
-        deployment.watch,
-    )
+    loop = DeployLoop(deployment, keyboard, AbsentableOperator(operator), stop)
     session = session_of(deployment, read_back)
     log = None
     if path is not None:

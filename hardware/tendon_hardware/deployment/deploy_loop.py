@@ -7,27 +7,22 @@ skipped and counted.
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import inf
 
+from tendon_hardware import errors
 from tendon_hardware.benches.bench import Bench, motors_off
 from tendon_hardware.collection.run_loop import FLUSH_PERIOD
 from tendon_hardware.control.goals import Goals
 from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.control.pilot import Pilot, PilotStep
+from tendon_hardware.control.policy_runner import Policy
 from tendon_hardware.deployment.ball_watch import BallWatch
 from tendon_hardware.deployment.deploy_log import DeployLog
 from tendon_hardware.deployment.deploy_operator import DeployProgress
 from tendon_hardware.deployment.deploy_senses import DeploySenses
 from tendon_hardware.deployment.deploy_settings import DeploySettings
-from tendon_hardware.errors import (
-    LogNotWritten,
-    PolicyFailure,
-    PortLost,
-    ServoRefused,
-    ServoSilent,
-    WatchdogTripped,
-)
 from tendon_hardware.pacing import Ticker
 from tendon_hardware.safety_rules.force_estimate import ForceEstimate
 from tendon_hardware.safety_rules.rules_applied import SafetyGuards, Trip
@@ -47,35 +42,45 @@ UNWIND_SLOWEST = 0.3
 """Mean speed below which unwinding is given up and the motor switched off [rad/s]."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Deployment:
+    """Pilot, bench and settings of a deployment."""
+
+    bench: Bench  # An open bench
+    pilot: Pilot
+    settings: DeploySettings
+    goals: Goals
+    policy: Policy | None = None  # Named in the log; a hand at the keys is none
+    estimate: ForceEstimate | None = None  # Gives the tension where no load cell does
+    watch: BallWatch | None = None  # Knows of the ball that a policy turns
+    state: str = ""  # Model file of the bench as it was last diagnosed; empty where nobody knows
+
+    @property
+    def estimates(self) -> tuple[ForceEstimate, ...]:
+        """One for each servo, where there is one."""
+        first = self.estimate
+        return () if first is None else (first, *(first.anew() for _ in self.bench.drives[1:]))
+
+
 class DeployLoop:
     """Lets a pilot drive the servos as long as the rules allow.
 
     Args:
-        bench: An open bench whose servos are configured, and on unless the run is dry.
-        estimates: Give the tension of each servo where no load cell does; may be none.
+        deployment: The servos of its bench are configured, and on unless the run is dry.
     """
 
     def __init__(
-        self,
-        bench: Bench,
-        pilot: Pilot,
-        settings: DeploySettings,
-        goals: Goals,
-        keyboard: Keyboard,
-        operator: Operator,
-        stop: StopRequest,
-        estimates: Sequence[ForceEstimate] = (),
-        watch: BallWatch | None = None,
+        self, deployment: Deployment, keyboard: Keyboard, operator: Operator, stop: StopRequest
     ) -> None:
-        self.bench = bench
+        self.bench = bench = deployment.bench
         self.servos = tuple(drive.servo for drive in bench.drives)
         self.clock = bench.clock
-        self.pilot = pilot
-        self.settings = settings
-        self.goals = goals
+        self.pilot = deployment.pilot
+        self.settings = settings = deployment.settings
+        self.goals = goals = deployment.goals
         self.operator = operator
-        self.estimates = estimates
-        self.watch = watch
+        self.estimates = deployment.estimates
+        self.watch = deployment.watch
         self.guard = SafetyGuards(
             settings.servo_limits, [f"servo {servo.identifier}" for servo in self.servos]
         )
@@ -117,7 +122,7 @@ class DeployLoop:
             try:
                 self._tick(tick)
                 self._note(tick, begin)
-            except LogNotWritten as error:
+            except errors.LogNotWritten as error:
                 senses.failure, self._log = str(error), None
             self._show(begin)
 
@@ -140,7 +145,7 @@ class DeployLoop:
         """Let the pilot decide, unless it cannot, which is a rule's business."""
         try:
             return self._decide(states)
-        except PolicyFailure as error:
+        except errors.PolicyFailure as error:
             self.senses.broken = str(error)
             return None
 
@@ -219,9 +224,9 @@ class DeployLoop:
             duty = servo.command_duty(duty)
             if self._log is not None:
                 self._log.session_log.duty(instant, duty, place)
-        except (ServoSilent, PortLost):
+        except (errors.ServoSilent, errors.PortLost):
             return False  # its silence is a rule's business
-        except (WatchdogTripped, ServoRefused) as error:
+        except (errors.WatchdogTripped, errors.ServoRefused) as error:
             senses.stopped = str(error)
             return False
         return True

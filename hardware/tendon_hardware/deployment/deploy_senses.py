@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 
+from tendon_hardware import errors
 from tendon_hardware.benches.bench import Bench
 from tendon_hardware.collection.run_loop import LOOK_PERIOD
 from tendon_hardware.control.goals import Goals
@@ -11,14 +12,6 @@ from tendon_hardware.control.keyboard import KILL_KEYS, STOP_KEYS, Keyboard
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.deployment.deploy_log import DeployLog
 from tendon_hardware.deployment.deploy_settings import DeploySettings
-from tendon_hardware.errors import (
-    PortLost,
-    ServoAlert,
-    ServoRefused,
-    ServoReset,
-    ServoSilent,
-    WatchdogTripped,
-)
 from tendon_hardware.pacing import Ticker
 from tendon_hardware.safety_rules.force_watch import ForceWatch
 from tendon_hardware.safety_rules.rule_limits import SKIP_WINDOW
@@ -64,7 +57,7 @@ class ServoSenses:
         """Read the servo, where it can be reached."""
         try:
             self.state = state = self.servo.read_state()
-        except (ServoSilent, PortLost, ServoRefused):
+        except (errors.ServoSilent, errors.PortLost, errors.ServoRefused):
             return None
         self.heard = state.time
         return state
@@ -74,10 +67,10 @@ class ServoSenses:
         self._alerts = self.servo.counters.alerts
         try:
             self.health = health = self.servo.check()
-        except (ServoAlert, ServoReset, WatchdogTripped) as error:
+        except (errors.ServoAlert, errors.ServoReset, errors.WatchdogTripped) as error:
             self.stopped = str(error)
             return None
-        except (ServoSilent, PortLost, ServoRefused):
+        except (errors.ServoSilent, errors.PortLost, errors.ServoRefused):
             return None
         return health
 

@@ -16,6 +16,7 @@ from tendon_hardware.clock import Clock
 from tendon_hardware.errors import PortUnavailable
 from tendon_hardware.serial_ports import LOST, PortLock, reason
 
+BAUD = 115_200  # Rate of the ports [1/s], which USB ignores; the camera's lines are a quarter of it
 PIECE = 4096  # Most bytes taken at once
 
 
@@ -40,11 +41,10 @@ class ByteStream(Protocol):
 
 
 class SerialStream:
-    """A serial port as a stream of dated bytes, at a rate [1/s] that USB ignores."""
+    """A serial port as a stream of dated bytes."""
 
-    def __init__(self, port: str, *, baud: int, clock: Clock) -> None:
+    def __init__(self, port: str, *, clock: Clock) -> None:
         self.name = port
-        self._baud = baud
         self._clock = clock
         self._lock = PortLock(port)
         self._pieces: deque[tuple[float, bytes]] = deque()
@@ -63,7 +63,7 @@ class SerialStream:
 
         self._lock.acquire()
         try:
-            port = serial.Serial(self.name, self._baud, timeout=0)
+            port = serial.Serial(self.name, BAUD, timeout=0)
             port.reset_input_buffer()
         except (*LOST, ValueError) as error:
             self._lock.release()

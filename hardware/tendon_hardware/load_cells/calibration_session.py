@@ -7,14 +7,7 @@ from pathlib import Path
 
 from tendon_hardware.clock import Clock
 from tendon_hardware.errors import InvalidCalibration
-from tendon_hardware.load_cells.calibrating import (
-    CalibrationOperator,
-    CalibrationPlan,
-    await_steady,
-    point,
-    run_plan,
-    take,
-)
+from tendon_hardware.load_cells import calibrating
 from tendon_hardware.load_cells.calibration import (
     STANDARD_GRAVITY,
     CalibrationPoint,
@@ -33,7 +26,7 @@ GAINS = (128, 64, 32)
 class CalibrationSession:
     """Cell, masses and file of a calibration."""
 
-    plan: CalibrationPlan  # Masses and their order
+    plan: calibrating.CalibrationPlan  # Masses and their order
     out: Path  # File to write; while the calibration is not complete its points are beside it
     cell: str = "load_cell"  # Name that the operator gave the cell
     gain: int = 128  # Gain of the converter
@@ -87,7 +80,7 @@ class CalibrationSession:
         return points
 
     def run(
-        self, cell: LoadCell, clock: Clock, operator: CalibrationOperator
+        self, cell: LoadCell, clock: Clock, operator: calibrating.CalibrationOperator
     ) -> LoadCellCalibration:
         """Measure what is left of the plan, fit the line and write the file.
 
@@ -95,7 +88,7 @@ class CalibrationSession:
             InvalidCalibration: The points do not support a line; they are kept beside the file.
             LoadCellSilent: The cell sends nothing.
         """
-        measured = run_plan(
+        measured = calibrating.run_plan(
             self.plan,
             cell,
             clock,
@@ -125,7 +118,7 @@ def measure_drift(
     calibration: LoadCellCalibration,
     cell: LoadCell,
     clock: Clock,
-    operator: CalibrationOperator,
+    operator: calibrating.CalibrationOperator,
     duration: float,
 ) -> float:
     """Return how far zero has moved since the calibration [N], the load taken off.
@@ -135,8 +128,10 @@ def measure_drift(
     """
     operator.hang(0.0, "take all load off, and wait until nothing moves")
     cell.drain()
-    await_steady(cell, clock, operator, None)
-    return calibration.drift(point(take(cell, clock, duration, operator), 0.0, "up").counts)
+    calibrating.await_steady(cell, clock, operator, None)
+    return calibration.drift(
+        calibrating.point(calibrating.take(cell, clock, duration, operator), 0.0, "up").counts
+    )
 
 
 def points_text(calibration: LoadCellCalibration, show: Callable[[float], str]) -> list[str]:

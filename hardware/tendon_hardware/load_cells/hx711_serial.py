@@ -21,19 +21,14 @@ class Hx711Serial:
 
     Args:
         port: Path of the port, or a stream of dated bytes.
-        baud: Rate of the port [1/s].
         clock: Clock that dates the arrivals; the computer's monotonic one unless given.
     """
 
     name = "hx711_serial"
 
-    def __init__(
-        self, port: str | ByteStream, *, baud: int = 115_200, clock: Clock | None = None
-    ) -> None:
+    def __init__(self, port: str | ByteStream, *, clock: Clock | None = None) -> None:
         self._clock: Clock = MonotonicClock() if clock is None else clock
-        self._stream = (
-            SerialStream(port, baud=baud, clock=self._clock) if isinstance(port, str) else port
-        )
+        self._stream = SerialStream(port, clock=self._clock) if isinstance(port, str) else port
         self.counters = LoadCellCounters()
         self._splitter = LineSplitter()
         self._last: LoadCellReading | None = None

@@ -15,18 +15,7 @@ from tendon_hardware.logs import ros_messages as ros
 from tendon_hardware.logs.mcap_file import McapFile
 from tendon_hardware.logs.ros_messages import Message
 from tendon_hardware.servos.base import ServoCounters, ServoHealth, ServoState
-from tendon_newton.data.formats.topic_mapping import (
-    BALL_TOPIC,
-    COMMAND_TOPIC,
-    DIAGNOSTICS_TOPIC,
-    DUTY_TOPIC,
-    FORCE_TOPIC,
-    RAW_FORCE_TOPIC,
-    SESSION_RECORD,
-    STATE_TOPIC,
-    TIP_TOPIC,
-    TRUTH_TOPIC,
-)
+from tendon_newton.data.formats import topic_mapping as topics
 
 WRITE_PERIOD = 0.02
 """Time between two writings [s]. Encoding holds the interpreter, 20 us a message. Ten at a time
@@ -121,12 +110,12 @@ class SessionLog:
         """Write the command [rad] of each servo that takes effect at an instant."""
         stamp = self.time_base.stamp(instant)
         message = ros.joint_state(stamp, self._names, angles)
-        self.sink.write(COMMAND_TOPIC, ros.JOINT_STATE, stamp, message)
+        self.sink.write(topics.COMMAND_TOPIC, ros.JOINT_STATE, stamp, message)
 
     def duty(self, instant: float, duty: float, place: int = 0) -> None:
         """Write the duty [1] that a loop on the host sends to a servo."""
         stamp = self.time_base.stamp(instant)
-        self.sink.write(own_topic(DUTY_TOPIC, place), ros.NUMBER, stamp, {"data": duty})
+        self.sink.write(own_topic(topics.DUTY_TOPIC, place), ros.NUMBER, stamp, {"data": duty})
 
     def state(self, *states: ServoState) -> None:
         """Write a reading of each servo, dated by the middle of all."""
@@ -138,34 +127,34 @@ class SessionLog:
             [state.velocity for state in states],
             [state.current for state in states],
         )
-        self.sink.write(STATE_TOPIC, ros.JOINT_STATE, stamp, message)
+        self.sink.write(topics.STATE_TOPIC, ros.JOINT_STATE, stamp, message)
 
     def raw_force(self, reading: LoadCellReading, place: int = 0) -> None:
         """Write a reading of a load cell as it came; it can be calibrated anew."""
         stamp = self.time_base.stamp(reading.host_time)
         values = (reading.sequence, reading.device_time_us, reading.counts)
-        topic = own_topic(RAW_FORCE_TOPIC, place)
+        topic = own_topic(topics.RAW_FORCE_TOPIC, place)
         self.sink.write(topic, ros.INTEGERS, stamp, ros.integers(values))
 
     def force(self, instant: float, arrival: float, newtons: float, place: int = 0) -> None:
         """Write the tension [N] of a tendon, its instant and when it arrived."""
         message = ros.wrench(self.time_base.stamp(instant), self._names[place], newtons)
-        self.sink.write(FORCE_TOPIC, ros.WRENCH, self.time_base.stamp(arrival), message)
+        self.sink.write(topics.FORCE_TOPIC, ros.WRENCH, self.time_base.stamp(arrival), message)
 
     def tip(self, instant: float, x: float, z: float) -> None:
         """Write where the finger's tip is in its plane [m]."""
         stamp = self.time_base.stamp(instant)
-        self.sink.write(TIP_TOPIC, ros.POINT, stamp, ros.point(stamp, "base", x, 0.0, z))
+        self.sink.write(topics.TIP_TOPIC, ros.POINT, stamp, ros.point(stamp, "base", x, 0.0, z))
 
     def ball(self, instant: float, arrival: float, x: float, y: float, z: float) -> None:
         """Write where a camera saw the ball, from where it was at first [m], and when."""
         message = ros.point(self.time_base.stamp(instant), "ball_start", x, y, z)
-        self.sink.write(BALL_TOPIC, ros.POINT, self.time_base.stamp(arrival), message)
+        self.sink.write(topics.BALL_TOPIC, ros.POINT, self.time_base.stamp(arrival), message)
 
     def truth(self, instant: float, ball: Sequence[float], joints: Sequence[float]) -> None:
         """Write the ball's true place [m] and quaternion (x, y, z, w), and joint angles [rad]."""
         stamp = self.time_base.stamp(instant)
-        self.sink.write(TRUTH_TOPIC, ros.NUMBERS, stamp, ros.numbers([*ball, *joints]))
+        self.sink.write(topics.TRUTH_TOPIC, ros.NUMBERS, stamp, ros.numbers([*ball, *joints]))
 
     def health(
         self,
@@ -192,11 +181,13 @@ class SessionLog:
 
     def _diagnose(self, instant: float, statuses: Sequence[ros.Message]) -> None:
         stamp = self.time_base.stamp(instant)
-        self.sink.write(DIAGNOSTICS_TOPIC, ros.DIAGNOSTICS, stamp, ros.diagnostics(stamp, statuses))
+        self.sink.write(
+            topics.DIAGNOSTICS_TOPIC, ros.DIAGNOSTICS, stamp, ros.diagnostics(stamp, statuses)
+        )
 
     def finish(self, session: Mapping[str, str]) -> None:
         """Write how it was made and what was missed, and close the file."""
-        self.sink.finish({SESSION_RECORD: session})
+        self.sink.finish({topics.SESSION_RECORD: session})
 
     def close(self) -> None:
         """Close the file as it is, without an end."""
@@ -247,5 +238,5 @@ def open_log(
         background: Whether a thread writes, as beside a real clock it must.
         endless: Whether the run may last for hours.
     """
-    file = McapFile(path, {SESSION_RECORD: session}, endless=endless)
+    file = McapFile(path, {topics.SESSION_RECORD: session}, endless=endless)
     return SessionLog(BackgroundLog(file) if background else file, time_base, tendons)

@@ -2,19 +2,9 @@
 
 from math import isfinite, pi
 
+from tendon_hardware import errors
 from tendon_hardware.clock import Clock, MonotonicClock
-from tendon_hardware.errors import (
-    CommandNotFinite,
-    HardwareFault,
-    PortLost,
-    PortUnavailable,
-    ServoAlert,
-    ServoRefused,
-    ServoReset,
-    ServoSilent,
-    SettingMismatch,
-    WatchdogTripped,
-)
+from tendon_hardware.servos import setting_up
 from tendon_hardware.servos.base import (
     ServoCounters,
     ServoHealth,
@@ -27,17 +17,6 @@ from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.family import WATCHDOG_TRIPPED, Targets
 from tendon_hardware.servos.serial_bus.keeper import Keeper
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
-from tendon_hardware.servos.setting_up import (
-    alert_text,
-    apply,
-    arm_watchdog,
-    await_restart,
-    greet,
-    refuse_alert,
-    set_verified,
-    switch_off,
-    verify,
-)
 from tendon_hardware.servos.spool_angle import SpoolAngle
 from tendon_newton.errors import InvalidParameter
 
@@ -114,7 +93,7 @@ class BusServo:
         """
         self._bus.port.open()
         try:
-            greet(self._bus, self.spec, self._clock)
+            setting_up.greet(self._bus, self.spec, self._clock)
             scale = FAMILIES[self.spec.family].velocity_scale(self._bus)
             self._velocity_unit = scale * self.spec.velocity_unit
         except BaseException:
@@ -138,7 +117,7 @@ class BusServo:
         try:
             if self._torque and self._bus.port.is_open:
                 self.disable_torque()
-        except HardwareFault:
+        except errors.HardwareFault:
             return False
         return not self._torque
 
@@ -187,7 +166,7 @@ class BusServo:
         self._bus.refuse_second()
         try:
             current, velocity, position = self._bus.read(*self.table.state)
-        except HardwareFault:
+        except errors.HardwareFault:
             self.counters.missed += 1
             raise
         unseen, self._seen = self._bus.instant - self._seen, self._bus.instant
@@ -233,16 +212,18 @@ class BusServo:
         health = self.read_health()
         if health.watchdog_tripped:
             self.counters.watchdog_trips += 1
-            raise WatchdogTripped(self._watchdog_text())
+            raise errors.WatchdogTripped(self._watchdog_text())
         if health.alerts:
-            raise ServoAlert(alert_text(self._bus, self.spec, health.hardware_error))
+            raise errors.ServoAlert(
+                setting_up.alert_text(self._bus, self.spec, health.hardware_error)
+            )
         if self._restarted:
-            raise ServoReset(
+            raise errors.ServoReset(
                 f"servo {self.identifier} must keep its settings but has started anew; "
                 "look at its supply and plug"
             )
         if driven and not health.torque_enabled:
-            raise ServoReset(
+            raise errors.ServoReset(
                 f"servo {self.identifier} must drive its motor; something else has switched it off"
             )
         return health
@@ -254,24 +235,24 @@ class BusServo:
             WatchdogTripped: The servo stopped and takes no goals.
         """
         if not isfinite(fraction):
-            raise CommandNotFinite(f"a duty must be finite; it is {fraction}")
+            raise errors.CommandNotFinite(f"a duty must be finite; it is {fraction}")
         self._configured()
         self._feed()
         if self._unwatched:
             self.counters.watchdog_trips += 1
-            raise WatchdogTripped(self._watchdog_text())
+            raise errors.WatchdogTripped(self._watchdog_text())
         sent = min(max(fraction, -self.duty_limit), self.duty_limit)
         self.counters.limited += sent != fraction
         goal = round(sent * self.spec.duty_counts)
         try:
             self._rest(goal)
             self._bus.write(self.table.goal_duty, goal)
-        except ServoRefused:
+        except errors.ServoRefused:
             register = self.table.watchdog
             if register is None or self._bus.read(register) != (WATCHDOG_TRIPPED,):
                 raise
             self.counters.watchdog_trips += 1
-            raise WatchdogTripped(self._watchdog_text()) from None
+            raise errors.WatchdogTripped(self._watchdog_text()) from None
         self.duty = sent
         return sent
 
@@ -285,15 +266,15 @@ class BusServo:
             SettingMismatch: A register reads back other than it was set.
         """
         watchdog = self._configured()
-        refuse_alert(self._bus, self.spec)
-        verify(self._bus, self._targets())
-        arm_watchdog(self._bus, watchdog)  # one that has tripped takes no goals
-        set_verified(self._bus, self.table.goal_duty, 0)
+        setting_up.refuse_alert(self._bus, self.spec)
+        setting_up.verify(self._bus, self._targets())
+        setting_up.arm_watchdog(self._bus, watchdog)  # one that has tripped takes no goals
+        setting_up.set_verified(self._bus, self.table.goal_duty, 0)
         self._release()
         self._keeper = self._bus.keeper(watchdog)
         self._rested = self._clock.now()
         self._torque = True  # from here on something must be switched off
-        set_verified(self._bus, self.table.torque, 1)
+        setting_up.set_verified(self._bus, self.table.torque, 1)
 
     def disable_torque(self) -> None:
         """Switch the motor off, under an alert as well, and until it reads back as off.
@@ -302,7 +283,7 @@ class BusServo:
             ServoSilent: The register never read as off.
             PortLost: The adapter is gone.
         """
-        switch_off(self._bus)
+        setting_up.switch_off(self._bus)
         self._release()
         self._torque = False
         self.duty = 0.0
@@ -323,7 +304,7 @@ class BusServo:
         self._configured()
         self._notice(*self._bus.read(self.table.torque, self.table.mark))
         self._set_up()  # without its motor, a Feetech servo's overload is over
-        refuse_alert(self._bus, self.spec)
+        setting_up.refuse_alert(self._bus, self.spec)
         if resume_torque:
             self.enable_torque()
 
@@ -332,7 +313,7 @@ class BusServo:
         self._bus.reboot()
         self._torque = False
         self._restarted = self.watchdog is not None
-        await_restart(self._bus, self.spec, self._clock)
+        setting_up.await_restart(self._bus, self.spec, self._clock)
         if self.watchdog is not None:
             self.recover()
 
@@ -352,13 +333,15 @@ class BusServo:
             self._bus.port.close()
             try:
                 if self._keeper is not None and not self._keeper.ended:
-                    raise PortLost(f"{self._bus.port.name}: the motor is not yet known to be off")
+                    raise errors.PortLost(
+                        f"{self._bus.port.name}: the motor is not yet known to be off"
+                    )
                 self.open()
                 if self.watchdog is not None:
                     self.recover(resume_torque=resume_torque)
                 self.counters.reconnects += 1
                 return True
-            except (PortLost, PortUnavailable, ServoSilent):
+            except (errors.PortLost, errors.PortUnavailable, errors.ServoSilent):
                 if self._clock.now() >= deadline:
                     return False
             self._clock.sleep_until(min(deadline, self._clock.now() + POLL_PERIOD))
@@ -400,7 +383,7 @@ class BusServo:
             (position,) = self._bus.read(self.table.position)
             self._spool.restore_turns(position)
             self._restarted = False
-        apply(self._bus, self._targets())
+        setting_up.apply(self._bus, self._targets())
 
     def _notice(self, torque: int, mark: int) -> None:
         """Notice that a servo has restarted, or that an alert has switched its motor off."""
@@ -412,7 +395,7 @@ class BusServo:
     def _configured(self) -> float:
         """Return the watchdog's silence [s]; a servo that nobody has configured is refused."""
         if self.watchdog is None:
-            raise SettingMismatch(
+            raise errors.SettingMismatch(
                 f"servo {self.identifier} must be configured before it is driven; it is not"
             )
         return self.watchdog

@@ -2,14 +2,8 @@
 
 from contextlib import suppress
 
+from tendon_hardware import errors
 from tendon_hardware.clock import Clock
-from tendon_hardware.errors import (
-    ServoAlert,
-    ServoRefused,
-    ServoSilent,
-    SettingMismatch,
-    UnsupportedServo,
-)
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.base import ServoSpec, alert_words
 from tendon_hardware.servos.bus import Bus
@@ -35,14 +29,14 @@ def greet(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
             break
     if model != spec.model_number:
         names = {each.model_number: each.name for each in SERVOS.values()}
-        raise UnsupportedServo(
+        raise errors.UnsupportedServo(
             f"servo {bus.identifier} must be {spec.name} (model {spec.model_number}); "
             f"it is model {model}, {names.get(model, 'unknown')}"
         )
     refuse_second(bus, clock)
     try:
         (level,) = bus.read(bus.table.answers)
-    except ServoSilent:
+    except errors.ServoSilent:
         level = 0  # it answers to a ping alone
     if level != bus.table.answers_all:
         bus.write_unanswered(bus.table.answers, bus.table.answers_all)
@@ -69,7 +63,7 @@ def await_restart(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
         try:
             greet(bus, spec, clock)
             return
-        except ServoSilent:
+        except errors.ServoSilent:
             if clock.now() > deadline:
                 raise
 
@@ -93,7 +87,7 @@ def verify(bus: Bus, targets: Targets) -> None:
     for register, counts in targets:
         (found,) = bus.read(register)
         if found != counts:
-            raise SettingMismatch(
+            raise errors.SettingMismatch(
                 f"servo {bus.identifier}: {register.name} ({register.address}) must be {counts} "
                 f"before the motor runs; it reads {found}"
             )
@@ -104,7 +98,7 @@ def set_verified(bus: Bus, register: Register, counts: int) -> None:
     bus.write(register, counts)
     (found,) = bus.read(register)
     if found != counts:
-        raise SettingMismatch(
+        raise errors.SettingMismatch(
             f"servo {bus.identifier}: {register.name} ({register.address}) was set to {counts}; "
             f"it reads {found}"
         )
@@ -114,7 +108,7 @@ def refuse_alert(bus: Bus, spec: ServoSpec) -> None:
     """Refuse to go on with a servo that reports a hardware error."""
     (error,) = bus.read(bus.table.alerts)
     if error:
-        raise ServoAlert(alert_text(bus, spec, error))
+        raise errors.ServoAlert(alert_text(bus, spec, error))
 
 
 def alert_text(bus: Bus, spec: ServoSpec, error: int) -> str:
@@ -146,15 +140,15 @@ def switch_off(bus: Bus) -> None:
     """
     for _ in range(TORQUE_OFF_ATTEMPTS):
         # the answer may be lost where the motor is off; the register tells
-        with suppress(ServoSilent, ServoRefused):
+        with suppress(errors.ServoSilent, errors.ServoRefused):
             bus.write(bus.table.torque, 0)
         try:
             (torque,) = bus.read(bus.table.torque)
-        except ServoSilent:
+        except errors.ServoSilent:
             continue
         if not torque:
             return
-    raise ServoSilent(
+    raise errors.ServoSilent(
         f"servo {bus.identifier} must answer that its motor is off; after "
         f"{TORQUE_OFF_ATTEMPTS} attempts it has not: switch its supply off"
     )

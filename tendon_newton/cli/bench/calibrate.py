@@ -68,11 +68,12 @@ class Console:
             ) from error
 
     def show(self, counts: float, sigma: float) -> None:
-        """Keep one line up to date."""
-        show_counts(counts, sigma)
+        """Write the latest readings over the last ones, where somebody looks."""
+        if sys.stdout.isatty():
+            print(f"\r  {counts:12.0f} counts, scatter {sigma:8.1f}", end="", flush=True)
 
 
-class Ghost:
+class Ghost(Console):
     """The operator of a virtual bench."""
 
     def __init__(self, hang_mass: Callable[[float], None]) -> None:
@@ -83,16 +84,6 @@ class Ghost:
         end_line()
         print(f"{text}  (the virtual bench does it by itself)")
         self._hang_mass(mass)
-
-    def show(self, counts: float, sigma: float) -> None:
-        """Keep one line up to date."""
-        show_counts(counts, sigma)
-
-
-def show_counts(counts: float, sigma: float) -> None:
-    """Write the latest readings over the last ones, where somebody looks."""
-    if sys.stdout.isatty():
-        print(f"\r  {counts:12.0f} counts, scatter {sigma:8.1f}", end="", flush=True)
 
 
 def end_line() -> None:

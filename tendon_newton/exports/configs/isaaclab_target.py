@@ -10,26 +10,10 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
-from tendon_newton.exports.configs.text import (
-    CONFIG_FILE,
-    FAST,
-    NETWORK_FILE,
-    PHYSICS_STEP,
-    Expression,
-    config_text,
-    gravity_text,
-    write_network,
-)
+from tendon_newton.exports.configs import text
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
-from tendon_newton.exports.model_numbers import (
-    dry_friction,
-    force_limit_of,
-    not_exact,
-    number,
-    refuse_damaged,
-    refuse_kinematic,
-)
 from tendon_newton.exports.networks.files import Scales
 from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.exports.newton.newton_target import corrected_bench
@@ -63,26 +47,26 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         InvalidModelFile: A tendon drives several joints, or the actuator has no force.
         InvalidOutput: A file cannot be written.
     """
-    refuse_kinematic(model, "Isaac Lab")
-    refuse_damaged(model)
+    model_numbers.refuse_kinematic(model, "Isaac Lab")
+    model_numbers.refuse_damaged(model)
     for tendon in mechanism.tendons:
         if not drives_one_joint(tendon):
             raise InvalidModelFile(
                 f"Isaac Lab's actuators drive a joint each; the tendon {tendon.name!r} of "
                 f"{mechanism.name!r} drives several. Its Newton backend can run --to newton"
             )
-    files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
+    files, note = [folder / BENCH_FILE, folder / text.CONFIG_FILE], ""
     learned: Scales | None = None
     if find_actuator(model.actuator.name).held:
-        learned, note = write_network(folder, mechanism, model)
-        files.append(folder / NETWORK_FILE)
+        learned, note = text.write_network(folder, mechanism, model)
+        files.append(folder / text.NETWORK_FILE)
     correction = corrected_bench(mechanism, model)
     write_bench(folder / BENCH_FILE, correction, model)
     entries = {
         tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons
     }
-    title = IMPORTS_HEAD.format(bench=mechanism.name, step=PHYSICS_STEP)
-    write_text(folder / CONFIG_FILE, config_text(title, IMPORTS, "ACTUATORS", entries))
+    title = IMPORTS_HEAD.format(bench=mechanism.name, step=text.PHYSICS_STEP)
+    write_text(folder / text.CONFIG_FILE, text.config_text(title, IMPORTS, "ACTUATORS", entries))
     gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
     targets = "\n".join(
         f"    {tendon.name}: (angle - {gear.shift - gear.lead:.8g}) / {gear.ratio:.8g}"
@@ -91,9 +75,9 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
     return Exported(
         files=tuple(files),
         loading=LOADING.format(
-            targets=targets, note=note, gravity=gravity_text(correction.corrected.gravity)
+            targets=targets, note=note, gravity=text.gravity_text(correction.corrected.gravity)
         ),
-        left_out={CONFIG_FILE: not_exact(model, COVERAGE)},
+        left_out={text.CONFIG_FILE: model_numbers.not_exact(model, COVERAGE)},
         checked=CHECKED,
     )
 
@@ -105,7 +89,7 @@ def entry(
     ratio = gearing_of(tendon, model).ratio
     (j,) = (k for k, arm in enumerate(tendon.moment_arm) if arm != 0.0)
     joint, arm = mechanism.joints[j], abs(float(tendon.moment_arm[j]))
-    slides, sticks = dry_friction(model)
+    slides, sticks = model_numbers.dry_friction(model)
     own = joint.friction
     numbers: dict[str, Any] = {
         "joint_names_expr": [joint.name],
@@ -113,13 +97,13 @@ def entry(
         "friction": own + sticks * arm,
         "dynamic_friction": own + slides * arm,
     }
-    late = round(number(model, "command_delay", "delay") / PHYSICS_STEP)
+    late = round(model_numbers.number(model, "command_delay", "delay") / text.PHYSICS_STEP)
     if learned is not None:
         pos, vel, effort = learned
-        limit = force_limit_of(tendon, model) * arm
+        limit = model_numbers.force_limit_of(tendon, model) * arm
         return "ActuatorNetMLPCfg", {
             **numbers,
-            "network_file": Expression(f'str(FOLDER / "{NETWORK_FILE}")'),
+            "network_file": text.Expression(f'str(FOLDER / "{text.NETWORK_FILE}")'),
             "pos_scale": pos * ratio,
             "vel_scale": vel * ratio,
             "torque_scale": effort * float(tendon.moment_arm[j]),
@@ -127,7 +111,7 @@ def entry(
             "input_idx": list(range(HISTORY)),
             "saturation_effort": limit,
             "actuator_effort_limit": limit,
-            "actuator_velocity_limit": FAST,
+            "actuator_velocity_limit": text.FAST,
         }
     _, servo = joint_drive(tendon, model)
     numbers |= {

@@ -7,29 +7,9 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.configs.text import (
-    CONFIG_FILE,
-    FAST,
-    NETWORK_FILE,
-    PHYSICS_STEP,
-    Expression,
-    config_text,
-    gravity_text,
-    write_network,
-)
+from tendon_newton.exports import model_numbers
+from tendon_newton.exports.configs import text
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
-from tendon_newton.exports.model_numbers import (
-    angle_shift,
-    command_lead,
-    dry_friction,
-    force_limit_of,
-    not_exact,
-    number,
-    refuse_damaged,
-    refuse_kinematic,
-    servo_gains,
-    spool_of,
-)
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE, change_mechanism, placed_tendons
 from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, write_spec
@@ -63,12 +43,12 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
         InvalidModelFile: The actuator has no force.
         InvalidOutput: A file cannot be written.
     """
-    refuse_kinematic(model, "mjlab")
-    refuse_damaged(model)
+    model_numbers.refuse_kinematic(model, "mjlab")
+    model_numbers.refuse_damaged(model)
     signs, offsets = placed_tendons(mechanism)
     spec = mujoco_spec(mechanism)
     change_mechanism(spec, mechanism, model)
-    files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
+    files, note = [folder / BENCH_FILE, folder / text.CONFIG_FILE], ""
     learned: tuple[float, float, float] | None = None
     if find_actuator(model.actuator.name).held:
         if any(tendon.route is not None for tendon in mechanism.tendons):
@@ -76,13 +56,13 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
                 "mjlab's network drives see a tendon's length and have no sign for one that "
                 "shrinks as it is wound in; a routed tendon needs --to mujoco"
             )
-        learned, note = write_network(folder, mechanism, model)
-        files.append(folder / NETWORK_FILE)
+        learned, note = text.write_network(folder, mechanism, model)
+        files.append(folder / text.NETWORK_FILE)
     write_spec(folder / BENCH_FILE, spec)
     rows = list(zip(mechanism.tendons, signs, offsets, strict=True))
     entries = {t.name: entry(t, model, sign, learned) for t, sign, _ in rows}
-    title = TITLE.format(bench=mechanism.name, step=PHYSICS_STEP)
-    write_text(folder / CONFIG_FILE, config_text(title, IMPORTS, "ACTUATORS", entries))
+    title = TITLE.format(bench=mechanism.name, step=text.PHYSICS_STEP)
+    write_text(folder / text.CONFIG_FILE, text.config_text(title, IMPORTS, "ACTUATORS", entries))
     targets = "\n".join(
         f"    {tendon.name}: {target_text(tendon, model, sign, offset, entries[tendon.name][0])}"
         for tendon, sign, offset in rows
@@ -90,44 +70,44 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
     return Exported(
         files=tuple(files),
         loading=LOADING.format(
-            targets=targets, note=note, gravity=gravity_text(spec.option.gravity)
+            targets=targets, note=note, gravity=text.gravity_text(spec.option.gravity)
         ),
-        left_out={CONFIG_FILE: not_exact(model, COVERAGE)},
+        left_out={text.CONFIG_FILE: model_numbers.not_exact(model, COVERAGE)},
         checked=CHECKED,
     )
 
 
 def target_text(tendon: Tendon, model: Model, sign: float, offset: float, kind: str) -> str:
     """Return a tendon's target of a desired motor angle [rad]: a length, or a geared one."""
-    shift = angle_shift(tendon, model, offset) - command_lead(model)
+    shift = model_numbers.angle_shift(tendon, model, offset) - model_numbers.command_lead(model)
     if kind == "BuiltinDcMotorActuatorCfg":
         return f"angle - {shift:.8g}"
-    return f"(angle - {shift:.8g}) * {sign * spool_of(tendon, model):.8g}"
+    return f"(angle - {shift:.8g}) * {sign * model_numbers.spool_of(tendon, model):.8g}"
 
 
 def entry(
     tendon: Tendon, model: Model, sign: float, learned: tuple[float, float, float] | None
 ) -> tuple[str, dict[str, Any]]:
     """Return the class of an actuator's configuration, and its numbers by field."""
-    radius = spool_of(tendon, model)
+    radius = model_numbers.spool_of(tendon, model)
     values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
-    lost = number(model, "viscous_friction", "coefficient") / radius  # [N s/m]
-    late = round(number(model, "command_delay", "delay") / PHYSICS_STEP)
+    lost = model_numbers.number(model, "viscous_friction", "coefficient") / radius  # [N s/m]
+    late = round(model_numbers.number(model, "command_delay", "delay") / text.PHYSICS_STEP)
     numbers: dict[str, Any] = {
         "target_names_expr": (tendon.name,),
-        "transmission_type": Expression("TransmissionType.TENDON"),
+        "transmission_type": text.Expression("TransmissionType.TENDON"),
         "armature": values.get("armature", 0.0) / radius**2,
-        "frictionloss": dry_friction(model)[0],
+        "frictionloss": model_numbers.dry_friction(model)[0],
         "viscous_damping": lost,
         "delay_min_lag": late,
         "delay_max_lag": late,
     }
     if learned is not None:
         pos, vel, effort = learned
-        limit = force_limit_of(tendon, model)
+        limit = model_numbers.force_limit_of(tendon, model)
         return "LearnedMlpActuatorCfg", {
             **numbers,
-            "network_file": Expression(f'str(FOLDER / "{NETWORK_FILE}")'),
+            "network_file": text.Expression(f'str(FOLDER / "{text.NETWORK_FILE}")'),
             "pos_scale": pos / radius,
             "vel_scale": vel / radius,
             "torque_scale": effort,
@@ -135,15 +115,15 @@ def entry(
             "history_length": HISTORY,
             "saturation_effort": limit,
             "effort_limit": limit,
-            "velocity_limit": FAST,
+            "velocity_limit": text.FAST,
         }
-    gains = servo_gains(tendon, model)
+    gains = model_numbers.servo_gains(tendon, model)
     if model.actuator.name == "pwm_servo":
         constant, ohms = values["torque_constant"], values["resistance"]
         return "BuiltinDcMotorActuatorCfg", {
             **numbers,
-            "mode": Expression("DcMotorInputMode.POSITION"),
-            "motor_params": Expression(
+            "mode": text.Expression("DcMotorInputMode.POSITION"),
+            "motor_params": text.Expression(
                 f"DcMotorPhysicalParams(kt={constant!r}, ke={constant!r}, resistance={ohms!r})"
             ),
             "stiffness": gains.kp * ohms / constant,  # [V/rad]

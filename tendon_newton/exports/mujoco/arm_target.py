@@ -22,13 +22,7 @@ from tendon_newton.exports.mujoco.mjcf_servo import (
 )
 from tendon_newton.exports.runtime import arm_stepping, commands, engine, facts, jets, rows
 from tendon_newton.exports.written_program import load_program
-from tendon_newton.mechanisms.authoring.mujoco_file import (
-    last,
-    named_prims,
-    newton_s_mujoco,
-    scene_spec,
-    write_spec,
-)
+from tendon_newton.mechanisms.authoring import mujoco_file
 from tendon_newton.simulation.hosts.timeline import make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 
@@ -58,7 +52,7 @@ def write_arm(folder: Path, arm: IdentifiedArm) -> tuple[Path, Path]:
     for model in arm.models:
         refuse_damaged(model)
     file, program = folder / FILE, folder / PROGRAM
-    write_spec(file, arm_spec(arm))
+    mujoco_file.write_spec(file, arm_spec(arm))
     write_text(program, arm_program(arm))
     return file, program
 
@@ -70,8 +64,8 @@ def arm_spec(arm: IdentifiedArm) -> Any:
     """
     mechanism = arm.arm.mechanism
     template = mechanism.template
-    prims = (*named_prims(mechanism), *template.body_label, *template.shape_label)
-    spec = scene_spec(mechanism, {prim: last(prim) for prim in prims})
+    prims = (*mujoco_file.named_prims(mechanism), *template.body_label, *template.shape_label)
+    spec = mujoco_file.scene_spec(mechanism, {prim: mujoco_file.last(prim) for prim in prims})
     for tendon in list(spec.tendons):  # a servo sits on its joint
         spec.delete(tendon)
     spec.option.gravity = arm.arm.gravity
@@ -80,7 +74,9 @@ def arm_spec(arm: IdentifiedArm) -> Any:
         mechanism.joints, arm.models, arm.arm.sign, arm.arm.zero, strict=True
     ):
         actuator = spec.add_actuator(
-            name=joint.name, trntype=newton_s_mujoco().mjtTrn.mjTRN_JOINT, target=joint.name
+            name=joint.name,
+            trntype=mujoco_file.newton_s_mujoco().mjtTrn.mjTRN_JOINT,
+            target=joint.name,
         )
         actuator.gear[0] = sign
         lag = number(model, "actuator_lag", "time_constant")
@@ -101,14 +97,14 @@ def add_floor(spec: Any, arm: Arm) -> None:
     tip = arm.mechanism.tip
     if arm.floor is None or tip is None:
         return
-    mujoco = newton_s_mujoco()
+    mujoco = mujoco_file.newton_s_mujoco()
     spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     up = -arm.gravity / np.linalg.norm(arm.gravity)
     spec.worldbody.add_geom(
         name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1],
         pos=(arm.floor - TIP_RADIUS) * up, zaxis=up, contype=0, conaffinity=0,
     )  # fmt: skip
-    link = last(arm.mechanism.template.body_label[tip.body])
+    link = mujoco_file.last(arm.mechanism.template.body_label[tip.body])
     spec.body(link).add_geom(
         name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS, 0.0, 0.0],
         pos=tip.point, mass=0.0, contype=0, conaffinity=0,
@@ -189,7 +185,7 @@ def replay_arm_program(folder: Path, motion: ArmMotion) -> Array:
 
 def replay_arm_file(folder: Path, arm: Arm, motion: ArmMotion) -> Array:
     """Replay a motion by the MJCF file alone; angles [rad], shape (T, J)."""
-    mujoco, told = newton_s_mujoco(), motion_rows(motion)
+    mujoco, told = mujoco_file.newton_s_mujoco(), motion_rows(motion)
     model = mujoco.MjModel.from_xml_path(str(folder / FILE))
     data = mujoco.MjData(model)
     command = told["theta_d"]

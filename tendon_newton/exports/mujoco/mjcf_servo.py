@@ -8,15 +8,7 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.exports.model_numbers import (
-    angle_shift,
-    command_lead,
-    dry_friction,
-    force_limit_of,
-    number,
-    servo_gains,
-    spool_of,
-)
+from tendon_newton.exports import model_numbers
 from tendon_newton.exports.written_program import trajectory_of
 from tendon_newton.mechanisms.authoring.mujoco_file import newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -39,21 +31,21 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     actuator = spec.add_actuator(
         name=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon.name
     )
-    set_friction(spec.tendon(tendon.name), dry_friction(model)[0])
-    limit = force_limit_of(tendon, model)
+    set_friction(spec.tendon(tendon.name), model_numbers.dry_friction(model)[0])
+    limit = model_numbers.force_limit_of(tendon, model)
     if find_actuator(model.actuator.name).held:
         actuator.gear[0] = sign
         actuator.ctrllimited, actuator.ctrlrange = True, [-limit if tendon.direct else 0.0, limit]
         return
-    radius, gains = spool_of(tendon, model), servo_gains(tendon, model)
-    shift = angle_shift(tendon, model, offset) - command_lead(model)
+    radius, gains = model_numbers.spool_of(tendon, model), model_numbers.servo_gains(tendon, model)
+    shift = model_numbers.angle_shift(tendon, model, offset) - model_numbers.command_lead(model)
     actuator.gear[0] = sign / radius  # so that its length is an angle and its force a torque
     if tendon.direct or find_actuator(model.actuator.name).rotor:
         least = -gains.limit  # a motor brakes its rotor
     else:
         least = -radius * spec.tendon(tendon.name).frictionloss  # and overcomes its own friction
     actuator.forcelimited, actuator.forcerange = True, [least, gains.limit]
-    add_delay(actuator, number(model, "command_delay", "delay"), spec.option.timestep)
+    add_delay(actuator, model_numbers.number(model, "command_delay", "delay"), spec.option.timestep)
     values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
     spec.tendon(tendon.name).armature = values.get("armature", 0.0) / radius**2
     if model.actuator.name != "pwm_servo" or shift or gains.lost:
@@ -142,8 +134,8 @@ def file_row(
     angles, rates, forces = [], [], []
     for tendon, (sign, offset) in zip(mechanism.tendons, placed, strict=True):
         number_ = mj_model.tendon(tendon.name).id
-        radius = spool_of(tendon, model)
-        shift = angle_shift(tendon, model, offset)
+        radius = model_numbers.spool_of(tendon, model)
+        shift = model_numbers.angle_shift(tendon, model, offset)
         angles.append(sign * data.ten_length[number_] / radius + shift)
         rates.append(sign * data.ten_velocity[number_] / radius)
         row = (data.efc_type == kind) & (data.efc_id == number_)

@@ -7,22 +7,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.model_numbers import refuse_damaged, refuse_kinematic
-from tendon_newton.exports.networks.files import (
-    ScaledLstm,
-    write_gru_onnx,
-    write_lstm_onnx,
-    write_mlp_onnx,
-    write_torchscript,
-)
-from tendon_newton.exports.networks.students import (
-    HELD_OUT,
-    HISTORY,
-    RATE,
-    fit_gru,
-    fit_lstm,
-    fit_mlp,
-    lessons_of,
-)
+from tendon_newton.exports.networks import files, students
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 MLP_STEPS, MEMORY_STEPS = 1500, 600  # Steps of training
@@ -44,16 +29,16 @@ def write_networks_target(folder: Path, mechanism: Mechanism, model: Model) -> E
     """
     refuse_kinematic(model, "a network")
     refuse_damaged(model)
-    lessons = lessons_of(mechanism, model)
+    lessons = students.lessons_of(mechanism, model)
     scales = lessons.scales
-    mlp, mlp_error = fit_mlp(lessons, steps=MLP_STEPS)
-    lstm, lstm_error = fit_lstm(lessons, steps=MEMORY_STEPS)
-    gru, gru_error = fit_gru(lessons, steps=MEMORY_STEPS)
-    write_gru_onnx(folder / GRU_FILE, gru, lessons.spread)
-    write_mlp_onnx(folder / MLP_FILES[0], mlp, scales)
-    write_torchscript(folder / MLP_FILES[1], mlp)
-    write_lstm_onnx(folder / LSTM_FILES[0], lstm, scales)
-    write_torchscript(folder / LSTM_FILES[1], ScaledLstm(lstm, scales))
+    mlp, mlp_error = students.fit_mlp(lessons, steps=MLP_STEPS)
+    lstm, lstm_error = students.fit_lstm(lessons, steps=MEMORY_STEPS)
+    gru, gru_error = students.fit_gru(lessons, steps=MEMORY_STEPS)
+    files.write_gru_onnx(folder / GRU_FILE, gru, lessons.spread)
+    files.write_mlp_onnx(folder / MLP_FILES[0], mlp, scales)
+    files.write_torchscript(folder / MLP_FILES[1], mlp)
+    files.write_lstm_onnx(folder / LSTM_FILES[0], lstm, scales)
+    files.write_torchscript(folder / LSTM_FILES[1], files.ScaledLstm(lstm, scales))
     return Exported(
         files=tuple(folder / name for name in (*MLP_FILES, *LSTM_FILES, GRU_FILE)),
         loading=loading_text(
@@ -73,18 +58,19 @@ def loading_text(
     rows = "\n".join(f"| {name} | {error:.4f} N |" for name, error in errors.items())
     told = NO_TRANSFORMER if learned else ""
     pos, vel, effort = scales
+    rate = students.RATE
     return f"""{told}The MLP and the LSTM are shown the motor's position error [rad] and
 speed [rad/s], the GRU its command, angle and speed. The answer is the force at the string [N]. Ask
-a network {RATE:g} times per second. In a joint's terms, multiply `pos_scale` and `vel_scale` by
+a network {rate:g} times per second. In a joint's terms, multiply `pos_scale` and `vel_scale` by
 motor angle per joint position, and the effort by the moment arm. The GRU's means and standard
 deviations are divided by that ratio in place of it.
 
-| network | force error on {HELD_OUT} runs that it has not seen |
+| network | force error on {students.HELD_OUT} runs that it has not seen |
 |---|---|
 {rows}
 
 Newton reads the ONNX files (`NewtonNeuralControlAPI`, `newton:modelPath`); their metadata says
-order, history and scales. It needs `newton[onnx]`, and the GRU steps of {1e3 / RATE:g} ms.
+order, history and scales. It needs `newton[onnx]`, and the GRU steps of {1e3 / rate:g} ms.
 
 Isaac Lab and mjlab read the TorchScript files. The scales are inside `lstm.pt`; of `mlp.pt`:
 
@@ -95,12 +81,12 @@ ActuatorNetMLPCfg(
     vel_scale={vel:.8g},
     torque_scale={effort:.8g},
     input_order="pos_vel",
-    input_idx=list(range({HISTORY})),
+    input_idx=list(range({students.HISTORY})),
     ...
 )
 ```
 
-mjlab's `LearnedMlpActuatorCfg` has `history_length={HISTORY}` in place of `input_idx`.
+mjlab's `LearnedMlpActuatorCfg` has `history_length={students.HISTORY}` in place of `input_idx`.
 """
 
 

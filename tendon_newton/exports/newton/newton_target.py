@@ -11,15 +11,9 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.export_target import Exported, ExportTarget
-from tendon_newton.exports.model_numbers import (
-    coverage_of,
-    not_exact,
-    number,
-    refuse_damaged,
-    refuse_kinematic,
-)
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
 from tendon_newton.exports.newton.newton_program import drive_text
@@ -92,7 +86,7 @@ SENSORS = (
 # A rotor in its play meets its edges in the middle of a step, which nothing divides
 NEARLY = ("backlash",)
 # What the drive says of each effect; nobody has a load cell
-COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY, *SENSORS}), NEARLY)
+COVERAGE = model_numbers.coverage_of(tuple({*EFFECTS} - {*NEARLY, *SENSORS}), NEARLY)
 
 
 def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
@@ -103,8 +97,8 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         InvalidModelFile: Newton cannot hold the bench or its servo.
         InvalidOutput: A file cannot be written.
     """
-    refuse_kinematic(model, "Newton")
-    refuse_damaged(model)
+    model_numbers.refuse_kinematic(model, "Newton")
+    model_numbers.refuse_damaged(model)
     refuse_shared_joints(mechanism)
     mujoco_spec(mechanism)  # refuses a bench that SolverMuJoCo's own names cannot hold
     correction = corrected_bench(mechanism, model)
@@ -121,7 +115,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     replays: dict[str, Any] = {
         PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
     }
-    left_out = {PROGRAM_FILE: not_exact(model, COVERAGE)}
+    left_out = {PROGRAM_FILE: model_numbers.not_exact(model, COVERAGE)}
     plain = plain_prims(mechanism, model, LONGEST_STEP)
     if plain is not None:
         joints = plain_joints(mechanism, model)
@@ -133,7 +127,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
                 folder / PLAIN_FILE, mechanism, model, started_rows(mechanism, model, run)
             ),
         )
-        left_out[PLAIN_FILE] = not_exact(model, IN_THE_PRIMS)
+        left_out[PLAIN_FILE] = model_numbers.not_exact(model, IN_THE_PRIMS)
     if network is not None:
         files.append(folder / NETWORK_FILE)
     return Exported(
@@ -160,7 +154,7 @@ def refuse_shared_joints(mechanism: Mechanism) -> None:
 def corrected_bench(mechanism: Mechanism, model: Model) -> Correction:
     """Return a bench with what USD has numbers for, links that only resist more included."""
     correction = correct(mechanism, replace(model, bench_overrides={}))
-    heavier = number(model, "inertia_error", "scale")
+    heavier = model_numbers.number(model, "inertia_error", "scale")
     corrected = with_joints(
         correction.corrected,
         lambda j: replace(j, mass=j.mass * heavier, inertia=j.inertia * heavier),

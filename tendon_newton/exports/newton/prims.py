@@ -11,13 +11,7 @@ import numpy as np
 
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
-from tendon_newton.exports.model_numbers import (
-    angle_shift,
-    command_lead,
-    number,
-    servo_gains,
-    spool_of,
-)
+from tendon_newton.exports import model_numbers
 from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
@@ -53,9 +47,9 @@ def gearing_of(tendon: Tendon, model: Model) -> Gearing:
     """Return the gearing of a tendon that drives one joint."""
     (arm,) = tendon.moment_arm[tendon.moment_arm != 0.0]
     return Gearing(
-        ratio=float(arm) / spool_of(tendon, model),
-        shift=angle_shift(tendon, model, tendon.excursion_offset),
-        lead=command_lead(model),
+        ratio=float(arm) / model_numbers.spool_of(tendon, model),
+        shift=model_numbers.angle_shift(tendon, model, tendon.excursion_offset),
+        lead=model_numbers.command_lead(model),
     )
 
 
@@ -66,7 +60,7 @@ def drives_one_joint(tendon: Tendon) -> bool:
 
 def delay_numbers(model: Model, step: float) -> tuple[tuple[str, ...], dict[str, Any]]:
     """Return schema and number of a late command, none without."""
-    steps = round(number(model, "command_delay", "delay") / step)
+    steps = round(model_numbers.number(model, "command_delay", "delay") / step)
     return (("NewtonActuatorDelayAPI",), {"delaySteps": steps}) if steps else ((), {})
 
 
@@ -116,7 +110,7 @@ def joint_drive(tendon: Tendon, model: Model) -> tuple[tuple[str, ...], dict[str
     Torques and speeds at the spool become those at the joint by the gearing.
     """
     ratio = gearing_of(tendon, model).ratio
-    gains = servo_gains(tendon, model)
+    gains = model_numbers.servo_gains(tendon, model)
     schemas = ("NewtonPDControlAPI", "NewtonMaxEffortClampingAPI")
     motor: dict[str, Any] = {}
     if model.actuator.name == "pwm_servo":

@@ -3,27 +3,21 @@
 from types import MappingProxyType
 
 from tendon_hardware.servos.family import ServoFamily
+from tendon_hardware.servos.feetech import feetech_registers
 from tendon_hardware.servos.feetech.feetech_packets import FeetechPackets, motor_off
-from tendon_hardware.servos.feetech.feetech_registers import (
-    FORGETS,
-    TABLE,
-    read_settings,
-    targets,
-    velocity_scale,
-)
 
 RATES = {1_000_000: 0, 500_000: 1, 115_200: 4}
 """Rates whose codes all sources agree on, and that the SDK's port has."""
 
 FEETECH = ServoFamily(
     packets=FeetechPackets,
-    table=TABLE,
+    table=feetech_registers.TABLE,
     rates=MappingProxyType(RATES),
     rates_sought=(*RATES, 57_600, 38_400),
-    targets=targets,
-    read_settings=read_settings,
-    velocity_scale=velocity_scale,
+    targets=feetech_registers.targets,
+    read_settings=feetech_registers.read_settings,
+    velocity_scale=feetech_registers.velocity_scale,
     motor_off=motor_off,
-    forgets=FORGETS,
+    forgets=feetech_registers.FORGETS,
     remedy="switch its supply off and on",
 )

@@ -79,16 +79,15 @@ class Keeper:
     def release(self) -> None:
         """Let it go: the motor is off."""
         self._say(keeper_process.RELEASE)
-        self._end()
+        self.abandon()
         self._process.kill()  # where it was stopped it cannot go by itself
         self._process.wait()
 
     def abandon(self) -> None:
-        """Let it act at once, for as long as it takes: the motor may be on, and we give it up."""
-        self._end()
+        """Close what leads to it and wait for its end, but not for long.
 
-    def _end(self) -> None:
-        """Close what leads to it and wait for its end, but not for long."""
+        Unless it was let go before, it acts at once, for as long as it takes: the motor may be on.
+        """
         for end in (self._process.stdin, self._process.stdout):
             if end is not None:
                 with contextlib.suppress(OSError):
