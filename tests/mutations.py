@@ -360,7 +360,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "tests/importers/test_gate.py -k first_rows"),
     Mutation("names-from-logs-unchecked", "tendon_newton/data/importers/imported.py",
         "        check_name(self.recording.name, f", "        print(self.recording.name, f",
-        "tests/contracts/test_names.py -k so101"),
+        "tests/contracts/test_names.py -k imported_log"),
     Mutation("link-followed-after-the-check", "tendon_newton/data/files/text_file.py",
         "if home is not None and os.path.commonpath(", "if False and os.path.commonpath(",
         "tests/bad_input/test_foreign_files.py -k link_out"),

@@ -10,7 +10,7 @@ import pytest
 from tendon_lab.foreign_logs import IMPORTERS as LAB_IMPORTERS
 from tendon_newton.cli import main
 from tendon_newton.data.importers import IMPORTERS, MAPPED
-from tendon_newton.errors import TendonNewtonError
+from tendon_newton.errors import InvalidRecording, TendonNewtonError
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.networks import network_target
 from tendon_newton.simulation.hosts.replay import bench_of
@@ -77,6 +77,15 @@ WRITERS: dict[str, Callable[[Path, str], None]] = {
 def test_every_importer_is_walked() -> None:
     """A new format needs a writer of hostile names here."""
     assert set(WRITERS) == {*IMPORTERS, *LAB_IMPORTERS, MAPPED}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_imported_log_has_the_name_of_a_file(name: str, tmp_path: Path) -> None:
+    """Whatever made the log: it may be an importer that looks at no name."""
+    xl330_log(tmp_path / "a.json")
+    (log,) = LAB_IMPORTERS["xl330"](tmp_path).logs
+    with pytest.raises(InvalidRecording, match="must be a file's name"):
+        replace(log, recording=replace(log.recording, name=name))
 
 
 @pytest.mark.parametrize("name", NAMES)

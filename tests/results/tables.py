@@ -56,14 +56,11 @@ def units(kept: Records) -> tuple[str, str]:
 
 
 def ball(kept: Records) -> tuple[str, str]:
-    """Return what policies turn that were trained on a diagnosed motor with numbers drawn."""
+    """Return what the packaged policy turns at each rate, and its recipe's seeds at one."""
     record = kept["turning_hands"]
-    seeds = [hands(record, f"drawn_{seed}") for seed in record.seeds]
-    means = [mean(turned) for turned in seeds]
-    near = sum(abs(one - 60.0) <= 9.0 for one in means)
-    away = mean(abs(one - 60.0) for turned in seeds for one in turned)
-    beside = f"{near} of {len(means)} seeds within 15 %; a hand is {away:.0f} away from 60"
-    return f"{about(means, 0)} rad/min", beside
+    turned = ", ".join(f"{mean(hands(record, f'packaged_{asked}')):.0f}" for asked in ASKED)
+    seeds = [mean(hands(record, f"heeding_60_{seed}")) for seed in record.seeds]
+    return f"{turned} rad/min", f"{len(seeds)} seeds asked for 60: {about(seeds, 0)}"
 
 
 def fingers(kept: Records) -> tuple[str, str]:
@@ -84,7 +81,7 @@ README: dict[str, tuple[str, Cells]] = {
         ("comparison", lambda kept: servo(kept, "so101")),
     "[Virtual fingers](docs/lab/exams.md#benches-with-twenty-faults), twenty faults each:"
     " squared error removed": ("units", units),
-    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), 60 rad/min asked, ten seeds":
+    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), asked for 30, 60, 90 rad/min":
         ("turning_hands", ball),
     "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`":
         ("gpu", fingers),
@@ -103,12 +100,16 @@ def readme(kept: Records) -> str:
     return table(("result", "mean (range)", "beside it", "measured at"), rows)
 
 
+ASKED = (30, 60, 90)  # Rates that hands are asked for [rad/min]
 TURNING = {
     ("data sheet", "one core, 5 min"): [f"cpu_nominal_{k}" for k in range(5)],
     ("diagnosis", "one core, 8 min"): [f"cpu_diagnosed_{k}" for k in range(5)],
     ("diagnosis", "one H200, 213 s, batches of 16,384"): [f"diagnosed_{k}" for k in range(3)],
     ("diagnosis, seven numbers drawn", "ten seeds on one H100, 290 s"): [
         f"drawn_{k}" for k in range(10)
+    ],
+    ("diagnosis, strings that stretch, told what it is behind", "five seeds on one H100, 370 s"): [
+        f"heeding_60_{k}" for k in range(5)
     ],
 }
 """Policies of a table row by the motor and the length of their training."""
@@ -126,6 +127,24 @@ def turning(kept: Records) -> str:
         rows.append((motor, training, len(names), means, over_hands, f"{away:.0f}"))
     heads = ("motor of a", "training", "seeds", "turned [rad/min]: mean of seeds (their range)")
     return table((*heads, "range over all hands", "away from 60"), rows)
+
+
+def heeded(kept: Records) -> str:
+    """Return what policies turn at the rates that they are asked for."""
+    record, rows = kept["turning_hands"], []
+    policies = {"seed 0, packaged": "packaged_{}"}
+    policies |= {f"seed {k}": f"heeding_{{}}_{k}" for k in record.seeds[1:]}
+    for words, name in policies.items():
+        cells = [words]
+        for asked in ASKED:
+            if name.format(asked) not in record.figures:
+                cells.append("")
+                continue
+            turned = hands(record, name.format(asked))
+            near = sum(abs(one - asked) <= 0.15 * asked for one in turned)
+            cells.append(f"{about(turned, 0)}; {near} of {len(turned)}")
+        rows.append(cells)
+    return table(("policy", *(f"asked for {asked} rad/min" for asked in ASKED)), rows)
 
 
 TRAINED_ON = {
@@ -295,6 +314,7 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "losses": ("docs/comparison.md", lambda kept: ratios(kept["comparison"].figures)),
     "arm": ("docs/lab/so101.md", lambda kept: shares_of_arm(kept["comparison"].figures)),
     "turning": ("docs/policies.md", turning),
+    "rates": ("docs/policies.md", heeded),
     "diagnosed policies": ("docs/lab/policies.md", diagnosed),
     "mechanics on a GPU": (
         "docs/speed.md",
