@@ -280,6 +280,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("pay-for-turning-is-a-price", "train/tendon_train/policy/worlds/turning.py",
         "((wanted - self.rate).abs() - self.goal)",
         "(self.goal - (wanted - self.rate).abs())", f"{TURNING} paid"),
+    Mutation("caught-up-in-a-second", "train/tendon_train/policy/worlds/turning.py",
+        "self._behind / own.catch_up_time", "self._behind", f"{TURNING} paid"),
     Mutation("drop-free", "train/tendon_train/policy/worlds/turning.py",
         "price = price + own.drop_price * dropped", "price = price + 0.0 * dropped",
         f"{TURNING} drop"),
