@@ -2,7 +2,8 @@
 
 ``python -m examples.studies.turning_seeds --out DIR`` writes a policy and a learning curve of each
 seed, and does so every ten iterations. A GPU steps ten thousand hands in little more time than two
-thousand, so that ten seeds take twice the time of one. The recipe is that of docs/policies.md.
+thousand, so that ten seeds take twice the time of one. Strings stretch, unlike in the command of
+docs/policies.md.
 """
 
 from __future__ import annotations

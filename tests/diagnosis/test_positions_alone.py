@@ -15,8 +15,9 @@ from tendon_newton.cli.simulate import errors_text
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import diagnose, extended_model
+from tendon_newton.diagnosis.diagnose import Evidence, diagnose, extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
+from tendon_newton.diagnosis.held_out import compare
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.rollout import Trajectory
@@ -123,6 +124,9 @@ def test_what_follows_a_gap_is_no_error_of_the_model() -> None:
         told.append(error)
     rows = [error.theta_rows.sum() for error in told]
     assert rows[1] < rows[0] - 40.0 - 49.0  # nor does the second that follows
+    study = Study([lost], TOLD, ())
+    (shown,) = compare(Evidence(baseline={}, extended={}, test=study, train=study))
+    assert np.isnan(shown.theta).sum(axis=1).tolist() == [50, 50]
     still = Trajectory(
         time=lost.time,
         motor_position=np.zeros((len(kept), 1)),
