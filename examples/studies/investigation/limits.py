@@ -32,9 +32,13 @@ from tendon_newton.diagnosis.next_experiment.run_design import design
 from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.workflows.collection import address_of, settings_of
-from tendon_newton.workflows.investigation import LOG, open_sets
-from tendon_newton.workflows.investigation_check import binding
-from tendon_newton.workflows.investigation_choice import FORCE_SHARE, RECORDINGS, task_of
+from tendon_newton.workflows.investigating.investigation import LOG, open_sets
+from tendon_newton.workflows.investigating.investigation_check import binding
+from tendon_newton.workflows.investigating.investigation_choice import (
+    FORCE_SHARE,
+    RECORDINGS,
+    task_of,
+)
 from tendon_newton.workflows.options import InvestigateOptions
 from tests.hardware.silent_operator import SilentOperator
 

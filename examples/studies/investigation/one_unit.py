@@ -25,9 +25,9 @@ from tendon_newton.errors import InvalidOutput
 from tendon_newton.identification.study import Study
 from tendon_newton.workflows.collection import record
 from tendon_newton.workflows.diagnosing import diagnose_into
-from tendon_newton.workflows.investigation import LOG, investigate
-from tendon_newton.workflows.investigation_check import binding
-from tendon_newton.workflows.investigation_choice import RECORDINGS
+from tendon_newton.workflows.investigating.investigation import LOG, investigate
+from tendon_newton.workflows.investigating.investigation_check import binding
+from tendon_newton.workflows.investigating.investigation_choice import RECORDINGS
 from tendon_newton.workflows.options import CollectOptions, InvestigateOptions
 from tests.hardware.silent_operator import SilentOperator
 

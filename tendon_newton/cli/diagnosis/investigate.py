@@ -31,7 +31,7 @@ def main(config: InvestigateOptions) -> None:
     diagnosis_budget = None if each is None else read_duration(each, "--diagnosis-budget")
     quiet_warp()
 
-    from tendon_newton.workflows.investigation import investigate
+    from tendon_newton.workflows.investigating.investigation import investigate
 
     with Terminal() as operator:
         page = investigate(config, operator, budget=budget, diagnosis_budget=diagnosis_budget)

@@ -8,7 +8,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.linking import Linker, Text
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import number
-from tendon_newton.exports.network_export import NetworkFacts
+from tendon_newton.exports.networks.network_export import NetworkFacts
 from tendon_newton.exports.runtime import (
     commands,
     engine,

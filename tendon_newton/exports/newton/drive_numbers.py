@@ -10,7 +10,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.model_numbers import command_span, number, spool_of
-from tendon_newton.exports.network_export import NetworkFacts
+from tendon_newton.exports.networks.network_export import NetworkFacts
 from tendon_newton.exports.newton.newton_program import DriveNumbers
 from tendon_newton.exports.newton.path import SWING, TendonPath
 from tendon_newton.exports.newton.prims import LONGEST_STEP, drives_one_joint, gearing_of

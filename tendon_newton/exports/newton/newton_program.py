@@ -7,7 +7,7 @@ from typing import Any
 from tendon_newton.data.model_file import Model
 from tendon_newton.exports.linking import Linker, Text
 from tendon_newton.exports.model_law import ModelLaw
-from tendon_newton.exports.network_export import NetworkFacts
+from tendon_newton.exports.networks.network_export import NetworkFacts
 from tendon_newton.exports.newton import drive, drive_types
 from tendon_newton.exports.runtime import facts, networks, rows
 

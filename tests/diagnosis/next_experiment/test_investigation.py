@@ -28,9 +28,13 @@ from tendon_newton.diagnosis.next_experiment.run_files import write_command
 from tendon_newton.diagnosis.next_experiment.task_file import read_task
 from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.errors import InvalidOutput, InvalidRecording, TendonNewtonError
-from tendon_newton.workflows import investigation
-from tendon_newton.workflows.investigation_check import binding, check
-from tendon_newton.workflows.investigation_choice import SPENT, choose_next, reason_to_end
+from tendon_newton.workflows.investigating import investigation
+from tendon_newton.workflows.investigating.investigation_check import binding, check
+from tendon_newton.workflows.investigating.investigation_choice import (
+    SPENT,
+    choose_next,
+    reason_to_end,
+)
 from tendon_newton.workflows.options import InvestigateOptions
 from tests.diagnosis.next_experiment.test_experiment import OFFSET, TILT, sets_of, write_open_sets
 from tests.faults import injections as on

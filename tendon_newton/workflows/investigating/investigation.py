@@ -28,14 +28,18 @@ from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.diagnosis.search.decide.go_on import go_on
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.workflows.diagnosing import diagnose_into
-from tendon_newton.workflows.investigation_check import (
+from tendon_newton.workflows.investigating.investigation_check import (
     Ready,
     binding,
     check,
     examine_bench,
     first_runs,
 )
-from tendon_newton.workflows.investigation_choice import RECORDINGS, SPENT, choose_next
+from tendon_newton.workflows.investigating.investigation_choice import (
+    RECORDINGS,
+    SPENT,
+    choose_next,
+)
 from tendon_newton.workflows.options import InvestigateOptions
 
 LOG, REPORT = "investigation.json", "investigation.html"

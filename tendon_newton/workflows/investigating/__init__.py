@@ -1,0 +1,1 @@
+"""Runs that are recorded, diagnosed and designed in turn."""
