@@ -2,9 +2,9 @@
 
   tendon-newton plot deployments/policy_0.mcap
 
-writes deployments/policy_0.svg, which every browser shows: goal and tip, spool and command,
-tension, and how late the loop was: median, least and greatest. The verb needs neither matplotlib
-nor a display.
+writes deployments/policy_0.svg, which every browser shows: goal and tip, or the turn of a
+ball, spool and command, tension, and how late the loop was: median, least and greatest. The verb
+needs neither matplotlib nor a display.
 """
 
 from dataclasses import dataclass

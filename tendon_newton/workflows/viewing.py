@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from tendon_hardware.deployment.deploy_log import STEP_TOPIC
-from tendon_hardware.deployment.deploy_plot import goal_place
+from tendon_hardware.deployment.deploy_log import STEP_TOPIC, servo_count_of
 from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.data.formats.topic_mapping import (
     COMMAND_TOPIC,
@@ -119,8 +118,8 @@ def show_message(scene: BenchScene, topic: str, message: Any) -> None:
     elif topic == TIP_TOPIC:
         scene.point("tip", float(message.point.x), float(message.point.z))
     elif topic == STEP_TOPIC:
-        if (place := goal_place(len(message.data))) is not None:
-            scene.goal(float(message.data[place]))
+        if (servos := servo_count_of(len(message.data))) is not None:
+            scene.goal(float(message.data[4 * servos]))
     else:
         for status in message.status:
             number = status.level[0] if isinstance(status.level, bytes) else int(status.level)

@@ -94,7 +94,7 @@ class BallWatch:
                     self.turned += 2.0 * atan2(*half_turn(before, after, self._axis))
                 self._seen.append(sighting)
             if log is not None:
-                log.ball(sighting.exposed, sighting.arrived, *self._away(sighting))
+                log.ball(sighting.exposed, sighting.arrived, self._away(sighting), self.turned)
         if now - self._seen[-1].exposed > BLIND:
             self._lose(now, "The camera does not see the ball: put it back, or look at the camera.")
         elif all(map(self._outside, self._seen)):

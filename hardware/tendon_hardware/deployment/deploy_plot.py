@@ -1,37 +1,38 @@
-"""What a log's picture shows: goal and tip, spool, tension, timing, and a title that says whose."""
+"""What a log's picture shows: goal and tip, ball, spool, tension, timing, and whose they are."""
 
 from collections.abc import Sequence
+from math import degrees
 from pathlib import Path
 
 import numpy as np
 
-from tendon_hardware.deployment.deploy_log import (
-    STEP_TOPIC,
-    TIMING_FIELDS,
-    TIMING_TOPIC,
-    servo_count_of,
-)
-from tendon_hardware.deployment.svg_panels import Panel, PanelLine, Values
+from tendon_hardware.deployment.deploy_log import STEP_TOPIC, TIMING_FIELDS, TIMING_TOPIC
+from tendon_hardware.deployment.svg_panels import Panel, PanelLine
+from tendon_hardware.logs.session_log import TURNED_TOPIC
 from tendon_newton.data.cards.policy_observation import goal_angle
 from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 
 GOAL, TIP = "goal", "tip"  # Names of the two lines whose distance is the error of a policy
-AXES = ("x", "y", "z")  # Names of a ball's coordinates
+SHOWN: dict[str, tuple[tuple[str, str, float], ...]] = {
+    "goal angle [deg]": (("alpha", GOAL, degrees(1.0)),),
+    "turn of the ball [rad]": (("asked", "asked", 1.0), ("turned", "as seen", 1.0)),
+    "ball behind what was asked, as the policy sees it [rad]": (("behind", "behind", 1.0),),
+    "ball from its start, as seen [mm]": tuple((f"ball_{axis}", axis, 1e3) for axis in "xyz"),
+    "loop timing [ms]": (("lateness", "lateness", 1e3), ("duration", "tick's length", 1e3)),
+}
+"""Panels that a deployment's log alone has: which of its numbers, their names and units."""
 
 
 def panels_of(path: Path) -> tuple[Panel, ...]:
-    """Gather what a log shows: goal and tip, spool, tension, timing."""
+    """Gather what a log shows: goal and tip, ball, spool, tension, timing."""
     log = read_mcap(path, bench="finger")
-    goals, balls, late = logged_lines(path)
-    if log.tip is not None:
+    (goal, goals), *balls, (timing, late) = shown_lines(path).items()
+    if log.tip is not None and not any(lines for _, lines in balls):
         tip = np.degrees(goal_angle(log.tip[:, 0], log.tip[:, 1]))
         goals.append(PanelLine(name=TIP, time=log.time, values=tip))
     servos = log.motor_position.shape[1]
-    panels = [
-        Panel(title="goal angle [deg]", lines=() if balls else tuple(goals)),
-        Panel(title="ball from its start, as seen [mm]", lines=tuple(balls)),
-    ]
+    panels = [Panel(title=title, lines=tuple(lines)) for title, lines in ((goal, goals), *balls)]
     for d in range(servos):
         of = f" of servo {d}" if servos > 1 else ""
         spool = [PanelLine(name="measured", time=log.time, values=log.motor_position[:, d])]
@@ -47,57 +48,40 @@ def panels_of(path: Path) -> tuple[Panel, ...]:
             for d, column in enumerate(log.force.T)
         ]
     panels.append(Panel(title="tension [N]", lines=tuple(force)))
-    panels.append(Panel(title="loop timing [ms]", lines=tuple(late)))
+    panels.append(Panel(title=timing, lines=tuple(late)))
     return tuple(panel for panel in panels if panel.lines)
 
 
-def logged_lines(path: Path) -> tuple[list[PanelLine], list[PanelLine], list[PanelLine]]:
-    """Return goals, a ball's places and timing of a deployment; any other log has none."""
+def shown_lines(path: Path) -> dict[str, list[PanelLine]]:
+    """Return the lines of each panel of `SHOWN`; a log that is no deployment's has none."""
+    steps = read_session(path).get("policy.step_fields", "").split(", ")
+    fields = {STEP_TOPIC: steps, TURNED_TOPIC: ("turned",), TIMING_TOPIC: TIMING_FIELDS}
+    rows: dict[str, list[tuple[float, ...]]] = {topic: [] for topic in fields}
     first: int | None = None
-    goals: list[tuple[float, float]] = []
-    balls: list[tuple[float, ...]] = []
-    timing: list[tuple[float, float, float]] = []
     with path.open("rb") as file:
-        wanted = {STATE_TOPIC, STEP_TOPIC, TIMING_TOPIC}
-        for topic, stamp, message in McapReading(file, path.name).messages(wanted):
+        for topic, stamp, message in McapReading(file, path.name).messages({STATE_TOPIC, *rows}):
             first = stamp if first is None else first
-            seconds = 1e-9 * (stamp - first)
-            if topic == STEP_TOPIC and (place := goal_place(len(message.data))) is not None:
-                goals.append((seconds, np.degrees(message.data[place])))
-                seen = message.data[place + 1 : len(message.data) - 3 * (place // 4) - 1]
-                if len(seen) > len(AXES):
-                    balls.append((seconds, *(1e3 * value for value in seen[-len(AXES) :])))
-            elif topic == TIMING_TOPIC and len(message.data) == len(TIMING_FIELDS):
-                timing.append((seconds, 1e3 * message.data[1], 1e3 * message.data[2]))
-    time, alpha = columns(goals, 2)
-    instants, lateness, length = columns(timing, 3)
-    sighted, *places = columns(balls, 1 + len(AXES))
-    return (
-        [PanelLine(name=GOAL, time=time, values=alpha)] if goals else [],
-        [
-            PanelLine(name=axis, time=sighted, values=way)
-            for axis, way in zip(AXES, places, strict=True)
+            if topic in rows and np.size(message.data) == len(fields[topic]):
+                rows[topic].append((1e-9 * (stamp - first), *np.atleast_1d(message.data)))
+    known = {
+        name: (time, values)
+        for topic, names in fields.items()
+        if rows[topic]
+        for time, *columns in [np.array(rows[topic], dtype=np.float64).T]
+        for name, values in zip(names, columns, strict=True)
+    }
+    if "rate" in known:
+        time, rate = known["rate"]
+        known["asked"] = time, np.cumsum(rate * np.diff(time, prepend=time[0]))
+    return {
+        title: [
+            PanelLine(name=name, time=time, values=unit * values, band=title == "loop timing [ms]")
+            for field, name, unit in lines
+            if field in known
+            for time, values in [known[field]]
         ]
-        if balls
-        else [],
-        [
-            PanelLine(name="lateness", time=instants, values=lateness, band=True),
-            PanelLine(name="tick's length", time=instants, values=length, band=True),
-        ]
-        if timing
-        else [],
-    )
-
-
-def goal_place(width: int) -> int | None:
-    """Return where the goal stands among the numbers of a step; none if it is no step of ours."""
-    servos = servo_count_of(width)
-    return None if servos is None else 4 * servos
-
-
-def columns(rows: Sequence[tuple[float, ...]], width: int) -> Values:
-    """Return rows as columns."""
-    return np.array(rows, dtype=np.float64).reshape(-1, width).T
+        for title, lines in SHOWN.items()
+    }
 
 
 def title_of(path: Path, panels: Sequence[Panel]) -> str:

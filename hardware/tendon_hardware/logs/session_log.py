@@ -21,6 +21,7 @@ WRITE_PERIOD = 0.02
 """Time between two writings [s]. Encoding holds the interpreter, 20 us a message. Ten at a time
 make the loop late by 0.2 ms at most, and ten times as many would by 2 ms."""
 SYNC_PERIOD = 0.4  # Time between two waits for the disk [s]; what a power cut loses besides
+TURNED_TOPIC = "/ball/turned"  # How far a camera has seen a ball turn in its cup [rad]
 
 
 class BackgroundLog:
@@ -146,10 +147,12 @@ class SessionLog:
         stamp = self.time_base.stamp(instant)
         self.sink.write(topics.TIP_TOPIC, ros.POINT, stamp, ros.point(stamp, "base", x, 0.0, z))
 
-    def ball(self, instant: float, arrival: float, x: float, y: float, z: float) -> None:
-        """Write where a camera saw the ball, from where it was at first [m], and when."""
-        message = ros.point(self.time_base.stamp(instant), "ball_start", x, y, z)
-        self.sink.write(topics.BALL_TOPIC, ros.POINT, self.time_base.stamp(arrival), message)
+    def ball(self, instant: float, arrival: float, place: Sequence[float], turned: float) -> None:
+        """Write when and where a camera saw the ball, from its start [m], and its turn [rad]."""
+        stamp = self.time_base.stamp(arrival)
+        message = ros.point(self.time_base.stamp(instant), "ball_start", *place)
+        self.sink.write(topics.BALL_TOPIC, ros.POINT, stamp, message)
+        self.sink.write(TURNED_TOPIC, ros.NUMBER, stamp, {"data": turned})
 
     def truth(self, instant: float, ball: Sequence[float], joints: Sequence[float]) -> None:
         """Write the ball's true place [m] and quaternion (x, y, z, w), and joint angles [rad]."""

@@ -17,6 +17,7 @@ from tendon_hardware.control.policy_runner import Policy, load_policy
 from tendon_hardware.deployment.ball_watch import BallWatch
 from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy
 from tendon_hardware.deployment.deploy_log import read_steps
+from tendon_hardware.deployment.deploy_plot import shown_lines
 from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from tendon_hardware.deployment.turning_report import log_figures, read_truth
 from tendon_hardware.errors import BallNotSeen, PolicyMismatch
@@ -116,6 +117,7 @@ def test_a_ball_is_turned_from_the_command_line(gait, tmp_path, capsys) -> None:
     assert main(["plot", str(log)]) == 0
     drawn = log.with_suffix(".svg").read_text(encoding="utf-8")
     assert "ball from its start" in drawn
+    assert "ball behind what was asked" in drawn
     assert "goal angle" not in drawn
 
 
@@ -163,11 +165,14 @@ def test_a_policy_knows_how_far_its_ball_is_behind(policy: Policy) -> None:
 
 
 def test_the_camera_follows_the_turn_of_the_ball(tmp_path: Path) -> None:
-    """Over 3 s, within three deviations of two frames' noise and a frame's delay."""
+    """Over 3 s, within three deviations of two frames' noise and a frame's delay; a plot has it."""
     path = tmp_path / "run.mcap"
     _, _, watch = turn(load_policy(Path("assets/policies/hand-turning.onnx")), path, 3.0)
     (true,) = log_figures(path, TASK).turned
     assert watch.turned == pytest.approx(true, abs=0.3)
+    asked, seen = shown_lines(path)["turn of the ball [rad]"]
+    assert asked.values[-1] == pytest.approx(3.0, abs=0.1)  # a step or two of 20 Hz
+    assert seen.values[-1] == watch.turned
     assert true > 1.0
 
 
