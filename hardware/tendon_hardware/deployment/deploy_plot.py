@@ -14,9 +14,10 @@ from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_se
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 
 GOAL, TIP = "goal", "tip"  # Names of the two lines whose distance is the error of a policy
+ASKED, SEEN = "asked", "as seen"  # The same of a ball that turns
 SHOWN: dict[str, tuple[tuple[str, str, float], ...]] = {
     "goal angle [deg]": (("alpha", GOAL, degrees(1.0)),),
-    "turn of the ball [rad]": (("asked", "asked", 1.0), ("turned", "as seen", 1.0)),
+    "turn of the ball [rad]": (("asked", ASKED, 1.0), ("turned", SEEN, 1.0)),
     "ball behind what was asked, as the policy sees it [rad]": (("behind", "behind", 1.0),),
     "ball from its start, as seen [mm]": tuple((f"ball_{axis}", axis, 1e3) for axis in "xyz"),
     "loop timing [ms]": (("lateness", "lateness", 1e3), ("duration", "tick's length", 1e3)),
@@ -85,7 +86,7 @@ def shown_lines(path: Path) -> dict[str, list[PanelLine]]:
 
 
 def title_of(path: Path, panels: Sequence[Panel]) -> str:
-    """Return the file's name, who drove which bench when, and how far the tip was from its goal."""
+    """Return the file's name, who drove which bench when, and what came of it."""
     session = read_session(path)
     policy = session.get("policy.file", "")
     bench, simulated = session.get("bench", ""), session.get("simulated") == "True"
@@ -94,17 +95,19 @@ def title_of(path: Path, panels: Sequence[Panel]) -> str:
         f"on {'the virtual bench' if simulated else 'the bench'} {bench}" if bench else "",
         session.get("date", "")[:10],
     ]
-    error = tip_error(panels)
-    tail = "" if error is None else f"; tip {error:.1f} deg RMS from its goal"
-    return f"{path.name}: {' '.join(filter(None, words)) or 'a recording'}{tail}"
+    return f"{path.name}: {' '.join(filter(None, words)) or 'a recording'}{outcome(panels)}"
 
 
-def tip_error(panels: Sequence[Panel]) -> float | None:
-    """Return the RMS distance of the tip's angle from its goal [deg], where a log has both."""
+def outcome(panels: Sequence[Panel]) -> str:
+    """Say how far a ball has turned, or a tip was from its goal, where a log has both lines."""
     lines = {line.name: line for panel in panels for line in panel.lines}
+    if ASKED in lines and SEEN in lines:
+        turned, asked = (lines[name].values[-1] for name in (SEEN, ASKED))
+        return f"; turned {turned:.1f} rad, asked for {asked:.1f}"
     if GOAL not in lines or TIP not in lines:
-        return None
+        return ""
     goal, tip = lines[GOAL], lines[TIP]
     inside = (tip.time >= goal.time[0]) & (tip.time <= goal.time[-1])
     held = np.searchsorted(goal.time, tip.time[inside], side="right") - 1
-    return float(np.sqrt(np.nanmean(np.square(tip.values[inside] - goal.values[held]))))
+    error = np.sqrt(np.nanmean(np.square(tip.values[inside] - goal.values[held])))
+    return f"; tip {error:.1f} deg RMS from its goal"

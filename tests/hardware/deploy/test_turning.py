@@ -118,6 +118,7 @@ def test_a_ball_is_turned_from_the_command_line(gait, tmp_path, capsys) -> None:
     drawn = log.with_suffix(".svg").read_text(encoding="utf-8")
     assert "ball from its start" in drawn
     assert "ball behind what was asked" in drawn
+    assert "rad, asked for" in drawn
     assert "goal angle" not in drawn
 
 
