@@ -27,8 +27,8 @@ HEADINGS = {
     "effects": "[effects](#effects) that the model has already, an `[[effects]]` table each",
     "bench_overrides": "[numbers of a bench](#numbers-of-a-bench) that differ from its asset",
     "fit": "[unknown numbers](#unknown-numbers), refitted by a diagnosis",
-    "tolerances": "how well things are stated, where you know better: `load_cell_gain = 0.01`; "
-    "standard deviations, as shares or in SI. An effect with 0 is exact, and no cause: "
+    "tolerances": "standard deviations of stated numbers, as shares or in SI, where you know "
+    "better: `load_cell_gain = 0.01`. An effect with 0 is exact, and no cause: "
     "`acceleration_limit = 0` where a register holds it",
 }
 EXAMPLE = """\
@@ -53,13 +53,17 @@ force = 1.2
 """
 INTRODUCTION = (
     "# The model file\n\n"
-    "A model is a bench's mechanism, one actuator and a list of effects. The file `model.toml` "
-    "states actuator and effects. `collect` and `import` write one beside the recordings, "
-    "`diagnose` writes the extended one, and every verb that simulates reads one. "
-    "[The equations](model.md) say what the numbers do. `python docs/make_model_file.py` makes "
-    "this page.\n\n"
+    "A model file states the actuator and the effects of a bench, in SI units and radians. "
+    "`collect` and `import` write one beside the recordings: correct its numbers, and leave the "
+    "effects to `diagnose`, which writes the extended one. [The equations](model.md) say what the "
+    "numbers do. `python docs/make_model_file.py` makes this page.\n\n"
     f"```toml\n{EXAMPLE}```\n\n"
-    "All numbers are in SI units and radians.\n\n"
+    "Which kind?\n\n"
+    "- only command, angle and perhaps the tension are known: `ideal`\n"
+    "- a DC motor whose supply is known as well: `pwm_servo`\n"
+    "- a motor that is given a torque: `pd_torque`\n"
+    "- a joint under an unknown load: `ideal_position`\n"
+    "- a transmission that was measured at both ends: `measured_path`\n\n"
 )
 
 
@@ -95,13 +99,13 @@ def actuators() -> str:
     return "\n".join(
         [
             "## The actuator\n",
-            "`kind` names the actuator. All keys of the kind must be there, but for those that may "
-            "be left out, and those of `learned`, which the card of its network has.\n",
+            "All keys of the `kind` must be there, except those that may be left out, and those of "
+            "`learned`, which the card of its network has.\n",
             table,
             f"Any kind takes `spool_radius`, {low:g} to {high:g} m; without it that of the asset "
             "counts. `learned` needs `file`, the path of the network that `train-force` wrote.\n",
-            "Ranges are those of the nominal finger and its servo. A force, an angle or a length "
-            "of a machine of another size may be up to 10,000 times as large or as small.\n",
+            "Ranges are those of the nominal finger and its servo. On a machine of another size "
+            "forces, angles and lengths may be up to 10,000 times as large or as small.\n",
         ]
     )
 
@@ -122,11 +126,11 @@ def effects() -> str:
         "## Effects\n",
         "Each `[[effects]]` table has the effect's `name` and all its keys. At its **null value** "
         "an effect does nothing, as if its table were left out.\n",
-        "On a bench of several servos `servo = 1` makes an effect that of servo 1 alone, of the "
-        "columns `theta_d_1`, `theta_1` and `force_1`. Without this key an effect is of all "
-        "servos that have none of their own. Effects of the mechanism take it on a hand alone: "
-        "there it is the finger of servo 1. `gravity_misalignment` and `sample_period_error` "
-        "take none, and an export holds no such effect.\n",
+        "On a bench of several servos `servo = 1` restricts an effect to servo 1 (columns "
+        "`theta_d_1`, `theta_1` and `force_1`). Without this key an effect is of all servos that "
+        "have none of their own. Effects of the mechanism take the key on a hand only, where it "
+        "names the finger of servo 1. `gravity_misalignment` and `sample_period_error` never take "
+        "it. No export holds an effect of one servo.\n",
     ]
     for side, heading in SIDES.items():
         table = rows(
@@ -153,10 +157,10 @@ def benches() -> str:
     )
     return (
         "## Numbers of a bench\n\n"
-        "`[bench_overrides.BENCH]` states what differs from the asset of that name. Each key has "
-        "one value per joint, from the base to the tip. An entry of `dataset.toml` may state the "
-        "same for one recording. `arm_mass` is the mass of an even arm from the joint to the "
-        "link's centre, besides `mass`.\n\n" + table
+        "`[bench_overrides.BENCH]` states what differs from the asset of that name, with one "
+        "value per joint from the base to the tip. An entry of `dataset.toml` may state the "
+        "same for one recording. `arm_mass` is the mass of a uniform arm from the joint to the "
+        "link's centre, in addition to `mass`.\n\n" + table
     )
 
 
@@ -167,10 +171,10 @@ def unknown() -> str:
         "`fit` lists keys of the actuator, or of a bench's numbers, that nobody has measured. A "
         "diagnosis refits them with every cause that it tries; other numbers of the actuator stay "
         "as they are.\n\n"
-        "Masses, lengths and moment arms of a bench are as good as a drawing: each may differ by "
-        f"up to {100.0 * TOLERANCE:.0f} %, and no cause is named for that. The numbers of the "
-        "answer stand in `bench_overrides` of its `model.toml`. What `bench_overrides` state "
-        "stays as it is stated.\n"
+        "Masses, lengths and moment arms of a bench may differ from its drawing by up to "
+        f"{100.0 * TOLERANCE:.0f} %, and no cause is named for that. The fitted ones stand in "
+        "`bench_overrides` of the answer's `model.toml`. Numbers that you state in "
+        "`bench_overrides` are not changed.\n"
     )
 
 
