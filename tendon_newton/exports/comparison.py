@@ -46,16 +46,11 @@ def exported_run(
     return run
 
 
-def solver_run(mechanism: Mechanism, model: Model, runs: Sequence[Recording]) -> list[Trajectory]:
-    """Run recordings with Newton's SolverMuJoCo."""
-    return MujocoSimulator().simulate(runs, model)
-
-
 # Simulators beside ours: Newton's SolverMuJoCo under our own servo, then what exports are run by:
 # MuJoCo with the program and with its file alone, Newton with the drive and with its own prims, and
 # Rhoban/bam
 COMPARED: dict[str, Callable[[Mechanism, Model, Sequence[Recording]], list[Trajectory]]] = {
-    "solver_mujoco": solver_run,
+    "solver_mujoco": lambda _, model, runs: MujocoSimulator().simulate(runs, model),
     "mujoco": exported_run("mujoco", "tendon_step.py"),
     "mjcf": exported_run("mujoco", "model.xml alone"),
     "newton": exported_run("newton", "tendon_drive.py"),

@@ -75,17 +75,17 @@ def standard_runs(mechanism: Mechanism, radius: float | None = None) -> list[Rec
     steps = np.floor(2.0 * time) % 2.0
     sine = 0.5 - 0.5 * np.cos(1.5 * np.pi * (time - 1.5))
     share = np.where(time < 1.5, steps, sine)  # 0, 1, 0, then from 0 at 1.5 s
-    command = np.repeat((low + (high - low) * share)[:, None], len(mechanism.tendons), axis=1)
-    return [
-        Recording(
-            name="standard",
-            bench=mechanism.name,
-            time=time,
-            command=command,
-            motor_position=np.zeros_like(command),
-            motor_velocity=np.zeros_like(command),
-        )
-    ]
+    return [asked_of(mechanism, "standard", time, low + (high - low) * share)]
+
+
+def asked_of(mechanism: Mechanism, name: str, time: Array, command: Array) -> Recording:
+    """Return commands (T,) [rad] of all servos of a bench, nothing of which was measured."""
+    command = np.repeat(command[:, None], len(mechanism.tendons), axis=1)
+    nothing = np.zeros_like(command)
+    return Recording(
+        name=name, bench=mechanism.name, time=time, command=command,
+        motor_position=nothing, motor_velocity=nothing,
+    )  # fmt: skip
 
 
 def command_range(mechanism: Mechanism, radius: float | None = None) -> tuple[float, float]:
@@ -112,16 +112,12 @@ def replayed(
             out.append(exported.replays[way](recording))
             continue
         bench = override_mechanism(bench_of(recording.bench, model), recording.bench_overrides)
+        values = {**model.actuator.values, **recording.actuator_overrides}
+        servo = replace(model, actuator=replace(model.actuator, values=values))
         with tempfile.TemporaryDirectory() as folder:
-            own = target.write(Path(folder), bench, with_numbers(model, recording))
+            own = target.write(Path(folder), bench, servo)
             out.append(own.replays[way](recording))
     return out
-
-
-def with_numbers(model: Model, recording: Recording) -> Model:
-    """Return a model with the actuator numbers of one recording."""
-    values = {**model.actuator.values, **recording.actuator_overrides}
-    return replace(model, actuator=replace(model.actuator, values=values))
 
 
 def with_and_without(

@@ -65,7 +65,8 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
     Raises:
         InvalidOutput: A file cannot be written.
     """
-    lines = [f"# {title}", "", *files_part(exported), "## How to load it", "", exported.loading]
+    files = ", ".join(f"`{path.name}`" for path in exported.files)
+    lines = [f"# {title}", "", f"Files: {files}.", "", "## How to load it", "", exported.loading]
     page = "\n".join([*lines, *fidelity_part(fidelity, exported.checked), *costs_part(fidelity)])
     numbers: dict[str, Any] = {
         "runs": fidelity.runs,
@@ -77,11 +78,6 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
     }
     write_text(folder / PAGE, page + "\n")
     write_text(folder / NUMBERS, json.dumps(numbers, indent=2) + "\n")
-
-
-def files_part(exported: Exported) -> list[str]:
-    """List the files."""
-    return ["Files: " + ", ".join(f"`{path.name}`" for path in exported.files) + ".", ""]
 
 
 def fidelity_part(fidelity: Fidelity, checked: str) -> list[str]:

@@ -1,6 +1,6 @@
 """Export to plain MuJoCo: an MJCF file that runs alone, and a hook for what MJCF cannot say."""
 
-import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from tendon_newton.exports.networks.network_export import (
     exported_network,
 )
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
+from tendon_newton.mechanisms.authoring.correction import correct
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
@@ -127,28 +128,14 @@ def placed_tendons(mechanism: Mechanism) -> tuple[list[float], list[float]]:
 
 def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
     """Put those effects into the joints and links that MJCF has numbers for."""
+    own = replace(mechanism, gravity=np.array(spec.option.gravity))  # with the file's digits
+    corrected = correct(own, replace(model, bench_overrides={})).corrected
     heavier = number(model, "inertia_error", "scale")
-    tilt = number(model, "gravity_misalignment", "angle")
-    gravity = np.array(spec.option.gravity)
-    spec.option.gravity = (
-        np.array(
-            [
-                gravity[0] * math.cos(tilt) - gravity[2] * math.sin(tilt),
-                gravity[1],
-                gravity[0] * math.sin(tilt) + gravity[2] * math.cos(tilt),
-            ]
-        )
-        / heavier
-    )
-    for joint in mechanism.joints:
+    spec.option.gravity = corrected.gravity / heavier
+    for joint in corrected.joints:
         row = spec.joint(joint.name)
-        row.stiffness[0] = joint.stiffness * number(model, "joint_stiffness_error", "scale")
-        row.damping[0] = joint.damping * number(model, "joint_damping_error", "scale")
-        dry = joint.friction
-        if math.isfinite(joint.limits[1]):
-            share = number(model, "joint_dry_friction", "fraction")
-            dry += share * joint.stiffness * (joint.limits[1] - joint.rest)
-        set_friction(row, dry)
+        row.stiffness[0], row.damping[0] = joint.stiffness, joint.damping
+        set_friction(row, joint.friction)
         body = row.parent
         body.mass = body.mass * heavier
         body.inertia = body.inertia * heavier

@@ -17,9 +17,9 @@ from torch import Tensor, nn
 
 from tendon_newton.data.excitations import LARGEST_COMMAND, ramps, random_steps, sine
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
-from tendon_newton.exports.departure import command_range
+from tendon_newton.exports.departure import asked_of, command_range
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
@@ -111,18 +111,7 @@ def lessons_of(mechanism: Mechanism, model: Model) -> Lessons:
     runs = []
     for number in range(TRAIN + HELD_OUT):
         share = kinds[number % len(kinds)](time, rng) / LARGEST_COMMAND
-        command = np.repeat((low + (high - low) * share)[:, None], len(mechanism.tendons), axis=1)
-        still = np.zeros_like(command)
-        runs.append(
-            Recording(
-                name=f"lesson {number}",
-                bench=mechanism.name,
-                time=time,
-                command=command,
-                motor_position=still,
-                motor_velocity=still,
-            )
-        )
+        runs.append(asked_of(mechanism, f"lesson {number}", time, low + (high - low) * share))
     rollout = rollout_of(mechanism, runs, servo)
     found = rollout.run(rollout.base_vectors(servo)[None])[0]
     asked = np.array([run.command[:, 0] for run in runs if run.command is not None])

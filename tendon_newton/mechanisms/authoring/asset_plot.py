@@ -1,5 +1,6 @@
 """``asset show``: one picture of how a mechanism closes."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.kinematics import chain_points, posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.geometry.parts import Tendon, excursion, moment_arms
 from tendon_newton.mechanisms.geometry.statics import ClosingPath, closing_path
 from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
 
@@ -87,30 +88,28 @@ def _sweep(mechanism: Mechanism, joint: int) -> Array:
 
 def _plot_excursion(axes: Any, mechanism: Mechanism) -> None:
     unit, scale = ("rad", 1.0) if mechanism.tendons[0].direct else ("mm", 1.0e3)
-    for d, tendon in enumerate(mechanism.tendons):
-        for j in _moved(mechanism, d):
-            positions = _sweep(mechanism, j)
-            values = scale * excursion(tendon, positions)
-            axes.plot(positions[:, j], values, DASHES[d % 4], **_curve(mechanism, d, j))
-    axes.set_title("Excursion, one joint at a time")
-    axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
-    axes.set_ylabel(f"tendon wound in, l [{unit}]")
-    _name_curves(axes)
+    _plot_by_joint(axes, mechanism, lambda tendon, q, _: scale * excursion(tendon, q))
+    axes.set(title="Excursion, one joint at a time", ylabel=f"tendon wound in, l [{unit}]")
 
 
 def _plot_arms(axes: Any, mechanism: Mechanism) -> None:
     unit, scale = _arm_unit(mechanism)
-    top = 0.0
+    _plot_by_joint(axes, mechanism, lambda tendon, q, j: scale * moment_arms(tendon, q)[:, j])
+    top = max(float(np.max(np.abs(line.get_ydata()))) for line in axes.lines)
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]), top=1.2 * top)
+    axes.set(title="Moment arm, positive closes", ylabel=f"dl/dq [{unit}]")
+
+
+def _plot_by_joint(
+    axes: Any, mechanism: Mechanism, value: Callable[[Tendon, Array, int], Array]
+) -> None:
+    """Draw a value of each tendon while one joint moves over its range and the others are open."""
     for d, tendon in enumerate(mechanism.tendons):
         for j in _moved(mechanism, d):
             positions = _sweep(mechanism, j)
-            arms = scale * moment_arms(tendon, positions)[:, j]
-            top = max(top, float(np.max(np.abs(arms))))
-            axes.plot(positions[:, j], arms, DASHES[d % 4], **_curve(mechanism, d, j))
-    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]), top=1.2 * top)
-    axes.set_title("Moment arm, positive closes")
+            values = value(tendon, positions, j)
+            axes.plot(positions[:, j], values, DASHES[d % 4], **_curve(mechanism, d, j))
     axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
-    axes.set_ylabel(f"dl/dq [{unit}]")
     _name_curves(axes)
 
 
@@ -142,8 +141,7 @@ def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
     theta = path.excursion / tendon.spool_radius
     quantity = "torque" if tendon.direct else "tension"
     axes.plot(theta, path.tension, color=INK, linewidth=2.5, label=quantity)
-    axes.set_xlabel("motor angle theta [rad]")
-    axes.set_ylabel(f"{quantity} [{unit}]")
+    axes.set(xlabel="motor angle theta [rad]", ylabel=f"{quantity} [{unit}]")
     axes.set_title("Holding it closed: no friction, no motion")
     if path.tension[-1] > 0.4 * tendon.force_limit:
         axes.axhline(tendon.force_limit, color=GREY, linestyle="--", linewidth=1.2)
@@ -175,12 +173,13 @@ def _plot_postures(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Ind
     """Draw five postures, of a finger from the side and of a slider as a bar."""
     if "prismatic" in mechanism.joint_kinds:
         _plot_travel(axes, path, rows)
-        axes.set_ylabel(f"tension [{_force_unit(mechanism)}]")
-        axes.set_title("Travel of the slider, slack to closed")
+        axes.set(
+            ylabel=f"tension [{_force_unit(mechanism)}]",
+            title="Travel of the slider, slack to closed",
+        )
     else:
         _plot_links(axes, mechanism, path, rows)
-        axes.set_ylabel("z [mm]")
-        axes.set_title("Postures and path of the tip, slack to closed")
+        axes.set(ylabel="z [mm]", title="Postures and path of the tip, slack to closed")
         axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [mm]")
 
@@ -253,8 +252,6 @@ def frame(axes: Any, points: Array, size: float) -> None:
     for setter, center in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, strict=True):
         setter(center - 0.6 * size, center + 0.6 * size)
     axes.set_box_aspect((1.0, 1.0, 1.0), zoom=0.85)
-    axes.set_xlabel("x [mm]")
-    axes.set_ylabel("y [mm]")
-    axes.set_zlabel("z [mm]")
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
     axes.view_init(elev=18, azim=-65)
     axes.set_title("In space, with the joints' axes")
