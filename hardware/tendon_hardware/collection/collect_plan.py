@@ -53,12 +53,6 @@ def starting_model(
     return Model(actuator=NamedValues(name="pwm_servo", values=values), fit=UNKNOWN)
 
 
-def leave_model(folder: Path, model: Model) -> None:
-    """Write a folder's model unless it has one, which may be edited by hand."""
-    if not (folder / MODEL_FILE).exists():
-        write_model(folder / MODEL_FILE, model)
-
-
 COLLECTION_FILE = "collection.toml"
 """Settings that a folder's recordings share; a plan is taken up again only with the same."""
 SINGLE_RUNS = "single runs"  # Title of a folder whose recordings follow no plan
@@ -249,10 +243,7 @@ def begin(out: Path, facts: Mapping[str, Any], bench: Bench, settings: CollectSe
     """Make the folder of a bench that answers, with what its recordings share and its model."""
     out.mkdir(parents=True, exist_ok=True)
     write_toml(out / COLLECTION_FILE, facts)
-    model = starting_model(
-        bench.servo.spec,
-        settings.loop,
-        voltage=bench.servo.read_health().voltage,
-        spool_radius=settings.spool_radius,
-    )
-    leave_model(out, model)
+    voltage, radius = bench.servo.read_health().voltage, settings.spool_radius
+    model = starting_model(bench.servo.spec, settings.loop, voltage=voltage, spool_radius=radius)
+    if not (out / MODEL_FILE).exists():  # one that is there may be edited by hand
+        write_model(out / MODEL_FILE, model)

@@ -164,20 +164,12 @@ def paper_plan() -> tuple[PlannedRun, ...]:
     )
 
 
-def quick_plan() -> tuple[PlannedRun, ...]:
-    """Return a minute on all three benches, to try a bench out."""
-    return tuple(run for bench in BENCHES for run in runs_of(bench, QUICK))
-
-
-def board_plan() -> tuple[PlannedRun, ...]:
-    """Return seven minutes on a finger, to be handed in for the board."""
-    return tuple(runs_of("finger", BOARD))
-
-
 PLANS: dict[str, Callable[[], tuple[PlannedRun, ...]]] = {
     "paper": paper_plan,
-    "quick": quick_plan,
-    "board": board_plan,
+    # a minute on all three benches, to try a bench out
+    "quick": lambda: tuple(run for bench in BENCHES for run in runs_of(bench, QUICK)),
+    # seven minutes on a finger, to be handed in for the board
+    "board": lambda: tuple(runs_of("finger", BOARD)),
 }
 
 

@@ -140,14 +140,6 @@ class CalibrationPlan:
         return self.hold_time if mass else self.tare_time
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Calibrated:
-    """Measurements of a finished plan."""
-
-    points: tuple[CalibrationPoint, ...]  # In the order of the plan
-    rate: float  # Readings per second by the cell's own clock [1/s]
-
-
 def run_plan(
     plan: CalibrationPlan,
     cell: LoadCell,
@@ -155,12 +147,15 @@ def run_plan(
     operator: CalibrationOperator,
     done: Sequence[CalibrationPoint] = (),
     keep: Callable[[Sequence[CalibrationPoint]], None] = lambda _: None,
-) -> Calibrated:
+) -> tuple[list[CalibrationPoint], float]:
     """Measure every step of a plan that is not done yet.
 
     Args:
         done: Points of an interrupted run, a beginning of the plan.
         keep: Called with all points after each measurement, so that none is lost.
+
+    Returns:
+        All points in the plan's order, and readings per second by the cell's own clock [1/s].
 
     Raises:
         InvalidCalibration: The cell is saturated, or does not come to rest.
@@ -181,7 +176,7 @@ def run_plan(
         keep(points)
     if not rate:  # nothing was left to measure
         rate = sum(p.readings for p in points) / sum(p.duration for p in points)
-    return Calibrated(points=tuple(points), rate=rate)
+    return points, rate
 
 
 def point(

@@ -242,7 +242,7 @@ def refuse_incomplete(points: Sequence[CalibrationPoint]) -> None:
 def refuse_disorder(points: Sequence[CalibrationPoint]) -> None:
     """Refuse counts that do not rise, or fall, with the mass: two masses were mixed up."""
     masses = sorted({point.mass for point in points})
-    means = [mean_counts(points, mass) for mass in masses]
+    means = [np.mean([point.counts for point in points if point.mass == m]) for m in masses]
     steps = np.diff(means)
     if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
         raise InvalidCalibration(
@@ -302,11 +302,6 @@ def count_hysteresis(points: Sequence[CalibrationPoint]) -> float:
         if up and down:
             spans.append(abs(float(np.mean(up)) - float(np.mean(down))))
     return max(spans)
-
-
-def mean_counts(points: Sequence[CalibrationPoint], mass: float) -> float:
-    """Return the mean counts under a mass, over both directions."""
-    return float(np.mean([point.counts for point in points if point.mass == mass]))
 
 
 def listed(masses: Iterable[float]) -> str:

@@ -88,7 +88,7 @@ class CalibrationSession:
             InvalidCalibration: The points do not support a line; they are kept beside the file.
             LoadCellSilent: The cell sends nothing.
         """
-        measured = calibrating.run_plan(
+        points, rate = calibrating.run_plan(
             self.plan,
             cell,
             clock,
@@ -98,10 +98,10 @@ class CalibrationSession:
         )
         try:
             calibration = fit_calibration(
-                measured.points,
+                points,
                 cell=self.cell,
                 gain=self.gain,
-                rate=measured.rate,
+                rate=rate,
                 gravity=self.gravity,
                 date=datetime.now().astimezone().isoformat("T", "seconds"),
             )

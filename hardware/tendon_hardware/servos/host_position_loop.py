@@ -55,8 +55,6 @@ class HostPositionLoop:
     def allowed(self, command: float, position: float) -> float:
         """Return a command [rad] cut to what a spool at an angle [rad] may be asked for."""
         low, high = self.position_range
-        if not (isfinite(low) and isfinite(high) and low < high):
-            raise InvalidParameter(f"position_range must be low, high; it is {low}, {high} rad")
         if self.pay_out is not None and position > self.pay_out[1]:
             low = self.pay_out[0]
         return min(max(command, low), high)

@@ -12,6 +12,7 @@ import numpy as np
 from tendon_newton.data.files.text_file import read_text
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, listed, shown
+from tendon_newton.mechanisms.asset_library import is_file
 from tendon_newton.mechanisms.authoring.asset_plan import NAME
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.usd.stage_file import REASON_LENGTH
@@ -89,7 +90,7 @@ def refuse_foreign_includes(path: Path) -> None:
                     f"{file}: an included file must lie in the folder of {path.name}; it is "
                     f"{shown(name)}: copy it there"
                 )
-            if not os.path.isfile(below):  # noqa: PTH113 - no error for names of no file
+            if not is_file(below):
                 raise InvalidAsset(f"{file}: an included file must be there; {shown(name)} is not")
             if below not in seen:
                 seen.add(below)
@@ -100,11 +101,8 @@ def site_named_tip(builder: newton.ModelBuilder) -> tuple[int, Array] | None:
     """Return where a file has a site named ``tip`` on a link that moves."""
     for shape, label in enumerate(builder.shape_label):
         is_site = bool(builder.shape_flags[shape] & newton.ShapeFlags.SITE)
-        if (
-            is_site
-            and label.rsplit("/", maxsplit=1)[-1] == "tip"
-            and builder.shape_body[shape] >= 0
-        ):
+        named = label.rsplit("/", maxsplit=1)[-1] == "tip"
+        if is_site and named and builder.shape_body[shape] >= 0:
             place = np.array(builder.shape_transform[shape])[:3].astype(np.float64)
             return int(builder.shape_body[shape]), place
     return None

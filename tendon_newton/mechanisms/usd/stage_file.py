@@ -16,6 +16,7 @@ from typing import Any
 
 from tendon_newton.data.files.guarded import TooMuch, guarded
 from tendon_newton.errors import InvalidAsset
+from tendon_newton.mechanisms.asset_library import is_file
 
 # Bytes that opening an asset with binary layers may take; those of a hand take a tenth
 MEMORY = 1 << 29
@@ -137,11 +138,3 @@ def read_layer(path: Path) -> bytes:
         raise InvalidAsset(
             f"An asset must be a USD file; {path} cannot be read: {error.strerror or error}."
         ) from error
-
-
-def is_file(path: Path) -> bool:
-    """Tell whether a path is a file; a name that no file system takes is none."""
-    try:
-        return path.is_file()
-    except OSError:
-        return False
