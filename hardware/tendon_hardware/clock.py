@@ -6,7 +6,7 @@ from typing import Protocol
 SPIN = 2.0e-4
 """End of a wait that is spent spinning [s].
 
-Of a minute's ticks 99 % then come within 0.06 ms, for 1 % of a core; without it within 0.32 ms
+99 % of a minute's ticks then come within 0.06 ms, for 1 % of a core; without it within 0.32 ms
 (`python -m examples.studies.pacing`, two cores at rest).
 """
 

@@ -139,7 +139,7 @@ FORMS = (
 def taught_network() -> Any:
     """Return the authors' Transformer, 6,801 numbers, after a short lesson in the ideal source.
 
-    So its fingers move like a servo's, and its errors are those of numbers that were trained.
+    Fingers then move like a servo's, and errors are those of numbers that were trained.
     """
     network = force_network(of_set="authors").train()
     generator = torch.Generator().manual_seed(0)

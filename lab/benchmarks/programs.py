@@ -6,8 +6,8 @@ Run from the root of the repository; no GPU is needed::
     python -m lab.benchmarks.programs --write    # after a measurement
 
 Our engines take a control step on the CPU, and every kernel that runs in it is compiled for the
-device of the figures. Its instructions (PTX) without names are hashed, and stand in ``gpu.json``. A
-commit that changes none of them changes no figure of ``mechanics`` and ``loop``.
+device of the figures. The kernels' instructions (PTX) without names are hashed, and stand in
+``gpu.json``. A commit that changes none of them changes no figure of ``mechanics`` and ``loop``.
 """
 
 import argparse

@@ -43,9 +43,9 @@ def kept(folder: Path, true: Causes, said: Causes) -> tuple[str, ...]:
     """Return the causes that the decision keeps if it begins at the true ones, and at an answer's.
 
     Args:
-        folder: Of the dataset.
+        folder: Folder of the dataset.
         true: Causes with their numbers; of a law and its special case the first counts.
-        said: The same of the answer.
+        said: Causes of the answer with their numbers.
     """
     dataset, model = load_dataset(folder), load_model(folder / "model.toml")
     study = Study(

@@ -27,7 +27,7 @@ RADIUS, GAIN, LIMIT, GRAVITY = 0.0125, 4.2, 21.0, 9.81
 BRISTLE = 150e-6  # Travel in which friction builds up to 63 % [m]
 SPHERE = 1.5  # Exponent of a contact of spheres
 OBSTACLE_DEPTH, OBSTACLE_REBOUND = 2e-3, 0.4
-"""Of what is in the way: where a contact is as stiff as stated [m], and its damping [s/m]."""
+"""Depth at which an obstacle's contact is as stiff as stated [m], and its damping [s/m]."""
 NULLS: Mapping[str, float] = {
     "gain": 1.0, "drift": 0.0, "delay": 0.0, "lag": 0.0, "deadband": 0.0, "saturation": 0.0,
     "coulomb": 0.0, "static": 0.0, "stribeck_speed": 1.0, "viscous": 0.0, "load": 0.0, "sag": 0.0,
@@ -191,8 +191,8 @@ def logged(
     Args:
         rng: Source of noise.
         causes: Numbers of ``NULLS``.
-        angle: Of the shaft at every step [rad].
-        tension: At every step [N].
+        angle: Angle of the shaft at every step [rad].
+        tension: Tension at every step [N].
     """
     first = round(SETTLING / STEP)
     time = np.arange(0.0, (angle.size - first) * STEP - 2 * ROW, ROW)

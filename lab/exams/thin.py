@@ -1,4 +1,4 @@
-"""The same exam with less data: ``python -m lab.exams.thin EXAM OUT --share 0.5``.
+"""An exam once more with less data: ``python -m lab.exams.thin EXAM OUT --share 0.5``.
 
 Keeps a share of the training recordings of every dataset, at least one of every bench, and all
 test recordings.

@@ -19,7 +19,7 @@ class FixedArms:
     """Strings over pulleys: moment arms that do not change.
 
     Args:
-        arms: Of every string at every joint [m], shape (S, J).
+        arms: Arms of every string at every joint [m], shape (S, J).
     """
 
     def __init__(self, arms: Array) -> None:

@@ -36,8 +36,8 @@ class PwmServo(Actuator):
         \tau = \frac{k_t (u V - k_t \dot\theta)}{R}, \qquad F = \tau / r
 
     A loop may always add a duty u_0 that keeps the tendon taut.
-    The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force.
-    So the load cell behind the rotor reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
+    The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force:
+    the load cell behind the rotor reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
     with s the length of string on the spool.
 
     Source: any text on DC motors; the loop as in the Dynamixel e-manual (PWM = P-gain / 128 counts

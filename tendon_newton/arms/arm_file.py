@@ -37,7 +37,7 @@ def arm_file(path: Path) -> Path | None:
 def read_arm(file: Path, asset: str | None = None) -> IdentifiedArm:
     """Read what a diagnosis of an arm found.
 
-    Its asset may be given, by name or file, in place of the one that the file states.
+    The asset may be given, by name or file, in place of the one that the file states.
 
     Raises:
         InvalidDiagnosis: The file is broken, or of another arm than the asset.

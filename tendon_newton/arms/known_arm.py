@@ -60,7 +60,7 @@ def know_arm(
 ) -> KnownArm:
     """Find how an arm stands and what its tip rests on.
 
-    Its joints are those of the training motions, in their order, and so are the starts, J models.
+    Joints are those of the training motions, in their order, and so are the starts, J models.
 
     Raises:
         InvalidRecording: The motions are not this arm's.

@@ -79,7 +79,7 @@ class Hanging:
 def find_placement(mechanism: Mechanism, motions: Sequence[ArmMotion]) -> Placement:
     """Find signs, zeros and tilt from where an arm's servos hang.
 
-    Its joints are those of the motions, in their order.
+    Joints are those of the motions, in their order.
 
     Raises:
         InvalidRecording: There are not as many servos as joints, or the arm hangs upwards.

@@ -56,7 +56,7 @@ def turning_figures(
         period: Time from row to row [s].
         pose: Places [m] and quaternions (x, y, z, w) of the balls, shape (T, W, 7).
         start: Where they start [m], shape (3,) or (W, 3).
-        tension: Of the tendons [N], shape (T, W, D).
+        tension: Tensions of the tendons [N], shape (T, W, D).
     """
     away = np.linalg.norm(pose[..., :3] - start, axis=-1)
     inside = away <= task.drop_distance

@@ -36,7 +36,7 @@ def device_template(function: Function) -> Function:
 class DeviceCode:
     """A class that is never instantiated, and whose static methods are device code.
 
-    Its name is its file's.
+    The name of the file is `name`.
     """
 
     name: ClassVar[str]

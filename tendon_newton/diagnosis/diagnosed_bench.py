@@ -1,7 +1,7 @@
 """Which bench a diagnosis is of: whoever uses its model takes that bench.
 
 A diagnosis is named by its folder or its ``diagnosis.json``, and then holds for its own benches.
-Its ``model.toml`` alone is a servo that any bench may have; without a word it stays on its own.
+The ``model.toml`` alone is a servo for any bench; unless a bench is named it stays on its own.
 """
 
 from collections.abc import Collection

@@ -32,7 +32,7 @@ def find_confounded(point: Linearisation, names: Sequence[str]) -> tuple[Confoun
 
     Args:
         point: A fit's residuals around its optimum.
-        names: Of its numbers, shape (F,).
+        names: Names of its numbers, shape (F,).
     """
     if len(names) < 2:
         return ()

@@ -8,7 +8,7 @@ def with_owner(cause: str, servos: int) -> str:
     """Return a cause's name with its owner, as in ``command_delay of both servos``.
 
     Args:
-        cause: Its name, which says the one servo that it is of.
+        cause: Name of the cause, which says the one servo that it is of.
         servos: Servos of the bench; nothing is said of an only one.
     """
     if servos == 1 or servo_of(cause) is not None or not law_of(cause).is_of_servo():

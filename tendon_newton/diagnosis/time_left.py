@@ -41,7 +41,7 @@ def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -
 
     Args:
         recordings: Training recordings as they are.
-        study: The same recordings, all rows.
+        study: All rows of these recordings.
     """
     firsts = {r.bench: r for r in reversed(recordings)}.values()
     parts = [rows_of(r, slice(0, TRIAL_ROWS), r.name) for r in firsts]
@@ -72,7 +72,7 @@ def expected_times(
 
     Args:
         recordings: Training recordings as they are.
-        study: The same recordings, all rows.
+        study: All rows of these recordings.
         pace: Time that a candidate takes for a second of recordings [1].
     """
     first = sum(r.duration for r in beginnings(recordings, whole=study.kinematic))

@@ -16,7 +16,7 @@ class TendonCompliance(Effect):
     The spool gives its string F_s, which is the motor's force less viscous friction. Dry friction
     opposes the excursion l, so it takes its part behind the string: the servo turns while its
     mechanism sticks. With F_s known to first order in theta and theta_dot this is
-    :math:`\tau \dot F_s = U - F_s`. Its time constant is that of viscous friction against the
+    :math:`\tau \dot F_s = U - F_s`. The time constant is that of viscous friction against the
     tendon's stiffness, and is zero without friction. The equation is solved exactly over a step,
     around the force before the step. A servo with a rotor needs no such solution: its spool has a
     coordinate of its own.

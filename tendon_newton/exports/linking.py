@@ -1,7 +1,7 @@
 """One file out of several modules and the law that they import, for a model to be carried away.
 
 A written program runs the very lines that the simulation runs, so that a new effect needs no second
-version. Its modules are ordinary ones. What they import from the package is put before them, and
+version. The modules are ordinary ones. What they import from the package is put before them, and
 what that calls in turn: device functions with the model's constants in them, structs, numbers.
 """
 

@@ -51,7 +51,7 @@ def kinds_in(of_set: str) -> tuple[str, ...]:
 def build_network(kind: str, *, of_set: str, window: int) -> ForceNetwork:
     """Return an untrained network.
 
-    Its kind is a key of `FORCE_NETWORKS`, its set one of `SETS`, its window in samples.
+    The kind is a key of `FORCE_NETWORKS`, the set one of `SETS`; the window counts samples.
 
     Raises:
         UnknownName: No such set, or none of this kind in it.

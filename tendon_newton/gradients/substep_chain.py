@@ -3,11 +3,11 @@
 The adjoint of a state follows from that of the next one, lambda_k = J_k^T lambda_(k+1), and the
 slopes J_k of a substep need no adjoint. That is used twice.
 
-Substeps that an event has divided are few, and take three times the code of a whole one. So their
+Substeps that an event has divided are few, and take three times the code of a whole one. Their
 slopes are found at once, a walk only follows them, and what they add to the gradients of the inputs
 comes at the end.
 
-A GPU waits through most of a walk over few worlds: launch after launch of a few threads. So there
+A GPU waits through most of a walk over few worlds: launch after launch of a few threads. There
 the slopes of all substeps are found, one launch per component of the state; a sweep takes the
 adjoint back along them; and one launch more gives what they add up to. With n components that
 is n + 1 times the arithmetic of a walk in a small part of its time, as long as the GPU has room.
@@ -46,7 +46,7 @@ STATE = ("q", "v", "memory")  # Names of the arrays of a state
 class SubstepChain:
     """The substeps of a differentiable rollout.
 
-    Its states are those of one segment of the run, L substeps long: all of it, or a part. `forward`
+    The states are those of one segment of the run, L substeps long: all of it, or a part. `forward`
     simulates; before `backward` come `make_room` and `begin_backward`, after it `end_backward`.
 
     `common` is what each substep reads: the bench's numbers, the parameters, commands, schedule.

@@ -1,7 +1,7 @@
 """Kernels of single substeps: forwards, their adjoints, and a sweep along slopes that are known.
 
 Few substeps are divided at an event, but the code of an event is two thirds of a substep's, and all
-threads of a GPU read it. So the adjoint of a substep is two kernels: that of whole substeps, and
+threads of a GPU read it. The adjoint of a substep is two kernels: that of whole substeps, and
 that of the few that `substep_kernel` has marked as divided.
 """
 

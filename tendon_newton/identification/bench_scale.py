@@ -38,7 +38,7 @@ def scale_of(
     Args:
         benches: Mechanism of each recording, with all its numbers.
         recordings: What was measured there, of one servo each.
-        model: Its actuator tells what drives where no force was measured.
+        model: Model whose actuator drives, for recordings without a force.
     """
     pairs = sorted(zip(benches, recordings, strict=True), key=lambda pair: pair[1].bench)
     own = [
@@ -78,10 +78,10 @@ def greatest_force(recording: Recording, model: Model, radius: float, limit: flo
     """Return the force [N] that a recording shows, or what its commands ask of the actuator.
 
     Args:
-        recording: It.
-        model: Has the actuator's numbers.
-        radius: Of the spool [m].
-        limit: Of the servo [N]: commands may ask for more than it gives.
+        recording: The recording.
+        model: Model with the actuator's numbers.
+        radius: Radius of the spool [m].
+        limit: Force limit of the servo [N]: commands may ask for more than it gives.
     """
     if recording.force is not None:
         return float(np.nanquantile(np.abs(recording.force[:, 0]), NEARLY_ALL))

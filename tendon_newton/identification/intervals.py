@@ -14,8 +14,8 @@ alike, and share the model's error of form. On benches with twenty small faults,
 has five, and on those of a second plant with other laws 3 holds 92 and 65 % of the numbers of
 planted causes; docs/lab/exams.md."""
 SHARED_FORM = 3.0
-"""The same for evidence between sets of causes and between days [1]: what one error of form does
-to a number, it does to both."""
+"""How many times wider scatter counts as evidence between sets of causes, and between days [1]: an
+error of form acts on these as on a number."""
 MOST_BY_RECORDING = 3.0
 """How many times wider than by blocks of time an interval may be by whole recordings [1]: two of
 those know their own scatter so badly that Student's quantile alone widens it sixfold."""
@@ -27,7 +27,7 @@ whatever the noise: numbers of planted causes that are known best miss by 1 to 3
 def half_widths(point: Linearisation, where: Layout, spread: Array) -> Array:
     """Return half the 95 % intervals of a fit's numbers, given its model, shape (F,).
 
-    Their scatter is that from block to block of time. So rows inside a block may be correlated and
+    Their scatter is that from block to block of time: rows inside a block may be correlated, and
     the noise need not be known. Whole recordings as blocks give a second estimate; the wider one
     counts, the second with at most `MOST_BY_RECORDING` times the first. That the model is right,
     and has the right causes, is taken for granted.
@@ -49,7 +49,7 @@ def half_widths(point: Linearisation, where: Layout, spread: Array) -> Array:
 def rows_together(point: Linearisation, where: Layout) -> float:
     """Return how many rows tell as much as one alone would [1].
 
-    Neighbouring rows err together. So the numbers of a fit scatter more over blocks of time than
+    Neighbouring rows err together: the numbers of a fit scatter more over blocks of time than
     rows that err alone would let them; this is the median ratio of the two variances, at least one.
     """
     if point.jacobian.shape[1] == 0:

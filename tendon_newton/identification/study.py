@@ -67,7 +67,8 @@ class Study:
         effects: Effects that candidates may use, of all servos or of one.
         time_step: Step of the simulation [s].
         in_segments: Whether recordings of mechanisms that forget nothing are cut; see `segments`.
-        scale: Of the benches, in place of what the recordings show: planned runs show nothing.
+        scale: Scale of the benches, in place of what the recordings show: planned runs show
+            nothing.
         tolerant: Whether numbers of benches may differ a little from what is stated.
         like: A study of the same model, whose columns this one shall have.
 

@@ -21,7 +21,7 @@ def testable_effects(study: Study) -> tuple[str, ...]:
 
     What a model says exactly is no cause.
 
-    Of several servos each may have its own, and all of them together what is about no sensor.
+    Each of several servos may have its own causes, and all together those of no sensor.
     """
     has_cell = any(recording.force is not None for recording in study.recordings)
     has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
@@ -53,7 +53,7 @@ def too_little(recordings: Sequence[Recording], noise: NoiseFloor) -> str | None
 
     Args:
         recordings: Those that would decide.
-        noise: Of their sensors.
+        noise: Noise of their sensors.
     """
     seconds = sum(r.duration for r in recordings)
     reach = MOVES * noise.theta

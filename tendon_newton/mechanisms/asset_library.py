@@ -104,7 +104,7 @@ def is_file(path: str | Path) -> bool:
 def unknown_asset(kind: str, name: str) -> UnknownName:
     """Build the error for an asset that is in none of the folders, and say how to name one.
 
-    Its kind is told in words ("bench").
+    The kind is a word ("bench").
     """
     here = is_file(f"{name}/{name}.usda")
     mend = f"{FOLDERS_VARIABLE}={Path.cwd()}" if here else f"folders in {FOLDERS_VARIABLE}"

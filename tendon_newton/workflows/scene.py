@@ -1,6 +1,6 @@
 """What rerun shows of one recording: the finger, its tensions and angles, the goal, what happened.
 
-Posture: a servo tells its own angle alone. So a measured finger stands in the friction-free
+Posture: a servo tells its own angle alone. A measured finger stands in the friction-free
 equilibrium of that angle, as its asset has it; a simulated one stands where the model puts it.
 """
 

@@ -1,6 +1,6 @@
 """Logs in rerun, as they are written or afterwards, and simulations beside what was measured.
 
-A log is followed by another process that reads its file as it grows. So the loop that drives a
+A log is followed by another process that reads its file as it grows. The loop that drives a
 bench never waits for a picture.
 """
 

@@ -1,7 +1,7 @@
 """HX711 on the Raspberry Pi's own pins: best effort, for a first look without a microcontroller.
 
 Linux may stop a program between two clock edges. A pulse of more than 50 us makes the HX711 fall
-asleep or change its gain. So a conversion with a slow pulse is thrown away here and counted as
+asleep or change its gain. A conversion with a slow pulse is thrown away here and counted as
 rejected. The other conversions have been clocked properly, but arrive with gaps.
 """
 

@@ -125,7 +125,8 @@ class Hx711Serial:
 def follows(earlier: LoadCellReading, later: LoadCellReading) -> bool:
     """Tell whether a reading can come after another of the same run of the microcontroller.
 
-    One broken line in 256 passes its CRC. Its sequence or time then contradicts the neighbours'.
+    One broken line in 256 passes its CRC. The line's sequence or time then contradicts the
+    neighbours'.
     """
     advance = (later.device_time_us - earlier.device_time_us) % WORD * 1e-6
     steps = (later.sequence - earlier.sequence) % WORD

@@ -30,8 +30,8 @@ REFUSALS = {
 class Bus:
     """Transactions with one servo.
 
-    Answers carry no number, and a late one could be taken for the answer to the next question. So
-    questions that are open at the same time ask for different lengths. A question asks for a few
+    Answers carry no number, and a late one could be taken for the answer to the next question.
+    Questions that are open at the same time ask for different lengths. A question asks for a few
     bytes more than needed, as long as an answer may be on its way.
 
     Args:

@@ -40,8 +40,8 @@ class SpoolAngle:
     def restore_turns(self, counts: int) -> None:
         """Put back the turns that a restart has made the servo forget.
 
-        The servo knows its angle within one turn. Without a motor the tendon unwinds the spool. So
-        the turn is chosen with which the spool has turned back by less than a turn, and on by no
+        The servo knows its angle within one turn. Without a motor the tendon unwinds the spool.
+        The turn is chosen with which the spool has turned back by less than a turn, and on by no
         more than a little.
 
         Args:

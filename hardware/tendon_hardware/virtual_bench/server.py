@@ -1,6 +1,6 @@
 """A virtual bench as a process of its own, in real time.
 
-The process waits for bytes alone. Each request brings the plant up to the present. So does a timer
+The process waits for bytes alone. Each request brings the plant up to the present. A timer does so
 every few milliseconds, so that no request finds much to catch up with.
 """
 

@@ -43,7 +43,7 @@ MOST_CONSTRAINTS = 4  # Two joints that rub, two stops
 def finger_spec(friction: float, *, servo: bool = True) -> Any:
     """Return the exported finger with dry friction [N m] and an actuator on its tendon.
 
-    Its control is the ideal source's command [rad], or without a servo the tension [N].
+    The control is the ideal source's command [rad], or without a servo the tension [N].
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "finger.xml"

@@ -1,6 +1,6 @@
 """Errors of a prediction against a measurement, and its delay with a standard error.
 
-Of the delay there are two answers, since a wrong size can look like a wrong time. The shift at
+The delay has two answers, since a wrong size can look like a wrong time. The shift at
 which the *forces* correlate best also moves where a prediction is wrong for a while. A release that
 is guessed too steep by 3 N runs ahead of a slow one, although no edge of it does. The shift at
 which their *changes* over a tenth of a second correlate best hangs on the moments at which a force

@@ -35,7 +35,7 @@ class ReproductionBench(Protocol):
 
         Args:
             unit: Number of the unit.
-            out: Its folder; what is there is not recorded again.
+            out: Folder of the recordings; what is there is not recorded again.
             seed: Seed of the plan's draws.
             most: Train runs of each kind; all of the plan if none.
         """

@@ -89,7 +89,7 @@ def train_correction(dataset: Dataset, config: TrainingConfig, out: Path) -> Cor
     recordings, where the force is known. A diagnosed model is no source for them: numbers that were
     fitted in a closed loop stand for each other. The network would have to take their excess away
     again at every reversal. Friction acts at every step of a simulation, and the source answers to
-    the shaft between two queries. Of the correction as much is added as the validation recordings
+    the shaft between two queries. As much of the correction is added as the validation recordings
     bear out, and hardly ever more than was missing in training.
 
     Args:

@@ -18,7 +18,7 @@ from tendon_train.actuator.samples.servo_law import SLIDING
 from tendon_train.actuator.samples.windows import WindowShape, window_rows
 
 SHAPE = WindowShape(window=3, rate=20.0, pad_start=False)
-"""What is seen of the servo: now, and one and two ticks of its loop ago. Its force answers to its
+"""What is seen of the servo: now, and one and two ticks of its loop ago. The force answers to the
 command within these; 0.1 s is too short to tell a stiff bench from a soft one."""
 TIP_STEP = 1.0e-5  # Step of a tip by which its joints' derivatives are taken [m]
 STEEPEST = 200.0  # Largest such derivative that is used [rad/m]: a straight finger's is infinite

@@ -96,7 +96,7 @@ def load_network(path: str | Path, *, trust: bool = False, device: str = "cpu") 
 
     Raises:
         InvalidNetworkFile: The file is damaged, or its network and its card disagree.
-        UntrustedNetworkFile: Its hash is not on the user's list.
+        UntrustedNetworkFile: The file's hash is not on the user's list.
     """
     path = Path(path)
     content = read_content(path)

@@ -7,7 +7,7 @@ through memory:
   3-column matrix times the sample plus a constant of its place. A logit of the first layer is
   :math:`q_i \cdot (A_k s_j + c_{k,j}) = (A_k^T q_i) \cdot s_j + q_i \cdot c_{k,j}`, and the
   weighted mean of the values needs only the weighted means of the samples and of the constants.
-- The second layer has one query, the last sample's. Its keys and values are never formed:
+- The second layer has one query, the last sample's. Keys and values are never formed:
   :math:`q \cdot (W_k y_i + b_k) = (W_k^T q) \cdot y_i + q \cdot b_k`, and the weighted mean of
   values is :math:`W_v` times that of :math:`y_i`, which is summed as the samples go by (Milakov and
   Gimelshein, Online normalizer calculation for softmax, 2018).

@@ -1,8 +1,8 @@
 """The ONNX file of a force network: one file, its card in the metadata.
 
-Inputs are ``window`` (W, window, 3), oldest sample first, and the output ``tension`` (W,) [N]. Of a
-streaming network they are ``sample`` (W, 3) and ``state`` (W, S), and the outputs ``tension`` (W,)
-and ``new_state`` (W, S), with the network's own S numbers for a state; the state starts at zero.
+The input is ``window`` (W, window, 3), oldest sample first, the output ``tension`` (W,) [N]. A
+streaming network has the inputs ``sample`` (W, 3) and ``state`` (W, S), and the outputs ``tension``
+(W,) and ``new_state`` (W, S), with S numbers for a state; the state starts at zero.
 """
 
 import tempfile
@@ -63,7 +63,7 @@ def export(
 ) -> None:
     """Run the exporter; the first axis of everything is the number of worlds.
 
-    The exporter is the one that PyTorch calls legacy. Its successor takes 60 times as long, and
+    The exporter is the one that PyTorch calls legacy. The newer one takes 60 times as long, and
     unrolls a recurrent network into a file 30 times as large.
     """
     axes = {name: {0: "worlds"} for name in (*inputs, *outputs)}

@@ -1,6 +1,6 @@
 """Examine a bench, what changed on it, or the joints of a LeRobotDataset: what to do about each.
 
-No motor moves. Without --port the serial ports that are there are listed. Of a dataset (v2, v3)
+No motor moves. Without --port the serial ports that are there are listed. In a dataset (v2, v3)
 each joint gets its offset, delay, lag, play, time in which it is held, missing and late rows, and
 passes or fails. With --against a recording says what has changed since a diagnosis, before a run.
 The exit code is 1 where something must be mended before data is worth taking.

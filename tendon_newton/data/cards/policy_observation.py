@@ -88,7 +88,7 @@ def behind_now(behind: Values, asked: Values, turned: Values) -> Values:
     """Return how far a ball is behind a turn at the commanded rate [rad], ahead below zero.
 
     Args:
-        behind: The same one policy step ago; zero at first [rad].
+        behind: How far it was one policy step ago; zero at first [rad].
         asked: Turn that the commanded rate asks for in a policy step [rad].
         turned: Turn that the camera has seen since then [rad].
     """

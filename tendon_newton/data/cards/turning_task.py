@@ -42,7 +42,7 @@ def half_turn(before: Values, after: Values, axis: Values) -> tuple[Values, Valu
 
     Args:
         before: Quaternions (x, y, z, w) from the body's axes to the base, shape (..., 4).
-        after: The same, later.
+        after: Later quaternions, shape (..., 4).
         axis: Direction of length 1 in the base frame, shape (3,).
     """
     x0, y0, z0, w0 = (before[..., i] for i in range(4))

@@ -252,7 +252,7 @@ def pushing(event: Event, own: Balance, offsets: Array) -> Event:
     Args:
         event: The knock, as large as the tension fell.
         own: The recording's balance.
-        offsets: Of the motor's angle under the forces that are tried [rad], shape (N, T).
+        offsets: Offsets of the motor's angle under the forces that are tried [rad], shape (N, T).
     """
     assert event.end is not None
     at, end = np.searchsorted(own.time, [event.start, event.end])

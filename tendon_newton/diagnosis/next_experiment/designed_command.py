@@ -47,7 +47,7 @@ class DesignedCommand:
 
         Args:
             rng: Draws which numbers move, and by how much.
-            share: Of the numbers that move [1].
+            share: Share of the numbers that move [1].
             size: Standard deviation of a move [1].
         """
         moves = rng.normal(scale=size, size=self.numbers.shape)

@@ -64,7 +64,7 @@ def plan_first(
     """Design one run after the other, each for what the runs before it leave open.
 
     Args:
-        model: Its effects' numbers, and those that it lists under ``fit``, are to be told.
+        model: Model whose effects' numbers, and those under ``fit``, are to be told.
         settings: Benches that may be used.
         runs: Runs at most.
         duration: Length of a run [s].

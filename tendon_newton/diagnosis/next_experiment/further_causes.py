@@ -1,6 +1,6 @@
 """Causes that no set holds: whether they may act still, and what a run tells of that.
 
-A search follows few sets, and the truth may be beside them. So each further cause is a question of
+A search follows few sets, and the truth may be beside them. Each further cause is a question of
 its own: does it act beside the likeliest set, at a typical size, whatever the set's numbers are?
 """
 
@@ -59,7 +59,7 @@ def further_causes(study: Study, causes: tuple[str, ...]) -> dict[str, dict[int,
 
     Args:
         study: Runs that show a cause, or do not.
-        causes: Of the set.
+        causes: Causes of the set.
     """
     return {
         name: atoms(study, name)[0]

@@ -85,7 +85,7 @@ def with_answer(step: Step, posterior: Posterior, verdict: str | None) -> Step:
     Args:
         step: The last run.
         posterior: Sets of causes that are left.
-        verdict: Of a diagnosis; None where sets were only carried on.
+        verdict: Verdict of a diagnosis; None where sets were only carried on.
     """
     weights: dict[str, float] = {}
     for own in posterior.sets:

@@ -46,7 +46,7 @@ class OpenSets:
 
         Args:
             plans: The runs.
-            step: Of the simulation [s].
+            step: Step of the simulation [s].
         """
         runs = [blank_recording(plan, self.noise.force is not None) for plan in plans]
         return Study(runs, self.model, tuple(EFFECTS), time_step=step, scale=self.scale)

@@ -13,7 +13,7 @@ from tendon_newton.diagnosis.reporting.inline_svg import AFTER, GREY, INK
 def write_command(path: Path, plan: Plan) -> None:
     """Write the command as CSV: ``t`` [s] and ``theta_d`` [rad], held until the next row.
 
-    Of several servos each has its column, ``theta_d_0`` and so on.
+    Each of several servos has its column, ``theta_d_0`` and so on.
     """
     names = [f"theta_d_{d}" for d in range(plan.servos)] if plan.servos > 1 else ["theta_d"]
     with path.open("w", newline="", encoding="utf-8") as file:

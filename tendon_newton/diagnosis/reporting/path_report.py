@@ -20,7 +20,7 @@ def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:
     """Write the page.
 
     Args:
-        folder: Of the investigation: the page links to the diagnoses in it.
+        folder: Folder of the investigation: the page links to the diagnoses in it.
 
     Raises:
         InvalidOutput: The file cannot be written.

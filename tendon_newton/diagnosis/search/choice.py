@@ -215,7 +215,7 @@ def choose(chooser: Chooser, sets: int) -> list[Trial]:
     """Return different sets: the best, those without each of its members, those with each rival.
 
     Args:
-        chooser: Of one survey.
+        chooser: Chooser of one survey.
         sets: How many sets to return at most.
     """
     columns = chooser.survey.columns

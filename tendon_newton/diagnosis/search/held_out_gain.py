@@ -90,13 +90,13 @@ def held_out_terms(
 def untold(fit: Fit, slopes: Array, unit: Array, seen: Mask) -> Array:
     """Return a curvature that holds directions of which the seen rows tell little, shape (F, F).
 
-    Nobody can know of a number what nobody saw. So a direction stays where it is if the rows that
+    Nobody can know of a number what nobody saw. A direction stays where it is if the rows that
     are left out have more than a share of all that is known of it.
 
     Args:
         fit: A set at its optimum of all rows.
         slopes: Derivatives of the residual [units], shape (M, F).
-        unit: Of each row's residual, shape (M,).
+        unit: Unit of each row's residual, shape (M,).
         seen: Rows that a refit sees, shape (M,).
     """
     weighted = slopes * np.sqrt(loss_weights(fit.residual / unit))[:, None]

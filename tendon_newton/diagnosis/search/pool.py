@@ -136,7 +136,7 @@ class Pool:
     ) -> bool:
         """Tell whether a fit leaves nothing to explain.
 
-        Its residuals are as likely as normal ones at the floors, and no larger in the mean than by
+        Residuals are as likely as normal ones at the floors, and no larger in the mean than by
         what a cause must change. Where something sticks the mean says nothing as a rule, since what
         holds in some rest may be far off.
 

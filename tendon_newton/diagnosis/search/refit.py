@@ -334,7 +334,7 @@ def damped(
         worlds: Say what is stated of the numbers.
         fit: Where to start.
         jacobian: Derivatives of the residual, shape (M, F).
-        unit: Of each row's residual, shape (M,).
+        unit: Unit of each row's residual, shape (M,).
         damping: Marquardt factor [1].
         together: Rows that tell as much as one alone would [1].
         hold: Curvature besides, which holds numbers where they are, shape (F, F).

@@ -150,7 +150,7 @@ class SearchWorlds:
     def in_seconds(self, values: Mapping[int, float], way: int = 1) -> dict[int, float]:
         """Return numbers, column -> value, that are in seconds of a log's clock in true ones.
 
-        Sets are fitted in the log's clock. So a wrong clock moves no event of the log, and causes
+        Sets are fitted in the log's clock: a wrong clock moves no event of the log, and causes
         found beside it are what they are without it. What is stated is in true seconds.
 
         Args:

@@ -171,11 +171,11 @@ def follow(
 ) -> list[Fit]:
     """Refit sets jointly, following fewer the longer it takes; add them, best first.
 
-    Of several starts of one set the best is followed.
+    The best of several starts of one set is followed.
 
     Args:
         pool: Takes all fits.
-        view: Of the fit that all starts are near.
+        view: View of the fit that all starts are near.
         starts: Sets and the values to start from.
         coarse: First steps at the scale of all residuals.
         last: Steps at most of those that are followed furthest.

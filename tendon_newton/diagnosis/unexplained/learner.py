@@ -21,7 +21,7 @@ class Basis:
 
     Args:
         signals: Values of each signal, for its range.
-        rng: Of the mixtures.
+        rng: Draws the mixtures.
     """
 
     def __init__(self, signals: Mapping[str, Array], rng: np.random.Generator) -> None:

@@ -157,8 +157,8 @@ def collect(
 def signals_of(side: Side, rows: RemainderRows) -> dict[str, Array]:
     """Return what a residual may depend on, shape (T,) each.
 
-    No signal may hold the noise of the residual, or the signal would seem to explain that noise. So
-    the force is the model's, and but for the servo's side the motion too.
+    No signal may hold the noise of the residual, or the signal would seem to explain that noise.
+    The force is therefore the model's, and but for the servo's side the motion too.
     """
     r = rows.recording
     time = r.time - r.time[0]

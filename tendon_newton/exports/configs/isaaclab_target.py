@@ -1,6 +1,6 @@
 """Export to Isaac Lab: the bench in USD, and a file with the actuator's configuration.
 
-Isaac Lab drives joints. So each tendon must drive one joint; the command is that joint's position.
+Isaac Lab drives joints: each tendon must drive one joint, and the command is that joint's position.
 """
 
 from pathlib import Path

@@ -60,7 +60,7 @@ def write_arm(folder: Path, arm: IdentifiedArm) -> tuple[Path, Path]:
 def arm_spec(arm: IdentifiedArm) -> Any:
     """Return an arm as MuJoCo's editable model, with a position actuator on each joint.
 
-    Its control is what the servo is told [rad], as the servo counts.
+    The control is what the servo is told [rad], as the servo counts.
     """
     mechanism = arm.arm.mechanism
     template = mechanism.template

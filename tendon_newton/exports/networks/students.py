@@ -2,8 +2,8 @@
 
 Drives of Newton, Isaac Lab and mjlab show a network the error of a joint and its speed, now and at
 some steps before (MLP) or step by step (LSTM). Newton's GRU sees command and angle apart, as force
-networks of this project do. A Transformer has no place there at all. So a student of each kind
-learns the force of the identified model itself, on commands of its own.
+networks of this project do. A Transformer has no place there at all. A student of each kind
+therefore learns the force of the identified model, on commands of its own.
 """
 
 from collections.abc import Callable

@@ -27,7 +27,7 @@ EASED = 0.5  # Share of its way to the load that is felt that a load takes in a 
 class ArmServo:
     """One servo: where it is, as it counts, whatever it takes to hold it there.
 
-    Its row has its name, its numbers, and how the joint's angle follows from its own.
+    The servo's row has its name, its numbers, and how the joint's angle follows from its own.
     """
 
     def __init__(self, row: dict[str, Any]) -> None:
@@ -69,7 +69,7 @@ class ArmHook:
 
     Args:
         model: The exported model, or a scene that holds its bodies and joints.
-        data: Its state.
+        data: The model's state.
     """
 
     def __init__(self, model: Any, data: Any) -> None:

@@ -85,7 +85,7 @@ class Hook:
 
     Args:
         model: The exported model, or a scene that holds its bodies and tendons.
-        data: Its state.
+        data: The model's state.
     """
 
     def __init__(self, model: Any, data: Any) -> None:

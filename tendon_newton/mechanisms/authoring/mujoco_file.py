@@ -74,7 +74,7 @@ def mujoco_spec(mechanism: Mechanism) -> Any:
 def scene_spec(mechanism: Mechanism, names: Mapping[str, str]) -> Any:
     """Return a mechanism and its obstacles, which may move, as MuJoCo's editable model.
 
-    Its prims are called as `names_of` says.
+    Prims have the names of `names_of`.
     """
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         draft = Path(folder) / "export.xml"

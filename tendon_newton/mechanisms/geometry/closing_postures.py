@@ -11,10 +11,10 @@ from tendon_newton.mechanisms.geometry.statics import closing_path
 class ClosingPostures:
     """A mechanism's postures on its way along the friction-free equilibria.
 
-    Its first tendon closes it.
+    The first tendon closes the mechanism.
 
     Raises:
-        InvalidParameter: It has no equilibrium.
+        InvalidParameter: The mechanism has no equilibrium.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:

@@ -73,8 +73,8 @@ class Mechanism:
     def with_obstacles(self, *obstacles: Obstacle) -> Mechanism:
         """Return this mechanism with further things in its way.
 
-        Its links meet them with the capsules that the asset gives them to look at. Every simulator
-        then simulates contact; one of a mechanism without obstacles pays nothing for it. An
+        Links meet them with the capsules that the asset draws. Every simulator then simulates
+        contact; a mechanism without obstacles costs nothing more. An
         obstacle with a mass moves, in `ControlLoop` and `TendonSolver`. A `LinkObstacle` is one of
         its own links, which those of other fingers meet.
 

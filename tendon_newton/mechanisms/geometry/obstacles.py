@@ -206,7 +206,7 @@ class Plane(Obstacle):
 class LinkObstacle(Obstacle):
     """A link of the mechanism itself, which links of other fingers press against.
 
-    Its capsule is the obstacle, and the contact pushes it back as hard.
+    The link's capsule is the obstacle, and the contact pushes the link back as hard.
     """
 
     shape: ClassVar[ObstacleShape] = "capsule"

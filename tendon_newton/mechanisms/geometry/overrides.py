@@ -20,7 +20,7 @@ def override_mechanism(mechanism: Mechanism, overrides: BenchOverrides) -> Mecha
     """Return a mechanism with overridden numbers.
 
     - ``mass`` scales the inertia with it; an arm stays as it is.
-    - ``length`` stretches the whole link. Its centre of mass, the joints that sit on it and the tip
+    - ``length`` stretches the whole link. Centre of mass, the joints that sit on it and the tip
       keep their share of the length. The inertia grows with the square of the length.
     - ``arm_mass`` is that of an even arm from the joint to the link's centre, on top of ``mass``.
     - ``range`` is the upper end; the lower end stays.

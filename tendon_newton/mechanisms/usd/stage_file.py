@@ -1,7 +1,7 @@
 """Opening a USD file that may be anybody's.
 
-The parser believes the sizes that a binary layer claims, and may take gigabytes or die of them. So
-an asset with such a layer is first opened in a process of its own.
+The parser believes the sizes that a binary layer claims, and may take gigabytes or die of them.
+An asset with such a layer is therefore first opened in a process of its own.
 """
 
 # The stubs of pxr leave out what its C++ modules define.

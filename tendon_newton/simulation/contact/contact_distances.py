@@ -1,8 +1,9 @@
 """How deep a capsule overlaps an obstacle, in which direction it is pushed off, and where.
 
 A link that lies on a flat face has no single closest point: where it is would jump from end to end
-as the link tilts, and the force with it. So both ends of a capsule count against a flat face, each
-by itself. What lies between them counts against an edge, as far as it is deeper than both.
+as the link tilts, and the force with it. Both ends of a capsule therefore count against a flat
+face, each by itself. What lies between them counts against an edge, as far as it is deeper than
+both.
 """
 
 # The stubs of Warp know no sizes that are set later.

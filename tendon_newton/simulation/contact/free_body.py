@@ -1,8 +1,9 @@
 r"""A free body: the six coordinates of an obstacle that moves, behind those of its chain.
 
 They say how far it has moved [m] and turned [rad, about the axes of the base] since a step began,
-and their rates are its velocity and angular velocity. So contact couples it to links as links are
-coupled to each other, implicitly, and what pushes a link pushes the body back. Its own motion is
+and their rates are its velocity and angular velocity. Contact couples the body to links as links
+are coupled to each other, implicitly, and what pushes a link pushes the body back. The body's own
+motion is
 
 .. math:: m \dot v = m g, \qquad I \dot\omega = -\omega \times I \omega
 """

@@ -1,8 +1,8 @@
 """Links against links: where two capsules come closest, and how joints move one past the other.
 
 Two capsules that lie along each other have no single closest point: where it is would jump from
-end to end as one of them tilts, and the force with it. So the middles are preferred, as weakly as
-by a tilt of `TILT`, and only as far as the angle between both axes leaves the place open.
+end to end as one of them tilts, and the force with it. The middles are therefore preferred, as
+weakly as by a tilt of `TILT`, and only as far as the angle between both axes leaves the place open.
 """
 
 # The stubs of Warp know no sizes that are set later.

@@ -1,10 +1,10 @@
 """Contact states of a step: what slides which way, what sticks, which end stops are in touch.
 
 A *row* is a direction in which speed can be held: a joint, or a tendon's excursion. A tendon's row
-is held at rest by dry friction, or at the motor's greatest speed. Its *sides* are what it does just
-above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the greatest. A
-row slides beyond it only where the motor cannot hold it back: a loose string that its mechanism
-takes in. Otherwise an impulse brings it to the greatest speed, and there it is held.
+is held at rest by dry friction, or at the motor's greatest speed. The row's *sides* are what it
+does just above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the
+greatest. A row slides beyond it only where the motor cannot hold it back: a loose string that its
+mechanism takes in. Otherwise an impulse brings it to the greatest speed, and there it is held.
 Where a spool moves on its own, its gear has one row and the string in its guides another.
 """
 

@@ -5,10 +5,10 @@ L-stable with the exact one. Source: Verwer, Spee, Blom, Hundsdorfer, A second-o
 method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999).
 
 Inside a step the *contact states* are frozen: each dry friction slides one way or sticks, each stop
-is in touch or not, each string pulls or is slack. So the equations are smooth and the order holds.
-A step that would cross an event is divided there: up to the event, then the rest in the new contact
-state. Internal states of effects are answers to the motion over the step; the second stage sees
-them at its end.
+is in touch or not, each string pulls or is slack. The equations are then smooth and the order
+holds. A step that would cross an event is divided there: up to the event, then the rest in the new
+contact state. Internal states of effects are answers to the motion over the step; the second stage
+sees them at its end.
 
 Where a routed tendon is held, its arms turn while the joints move: the stages hold its acceleration
 at A q_ddot = -v^T H v, which keeps the order, and at the end of a step its speed is brought back

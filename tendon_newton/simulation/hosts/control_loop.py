@@ -166,7 +166,7 @@ class ControlLoop:
     def numbers(self, owner: str, parameter: str) -> Tensor:
         """Return a number of the actuator or an effect by world, shape (W,), to write to.
 
-        Of a mechanism of K equal chains, such as a hand, by world and chain, shape (W, K).
+        A mechanism of K equal chains, such as a hand, has one by world and chain, shape (W, K).
 
         Raises:
             UnknownName: The model has no such effect, or it has no such parameter.

@@ -26,9 +26,9 @@ BALANCING_STEPS = 12  # Steps of the search; it ends at the rounding of float32
 class NetworkSource:
     """Forces of a network that is asked at its own rate from a recording's first row on.
 
-    It is asked in the row next to each instant, or in a row of its own where the log has none. Its
-    history begins as if the first sample had always been there. What the log reads of the force in
-    such a row is the new one.
+    Each query is at the row next to its instant, or at a new row where the log has none. The
+    history begins as if the first sample had always been there. At such a row the log reads the
+    new force.
     """
 
     query: ForceQuery  # The network

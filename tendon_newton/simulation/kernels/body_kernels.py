@@ -1,6 +1,6 @@
 """Kernels of mechanisms that move a free body: one thread steps all chains of a world, in turn.
 
-The body is a part of each chain that touches it. Of several chains each is stepped with the body
+The body is a part of each chain that touches it. Each of several chains is stepped with the body
 under what the others last did to it, and the body goes where the last chain leaves it: impulses in
 sequence, as engines for rigid bodies find contact forces. A second round lets the first chain know
 what the last one did.

@@ -1,6 +1,6 @@
 """Kernels that let another solver of Newton's feel the same tendons.
 
-The same stages, applied as joint forces.
+The stages of our own solver act as joint forces.
 """
 
 from __future__ import annotations

@@ -284,7 +284,7 @@ SLIP_RATIO = 1.0e4  # MuJoCo's ``impratio`` [1]: how much less friction creeps t
 class MujocoContacts:
     """Contacts of a model's links with its obstacles; none where it has no obstacles.
 
-    Newton's stiffness per shape is that of ours. Its damping is linear, as much as ours at a
+    Newton's stiffness per shape is that of ours. Damping is linear, as much as ours at a
     newton (`obstacle_shapes.USUAL_FORCE`). By MuJoCo's priorities one material of two counts: that
     of an obstacle before that of a link which is one, and that before another link's.
     """

@@ -1,7 +1,7 @@
 """A mechanism driven by the force that its load cell read, where no command was recorded.
 
-The cell stands between spool and mechanism: what pulled is what it read, less its own errors. So
-the sensor's effects are undone here, and the servo's have no place. A bench without springs has no
+The cell stands between spool and mechanism: what pulled is what it read, less its own errors. The
+sensor's effects are undone here, and the servo's have no place. A bench without springs has no
 string that a cell could sit on: its force is the motor's, whose friction comes after it.
 """
 

@@ -3,7 +3,7 @@ r"""Routed tendons on the device: length, moment arms and curvature.
 `mechanisms.geometry.routing` has the same equations in numpy.
 
 A span is described in the frame of one link, its *observer*: the link of its pulley, or of its
-start. So only the joints between the observer and the span's ends move the span. `START_WAY` and
+start. Only the joints between the observer and the span's ends move the span. `START_WAY` and
 `END_WAY` name these joints by their place on the way from the observer to an end, counted from 1.
 The place is negative for a joint that carries the observer, and 0 for all other joints.
 

@@ -32,7 +32,7 @@ def read_logs(
     Args:
         policy_span: Says how long the policy acted in a log [s], None where it is not known. What
             follows is the way home, on which the servo turns the spool until the tendon hangs
-            loose; it is left out. So is a rest at the end, on which every model is right.
+            loose; it is left out. A rest at the end is left out too: every model is right on it.
 
     Raises:
         InvalidDataset: There is none, or a folder does not list a file.

@@ -74,7 +74,7 @@ def retrain(
 ) -> ExportedPolicy:
     """Train a policy on, with the settings that it had, on another model.
 
-    The same call goes on where it was interrupted.
+    An interrupted training goes on by the same call.
 
     Args:
         worn: Diagnoses of the bench as it is now: fingers differ by what they leave open as well.

@@ -1,7 +1,7 @@
 """Instructions and answers of Dynamixel Protocol 2.0, by the vendor's SDK.
 
-Its reads cut any answer of the servo to the length that was asked for, so that a late answer is
-taken for the answer to the next question. Hence packets are sent and received one by one.
+The SDK's own reads cut any answer of the servo to the length that was asked for, so that a late
+answer is taken for the answer to the next question. Hence packets are sent and received one by one.
 """
 
 from tendon_hardware.servos.serial_bus.packets import SUCCESS, Answer

@@ -1,6 +1,6 @@
 """The port of a servo bus: locked, quick, and usable again after an unplugged adapter.
 
-Built on the classic API of dynamixel_sdk, whose port serves any protocol. Its "Easy" API turns
+Built on the classic API of dynamixel_sdk, whose port serves any protocol. The "Easy" API turns
 every alert into a ValueError, and its fast sync read takes stuffed bytes for data; with one servo a
 plain read is as fast. Two defects of it shape this file. An unplugged adapter raises termios.error,
 which is no OSError, and leaves the port marked as in use for ever, as an interrupt does. And the

@@ -38,7 +38,7 @@ FIELD = 0.08
 class BallCamera:
     """Finds a ball in each frame, with noise, and tells of it after a while.
 
-    Its lines are those that a `LineCamera` reads. The marks on the ball are found
+    The lines are those that a `LineCamera` reads. The marks on the ball are found
     as well as its middle. A frame without a ball has no line.
     """
 

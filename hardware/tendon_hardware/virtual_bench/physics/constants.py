@@ -157,7 +157,7 @@ class AntagonistConstants:
 class HandConstants:
     """Four fingers in front of one palm, each with its servo; what a unit has of the asset's [1].
 
-    The asset's own numbers stand in the scene's file. Of four numbers one belongs to each tendon's
+    The asset's own numbers stand in the scene's file. Each of four numbers belongs to one tendon's
     finger.
     """
 

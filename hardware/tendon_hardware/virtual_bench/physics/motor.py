@@ -17,7 +17,7 @@ class Motor:
         |\tau_f| \le (\tau_c + \tau_s e^{-(\omega/\omega_s)^2}) + c_m |k_t i| + c_e r F
 
     The gear's friction has a part in proportion to the forces of motor and tendon on its teeth.
-    Friction opposes motion, and at rest takes any value up to the bound. So the gear holds a tendon
+    Friction opposes motion, and at rest takes any value up to the bound. The gear holds a tendon
     at zero duty. Back-EMF and viscous friction are implicit; friction is an impulse that at most
     brings the shaft to rest, so it sticks exactly and never adds power.
 

@@ -14,7 +14,7 @@ class BenchTendon:
 
     ``a`` is the line wound in less the slack [m], ``l`` the mechanism's excursion [m] and ``s`` how
     far the line has come through the guide [m]. The line slips there only as far as keeps the ratio
-    of the two tensions within the capstan bound. So the guide holds any tension between its bounds,
+    of the two tensions within the capstan bound. The guide holds any tension between its bounds,
     with no rate and no creep. The load cell sits before the guide and measures ``F``.
 
     Source: Euler-Eytelwein, for a limp line without mass.

@@ -1,7 +1,7 @@
 """What the load register of a Feetech servo tells about its firmware: duty and goal.
 
 The loop at rest is exact in whole numbers. At n counts of error the register says kp / 4 (n - 1)
-+ 16 thousandths of full duty on the side of the error, and 0 for less than two counts. So the
++ 16 thousandths of full duty on the side of the error, and 0 for less than two counts. The
 register of a moving servo tells, together with its angle, which goal its loop has at that instant.
 """
 

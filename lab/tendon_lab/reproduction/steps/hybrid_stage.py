@@ -39,7 +39,7 @@ def joined(reproduction: Reproduction, place: int) -> dict[str, dict[str, float 
 def hybrid_of(corrected: Model, physical: Model, dataset: Dataset) -> Model:
     """Return a corrected servo with a diagnosed mechanism and a measured tendon.
 
-    Of the physical model all stays that it has behind the load cell. Where recordings show the tip
+    The physical model keeps all that it has behind the load cell. Where recordings show the tip
     and the force, give and slack of the tendon are read off them, and take the place of what a
     fit in a closed loop made of them.
 

@@ -50,7 +50,7 @@ def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: 
         decisive: Has the fits of all rows.
         fit: The final set.
         decided: What it is worth.
-        found: Its numbers with their intervals.
+        found: Numbers of the set with their intervals.
         name: The cause.
     """
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(decisive, fit, name)

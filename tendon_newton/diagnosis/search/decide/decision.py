@@ -361,7 +361,7 @@ def special_case_left_open(pool: Pool, fit: Fit, found: Found, name: str) -> lis
     Args:
         pool: Has the fits of all rows.
         fit: The set.
-        found: Its numbers with their intervals.
+        found: Numbers of the set with their intervals.
         name: The law.
     """
     study = pool.worlds.study
@@ -391,8 +391,8 @@ def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, 
     A set that saw a part does better there than one that did not. Where the set without a cause
     is far behind even on parts that it saw, it is not refitted without each part. The gain that is
     returned is then a lower bound. The others are refitted in the order of that bound. The first
-    one that is not worth its price ends this, since the set is not named then. So does the end of
-    the time, which the set itself is not subject to.
+    one that is not worth its price ends this, since the set is not named then. The end of
+    the time does so too; the set itself is not subject to it.
 
     Args:
         decisive: Has the fits of all rows.
@@ -424,7 +424,7 @@ def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, 
 def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
     """Tell whether a number of a cause ended at the edge of its range, its null aside.
 
-    A number that a model may leave out only gives a law its form. Its edges are forms as well.
+    A number that a model may leave out only gives a law its form; the edges are forms as well.
     """
     values = values_of(pool.worlds, fit.columns, fit.place)
     study = pool.worlds.study

@@ -71,7 +71,7 @@ def find_causes(
 
     Args:
         recordings: Training recordings as they are.
-        study: The same, all rows.
+        study: All rows of these recordings.
         model: The model to start from.
         names: Effects that may be named.
         price: Gain in score that each number of a cause must bring [nat per row].

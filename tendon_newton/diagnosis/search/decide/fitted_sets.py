@@ -147,7 +147,7 @@ def weights_of(
     Args:
         pool: Has the fits of all rows.
         found: The answer, with the residuals around its optimum.
-        fit: The same.
+        fit: The answer's set as it was fitted.
         refused: Causes that failed on unseen parts: sets that hold one have no weight.
     """
     rows = max(int(own.sum()) for _, own in pool.worlds.where.signals)
@@ -175,8 +175,8 @@ def posterior_of(
     Args:
         pool: Has the fits of all rows.
         found: The answer.
-        fit: The same.
-        weights: Of all fitted sets.
+        fit: The answer's set as it was fitted.
+        weights: Weights of all fitted sets.
     """
     kept = sorted((k for k, w in weights.items() if w >= LEAST_WEIGHT), key=lambda k: -weights[k])
     answer, sets = frozenset(fit.names), list[FittedSet]()

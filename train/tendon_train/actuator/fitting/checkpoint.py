@@ -25,8 +25,8 @@ FREE_KEYS = ("device", "threads", "patience", "force_limit")
 """Settings that may change when a training goes on."""
 TOLERANCE = 1.15
 """Ratio up to which validation errors count as the same [1]. A handful of recordings cannot tell
-them apart: seven were 11 % wrong about which of two trainings does better on 49 others. Of two such
-epochs the later one, at the lower learning rate, is the better bet."""
+them apart: seven were 11 % wrong about which of two trainings does better on 49 others. The later
+of two such epochs, at the lower learning rate, is the better bet."""
 
 Weights = dict[str, Tensor]
 

@@ -25,8 +25,9 @@ def held_fast(windows: Tensor, force: Tensor, law: ServoLaw, generator: torch.Ge
 
     Where a gear sticks, the tension is what it was when the shaft came to rest, whatever is asked
     within friction's band. Recordings show this for a few commands per stop; a network takes the
-    command for the cause and lets the force go down with it. So of the windows that end at rest,
-    half get another command from some instant of the rest on, for which the same force is as true.
+    command for the cause and lets the force go down with it. Half of the windows that end at rest
+    therefore get another command from some instant of the rest on, for which the same force is as
+    true.
 
     The lead :math:`\theta_d - \theta` goes to where it would hold the same force F,
 
@@ -76,10 +77,10 @@ rev/min, e-manual)."""
 def disturbed(windows: Tensor, generator: torch.Generator) -> Tensor:
     """Return windows with another zero, another command and other noise.
 
-    So another servo and another morning could have recorded them. A hold of some seconds is
+    Another servo and another morning could have recorded them. A hold of some seconds is
     hundreds of windows that differ by noise alone, and its angles are like no other hold's: a
-    network can learn it by heart. So every window is changed a little whenever it is drawn, by less
-    than what its force would notice.
+    network can learn it by heart. Every window is therefore changed a little whenever it is drawn,
+    by less than what its force would notice.
 
     Args:
         windows: theta_d [rad], theta [rad], theta_dot [rad/s], shape (W, window, 3).

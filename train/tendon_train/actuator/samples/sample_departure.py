@@ -2,8 +2,8 @@
 
 Along a recording a bench's force is a function of where its mechanism is, and a network may learn
 that function in place of the servo. Such a network is right on every test. In a simulation it lets
-the mechanism stay anywhere, and against another hand than in training it is wrong on a test too. So
-some of the windows that are drawn are moved off their recording; what the servo makes of this, its
+the mechanism stay anywhere, and against another hand than in training it is wrong on a test too.
+Some of the windows that are drawn are moved off their recording; what the servo makes of this, its
 law says. A network for predictions learns the servo first in this way, and in the end what the law
 leaves out, from recordings alone.
 """

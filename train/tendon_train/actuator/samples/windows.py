@@ -109,8 +109,8 @@ def window_rows(recording: Recording, shape: WindowShape) -> Indices:
     """Return the rows of every window of a recording, shape (W, window).
 
     A sample is the row nearest to its instant. A window is left out if some sample has no row
-    within the tolerance, or if the motor was off in it. So is a window with a step between rows
-    that is longer than a sample lasts.
+    within the tolerance, or if the motor was off in it. A window with a step between
+    rows that is longer than a sample is left out too.
     """
     time = recording.time
     step, interval = float(np.median(np.diff(time))), 1.0 / shape.rate
