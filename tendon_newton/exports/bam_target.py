@@ -85,14 +85,16 @@ def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Export
     parameters = json.dumps(parameter_table(model, tendon), indent=2) + "\n"
     write_text(folder / PROGRAM_FILE, program)
     write_text(folder / PARAMETER_FILE, parameters)
-    python = python_with_bam()
+    python = os.environ.get(PYTHON_VARIABLE)
+    if not python and importlib.util.find_spec("bam"):
+        python = sys.executable
     return Exported(
         files=tuple(folder / name for name in (PARAMETER_FILE, MODEL_FILE, PROGRAM_FILE)),
         loading=LOADING,
         replays=(
-            {}
-            if python is None
-            else {PROGRAM_FILE: lambda run: replay_bam(folder, python, mechanism, model, run)}
+            {PROGRAM_FILE: lambda run: replay_bam(folder, python, mechanism, model, run)}
+            if python
+            else {}
         ),
         left_out={PROGRAM_FILE: not_exact(model, COVERAGE)},
     )
@@ -206,14 +208,6 @@ def bench_spec(mechanism: Mechanism, model: Model, tendon: Tendon) -> Any:
     motor = spec.add_actuator(name=SERVO, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=turned)
     motor.gear[0] = 1.0
     return spec
-
-
-def python_with_bam() -> str | None:
-    """Return a Python that has bam's program, None where there is none."""
-    given = os.environ.get(PYTHON_VARIABLE)
-    if given:
-        return given
-    return sys.executable if importlib.util.find_spec("bam") else None
 
 
 def replay_bam(

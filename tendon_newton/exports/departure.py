@@ -131,8 +131,7 @@ def with_and_without(
 
     Each of these effects of the model is left out alone.
     """
-    full: dict[int, Trajectory] = {}
-    fewer: dict[str, dict[int, Trajectory]] = {name: {} for name in effects}
+    found: list[dict[int, Trajectory]] = [{} for _ in range(1 + len(effects))]
     for members in rollout_groups(recordings):
         group = [recordings[i] for i in members]
         bench = bench_of(group[0].bench, model)
@@ -144,9 +143,7 @@ def with_and_without(
             columns = list(rollout.table.columns(name))
             candidates.append(base.copy())
             candidates[-1][:, columns] = null[columns]
-        first, *others = rollout.run(np.stack(candidates))
-        full.update(zip(members, first, strict=True))
-        for name, runs in zip(effects, others, strict=True):
-            fewer[name].update(zip(members, runs, strict=True))
-    order = range(len(recordings))
-    return [full[i] for i in order], {name: [fewer[name][i] for i in order] for name in effects}
+        for known, runs in zip(found, rollout.run(np.stack(candidates)), strict=True):
+            known.update(zip(members, runs, strict=True))
+    full, *fewer = ([known[i] for i in range(len(recordings))] for known in found)
+    return full, dict(zip(effects, fewer, strict=True))

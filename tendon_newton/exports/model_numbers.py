@@ -27,20 +27,17 @@ class ServoGains:
     limit: float  # Greatest torque [N m]
 
 
-def refuse_kinematic(model: Model, target: str) -> None:
-    """Refuse an actuator that has no force."""
-    if find_actuator(model.actuator.name).kinematic:
-        raise InvalidModelFile(
-            f"{target} needs an actuator that gives a force; {model.actuator.name!r} only moves "
-            "its shaft"
-        )
-
-
-def refuse_damaged(model: Model) -> None:
+def refuse_damaged(model: Model, forceful: str | None = None) -> None:
     """Refuse a number that is missing or out of range, before anything is written.
 
-    An effect of one servo is refused too: exported servos are all alike.
+    An effect of one servo is refused too: exported servos are all alike. So is an actuator without
+    a force, where the target that needs one is named.
     """
+    if forceful and find_actuator(model.actuator.name).kinematic:
+        raise InvalidModelFile(
+            f"{forceful} needs an actuator that gives a force; {model.actuator.name!r} only moves "
+            "its shaft"
+        )
     for effect in model.effects:
         if effect.servo is not None:
             raise InvalidModelFile(

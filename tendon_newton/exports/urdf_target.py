@@ -34,10 +34,11 @@ def write_urdf_target(folder: Path, mechanism: Mechanism, model: Model) -> Expor
     corrected = correct(mechanism, replace(model, bench_overrides={})).corrected
     robot = ET.Element("robot", name=mechanism.name)
     ET.SubElement(robot, "link", name=BASE)
-    for joint in corrected.joints:
+    for place, joint in enumerate(corrected.joints):
         add_link(robot, joint)
         parent = corrected.joints[joint.parent] if joint.parent >= 0 else None
-        add_joint(robot, joint, parent, effort_of(corrected, joint))
+        efforts = (abs(float(t.moment_arm[place])) * t.force_limit for t in corrected.tendons)
+        add_joint(robot, joint, parent, sum(efforts))
     ET.indent(robot)
     path = folder / ROBOT_FILE
     write_text(path, ET.tostring(robot, encoding="unicode") + "\n")
@@ -76,7 +77,7 @@ def add_link(robot: ET.Element, joint: Joint) -> None:
 
 
 def add_joint(robot: ET.Element, joint: Joint, parent: Joint | None, effort: float) -> None:
-    """Add a joint between two links."""
+    """Add a joint between two links, at which tendons pull with an effort [N m, N] at most."""
     place, turn = joint.parent_position, joint.parent_rotation
     if parent is not None:
         place = parent.child_rotation.T @ (place - parent.child_position)
@@ -95,12 +96,6 @@ def add_joint(robot: ET.Element, joint: Joint, parent: Joint | None, effort: flo
     ET.SubElement(out, "limit", limit)
     dynamics = {"damping": f"{joint.damping:.12g}", "friction": f"{joint.friction:.12g}"}
     ET.SubElement(out, "dynamics", dynamics)
-
-
-def effort_of(mechanism: Mechanism, joint: Joint) -> float:
-    """Return the most that tendons can pull at a joint [N m]."""
-    place = [other.prim for other in mechanism.joints].index(joint.prim)
-    return sum(abs(float(t.moment_arm[place])) * t.force_limit for t in mechanism.tendons)
 
 
 CHECKED = """Nothing can be replayed: URDF has no servo. The file's inertias, places and axes are

@@ -18,7 +18,8 @@ from tendon_newton.exports.newton.newton_target import (
     write_newton_target,
 )
 from tendon_newton.exports.newton.path import path_of
-from tendon_newton.exports.newton.plain import PlainBench, targets
+from tendon_newton.exports.newton.plain import PlainBench
+from tendon_newton.exports.newton.prims import gearing_of
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -146,7 +147,8 @@ def test_a_duty_at_no_error_leads_the_target(tmp_path: Path) -> None:
     mechanism = bench_of("spring_weak", model)
     write_newton_target(tmp_path, mechanism, model)
     bench = PlainBench(tmp_path / PLAIN_FILE)
-    bench.control.joint_target_q.assign(targets(mechanism, model, np.zeros(1)).astype(np.float32))
+    target = gearing_of(mechanism.tendons[0], model).target(0.0)
+    bench.control.joint_target_q.assign(np.array([target], dtype=np.float32))
     bench.advance()
     current = 0.05 * PWM["supply_voltage"] / PWM["resistance"]
     force = PWM["torque_constant"] * current / PWM["spool_radius"]

@@ -14,6 +14,7 @@ from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.configs import text
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
+from tendon_newton.exports.linking import Text
 from tendon_newton.exports.networks.files import Scales
 from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.exports.newton.newton_target import corrected_bench
@@ -47,8 +48,7 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         InvalidModelFile: A tendon drives several joints, or the actuator has no force.
         InvalidOutput: A file cannot be written.
     """
-    model_numbers.refuse_kinematic(model, "Isaac Lab")
-    model_numbers.refuse_damaged(model)
+    model_numbers.refuse_damaged(model, "Isaac Lab")
     for tendon in mechanism.tendons:
         if not drives_one_joint(tendon):
             raise InvalidModelFile(
@@ -66,7 +66,7 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons
     }
     title = IMPORTS_HEAD.format(bench=mechanism.name, step=text.PHYSICS_STEP)
-    write_text(folder / text.CONFIG_FILE, text.config_text(title, IMPORTS, "ACTUATORS", entries))
+    write_text(folder / text.CONFIG_FILE, text.config_text(title, IMPORTS, entries))
     gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
     targets = "\n".join(
         f"    {tendon.name}: (angle - {gear.shift - gear.lead:.8g}) / {gear.ratio:.8g}"
@@ -103,7 +103,7 @@ def entry(
         limit = model_numbers.force_limit_of(tendon, model) * arm
         return "ActuatorNetMLPCfg", {
             **numbers,
-            "network_file": text.Expression(f'str(FOLDER / "{text.NETWORK_FILE}")'),
+            "network_file": Text(f'str(FOLDER / "{text.NETWORK_FILE}")'),
             "pos_scale": pos * ratio,
             "vel_scale": vel * ratio,
             "torque_scale": effort * float(tendon.moment_arm[j]),

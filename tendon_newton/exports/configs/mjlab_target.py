@@ -10,6 +10,7 @@ from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import model_numbers
 from tendon_newton.exports.configs import text
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
+from tendon_newton.exports.linking import Text
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE, change_mechanism, placed_tendons
 from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, write_spec
@@ -43,8 +44,7 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
         InvalidModelFile: The actuator has no force.
         InvalidOutput: A file cannot be written.
     """
-    model_numbers.refuse_kinematic(model, "mjlab")
-    model_numbers.refuse_damaged(model)
+    model_numbers.refuse_damaged(model, "mjlab")
     signs, offsets = placed_tendons(mechanism)
     spec = mujoco_spec(mechanism)
     change_mechanism(spec, mechanism, model)
@@ -62,7 +62,7 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
     rows = list(zip(mechanism.tendons, signs, offsets, strict=True))
     entries = {t.name: entry(t, model, sign, learned) for t, sign, _ in rows}
     title = TITLE.format(bench=mechanism.name, step=text.PHYSICS_STEP)
-    write_text(folder / text.CONFIG_FILE, text.config_text(title, IMPORTS, "ACTUATORS", entries))
+    write_text(folder / text.CONFIG_FILE, text.config_text(title, IMPORTS, entries))
     targets = "\n".join(
         f"    {tendon.name}: {target_text(tendon, model, sign, offset, entries[tendon.name][0])}"
         for tendon, sign, offset in rows
@@ -95,7 +95,7 @@ def entry(
     late = round(model_numbers.number(model, "command_delay", "delay") / text.PHYSICS_STEP)
     numbers: dict[str, Any] = {
         "target_names_expr": (tendon.name,),
-        "transmission_type": text.Expression("TransmissionType.TENDON"),
+        "transmission_type": Text("TransmissionType.TENDON"),
         "armature": values.get("armature", 0.0) / radius**2,
         "frictionloss": model_numbers.dry_friction(model)[0],
         "viscous_damping": lost,
@@ -107,7 +107,7 @@ def entry(
         limit = model_numbers.force_limit_of(tendon, model)
         return "LearnedMlpActuatorCfg", {
             **numbers,
-            "network_file": text.Expression(f'str(FOLDER / "{text.NETWORK_FILE}")'),
+            "network_file": Text(f'str(FOLDER / "{text.NETWORK_FILE}")'),
             "pos_scale": pos / radius,
             "vel_scale": vel / radius,
             "torque_scale": effort,
@@ -122,8 +122,8 @@ def entry(
         constant, ohms = values["torque_constant"], values["resistance"]
         return "BuiltinDcMotorActuatorCfg", {
             **numbers,
-            "mode": text.Expression("DcMotorInputMode.POSITION"),
-            "motor_params": text.Expression(
+            "mode": Text("DcMotorInputMode.POSITION"),
+            "motor_params": Text(
                 f"DcMotorPhysicalParams(kt={constant!r}, ke={constant!r}, resistance={ohms!r})"
             ),
             "stiffness": gains.kp * ohms / constant,  # [V/rad]

@@ -16,12 +16,12 @@ CONFIG_FILE, NETWORK_FILE = "servo_cfg.py", "mlp.pt"
 FAST = 1.0e6  # A speed [rad/s, m/s] that nothing reaches: the network knows the motor's
 
 
-def config_text(title: str, imports: list[str], name: str, entries: dict[str, Any]) -> str:
+def config_text(title: str, imports: list[str], entries: dict[str, Any]) -> str:
     """Return a Python file with a dictionary of configuration objects: key -> (class, fields)."""
-    lines = [f'"""{title}"""', "", *imports, "", f"{name} = {{"]
+    lines = [f'"""{title}"""', "", *imports, "", "ACTUATORS = {"]
     for key, (kind, numbers) in entries.items():
         lines.append(f"    {key!r}: {kind}(")
-        lines += [f"        {field}={expression(value)}," for field, value in numbers.items()]
+        lines += [f"        {field}={literal(value)}," for field, value in numbers.items()]
         lines.append("    ),")
     return "\n".join([*lines, "}", ""])
 
@@ -29,15 +29,6 @@ def config_text(title: str, imports: list[str], name: str, entries: dict[str, An
 def gravity_text(gravity: Array) -> str:
     """Return gravity [m/s2] as Python text."""
     return "(" + ", ".join(f"{value + 0.0:.8g}" for value in gravity) + ")"
-
-
-class Expression(str):
-    """Text that stands in a file as it is."""
-
-
-def expression(value: Any) -> str:
-    """Return a value as Python text."""
-    return str(value) if isinstance(value, Expression) else literal(value)
 
 
 def write_network(folder: Path, mechanism: Mechanism, model: Model) -> tuple[Scales, str]:

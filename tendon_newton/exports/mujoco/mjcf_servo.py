@@ -9,12 +9,11 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.exports import model_numbers
-from tendon_newton.exports.written_program import trajectory_of
+from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.mujoco_file import newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.simulation.hosts.rollout import Trajectory
-from tendon_newton.simulation.hosts.timeline import make_timeline
 
 # MuJoCo's `solimp` with which dry friction creeps least
 FRICTION_SHAPE = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
@@ -84,27 +83,27 @@ def set_friction(row: Any, friction: float) -> None:
 
 def replay_file(
     path: Path,
+    program: Path,
     mechanism: Mechanism,
     model: Model,
     placed: list[tuple[float, float]],
     recording: Recording,
-    start: Array,
 ) -> Trajectory:
-    """Replay a recording by the MJCF file alone.
+    """Replay a recording by the MJCF file alone, from where the program beside it would start.
 
-    `placed` has sign and offset of each tendon, as for `add_servo`; it starts at joint positions
-    (J,) [rad].
+    `placed` has sign and offset of each tendon, as for `add_servo`.
     """
+    hook, rows = load_program(program).make(), rows_of(recording)
+    hook.reset(rows["theta_d"][0], *rows.get("start", (None, None)))
     mujoco = newton_s_mujoco()
     mj_model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(mj_model)
     places = [mj_model.joint(joint.name).qposadr[0] for joint in mechanism.joints]
-    data.qpos[places] = start
-    timeline = make_timeline(recording)
-    fill_history(mj_model, data, timeline.command[0])
+    data.qpos[places] = hook.data.qpos[hook.places]
+    fill_history(mj_model, data, rows["theta_d"][0])
     joints: list[Array] = []
     readings: list[Any] = []
-    for now, command in zip(timeline.time - timeline.time[0], timeline.command, strict=True):
+    for now, command in zip(rows["t"] - rows["t"][0], rows["theta_d"], strict=True):
         while data.time < now - 0.5 * mj_model.opt.timestep:
             mujoco.mj_step(mj_model, data)
         data.ctrl[:] = command

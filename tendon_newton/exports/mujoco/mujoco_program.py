@@ -8,7 +8,6 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.linking import Linker, Text
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import number
-from tendon_newton.exports.networks.network_export import NetworkFacts
 from tendon_newton.exports.runtime import (
     commands,
     engine,
@@ -39,7 +38,7 @@ def program_text(
     *,
     title: str,
     span: tuple[float, float],
-    network: NetworkFacts | None = None,
+    network: dict[str, Any] | None = None,
 ) -> str:
     """Return the Python file that steps an exported model.
 
@@ -58,7 +57,7 @@ def program_text(
         "MEMORY_SIZE": law.memory_size,
         "SPAN": span,
         "PERIOD": number(model, "sample_period_error", "scale"),
-        "NETWORK": network and network.row,
+        "NETWORK": network,
         "TIME_STEP": LONGEST_STEP,
     }
     given = {facts.__name__: "", engine.__name__: "import mujoco"}

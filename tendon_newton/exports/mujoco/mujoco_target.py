@@ -17,15 +17,10 @@ from tendon_newton.exports.model_numbers import (
     not_exact,
     number,
     refuse_damaged,
-    refuse_kinematic,
 )
 from tendon_newton.exports.mujoco.mjcf_servo import add_servo, replay_file, set_friction
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
-from tendon_newton.exports.networks.network_export import (
-    NETWORK_FILE,
-    NetworkFacts,
-    exported_network,
-)
+from tendon_newton.exports.networks.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import correct
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco, write_spec
@@ -71,8 +66,7 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         InvalidModelFile: The model has no force that MuJoCo could apply.
         InvalidOutput: A file cannot be written.
     """
-    refuse_kinematic(model, "MuJoCo")
-    refuse_damaged(model)
+    refuse_damaged(model, "MuJoCo")
     network, model = exported_network(folder, model)
     path = folder / MODEL_FILE
     signs, offsets = write_model_file(path, mechanism, model)
@@ -90,12 +84,12 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_program(folder, run)}
     if network is None:
         placed = list(zip(signs, offsets, strict=True))
-        replays[f"{MODEL_FILE} alone"] = lambda run: replay_alone(
-            path, mechanism, model, placed, run
+        replays[f"{MODEL_FILE} alone"] = lambda run: replay_file(
+            path, program, mechanism, model, placed, run
         )
     return Exported(
         files=(path, program, *((folder / NETWORK_FILE,) if network else ())),
-        loading=loading_text(network),
+        loading=loading_text(learned=network is not None),
         replays=replays,
         left_out={PROGRAM_FILE: not_exact(model, COVERAGE), f"{MODEL_FILE} alone": left_out},
     )
@@ -144,34 +138,13 @@ def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
 def replay_program(folder: Path, recording: Recording) -> Trajectory:
     """Replay a recording with the written program, as its user would."""
     program = load_program(folder / PROGRAM_FILE)
-    mujoco = newton_s_mujoco()
-    mj_model = mujoco.MjModel.from_xml_path(str(folder / MODEL_FILE))
-    hook = program.make_hook(mj_model, mujoco.MjData(mj_model))
-    return trajectory_of(recording, program.replay(hook, rows_of(recording)))
+    return trajectory_of(recording, program.replay(program.make(), rows_of(recording)))
 
 
-def replay_alone(
-    path: Path,
-    mechanism: Mechanism,
-    model: Model,
-    placed: list[tuple[float, float]],
-    recording: Recording,
-) -> Trajectory:
-    """Replay a recording by the MJCF file alone, from where the program would start."""
-    program = load_program(path.parent / PROGRAM_FILE)
-    mujoco = newton_s_mujoco()
-    mj_model = mujoco.MjModel.from_xml_path(str(path))
-    hook = program.make_hook(mj_model, mujoco.MjData(mj_model))
-    rows = rows_of(recording)
-    hook.reset(rows["theta_d"][0], *rows.get("start", (None, None)))
-    start = hook.data.qpos[hook.places].copy()
-    return replay_file(path, mechanism, model, placed, recording, start)
-
-
-def loading_text(network: NetworkFacts | None) -> str:
+def loading_text(*, learned: bool) -> str:
     """Return how a user loads the files."""
-    packages = "mujoco" if network is None else "mujoco onnxruntime"
-    alone = "" if network is not None else ALONE
+    packages = "mujoco onnxruntime" if learned else "mujoco"
+    alone = "" if learned else ALONE
     return f"""```sh
 pip install {packages}
 python tendon_step.py                     # some steps and ramps

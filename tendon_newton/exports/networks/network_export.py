@@ -1,6 +1,5 @@
 """The force network of a learned actuator as a file for programs without torch."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,26 +9,12 @@ from tendon_newton.data.model_file import Model
 NETWORK_FILE = "network.onnx"
 
 
-@dataclass(frozen=True, kw_only=True)
-class NetworkFacts:
-    """What a program must know to ask a force network."""
-
-    file: str  # Name of the ONNX file beside the program
-    rate: float  # How often it is asked [Hz]
-    window: int
-    streaming: bool
-
-    @property
-    def row(self) -> dict[str, Any]:
-        """These facts as a program has them."""
-        return {"file": self.file, "asked": (self.rate, self.window, self.streaming)}
-
-
-def exported_network(folder: Path, model: Model) -> tuple[NetworkFacts | None, Model]:
+def exported_network(folder: Path, model: Model) -> tuple[dict[str, Any] | None, Model]:
     """Write a model's force network as ONNX, if it has one.
 
     Returns:
-        What a program must know to ask it, and the model with the hold law of its card.
+        What a program must know to ask it (file, how often [Hz], window, whether it has a state),
+        and the model with the hold law of its card.
 
     Raises:
         InvalidNetworkFile: The network's file is damaged.
@@ -46,7 +31,5 @@ def exported_network(folder: Path, model: Model) -> tuple[NetworkFacts | None, M
     card = file.card
     network = network_of_weights(file.path.read_bytes(), card)
     write_onnx(folder / NETWORK_FILE, network, card)
-    facts = NetworkFacts(
-        file=NETWORK_FILE, rate=card.rate, window=card.window, streaming=card.streaming
-    )
-    return facts, with_hold(model, card.hold)
+    asked = (card.rate, card.window, card.streaming)
+    return {"file": NETWORK_FILE, "asked": asked}, with_hold(model, card.hold)

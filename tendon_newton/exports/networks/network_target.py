@@ -6,7 +6,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
-from tendon_newton.exports.model_numbers import refuse_damaged, refuse_kinematic
+from tendon_newton.exports.model_numbers import refuse_damaged
 from tendon_newton.exports.networks import files, students
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
@@ -27,8 +27,7 @@ def write_networks_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         InvalidModelFile: The model has no force.
         InvalidOutput: A file cannot be written.
     """
-    refuse_kinematic(model, "a network")
-    refuse_damaged(model)
+    refuse_damaged(model, "a network")
     lessons = students.lessons_of(mechanism, model)
     scales = lessons.scales
     mlp, mlp_error = students.fit_mlp(lessons, steps=MLP_STEPS)

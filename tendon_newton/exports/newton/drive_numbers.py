@@ -9,9 +9,9 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.linking import Text
+from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import command_span, number, spool_of
-from tendon_newton.exports.networks.network_export import NetworkFacts
-from tendon_newton.exports.newton.newton_program import DriveNumbers
 from tendon_newton.exports.newton.path import SWING, TendonPath
 from tendon_newton.exports.newton.prims import LONGEST_STEP, drives_one_joint, gearing_of
 from tendon_newton.law.spool import LEAST_ROTOR
@@ -30,10 +30,10 @@ def drive_numbers(
     corrected: Mechanism,
     model: Model,
     paths: list[TendonPath],
-    network: NetworkFacts | None,
+    network: dict[str, Any] | None,
     step: float,
-) -> DriveNumbers:
-    """Return what a drive knows of its bench.
+) -> tuple[ModelLaw, dict[str, Any]]:
+    """Return a drive's law, and what it knows of its bench.
 
     `mechanism` is the bench before the model's effects, which the drive has itself, and `corrected`
     as its file has it. The step is the longest [s].
@@ -44,9 +44,13 @@ def drive_numbers(
         raise InvalidModelFile("A bench for Newton must have strings or shafts, not both.")
     rows = zip(mechanism.tendons, paths, strict=True)
     joint_inertias = [least_inertia(corrected, row) for row in np.eye(len(corrected.joints))]
-    return DriveNumbers(
-        tendons=[tendon_row(corrected, tendon, path, model) for tendon, path in rows],
-        joints=[
+    free = rotor and not any(direct)  # a rotor stands between the motor and the string
+    law = ModelLaw(model, free)
+    return law, {
+        "FOLDER": Text("Path(__file__).resolve().parent"),
+        "PARAMETERS": law.parameters,
+        "SERVO_ROWS": [tendon_row(corrected, tendon, path, model) for tendon, path in rows],
+        "JOINT_ROWS": [
             {
                 "name": old.name,
                 "stiffness": old.stiffness,
@@ -63,13 +67,14 @@ def drive_numbers(
                 mechanism.joints, corrected.joints, joint_inertias, strict=True
             )
         ],
-        free_spool=rotor and not any(direct),
-        delay=number(model, "command_delay", "delay"),
-        step=step,
-        period=number(model, "sample_period_error", "scale"),
-        span=command_span(mechanism),
-        network=network,
-    )
+        "MEMORY_SIZE": law.memory_size,
+        "SPAN": command_span(mechanism),
+        "PERIOD": number(model, "sample_period_error", "scale"),
+        "NETWORK": network,
+        "TIME_STEP": step,
+        "COMMAND_DELAY": number(model, "command_delay", "delay"),
+        "RIGID": free and "tendon_compliance" not in law.names,
+    }
 
 
 def own_joints(mechanism: Mechanism, model: Model) -> dict[str, dict[str, float]]:
@@ -101,11 +106,10 @@ def tendon_row(
     corrected: Mechanism, tendon: Tendon, path: TendonPath, model: Model
 ) -> dict[str, Any]:
     """Return what a drive knows of one tendon."""
-    radius = spool_radius_of(model) or tendon.spool_radius
-    spool = radius * number(model, "spool_radius_error", "scale")
     rotor = 0.0
     if find_actuator(model.actuator.name).rotor:
-        rotor = max(float(model.actuator.values["armature"]), LEAST_ROTOR) / spool**2
+        armature = max(float(model.actuator.values["armature"]), LEAST_ROTOR)
+        rotor = armature / spool_of(tendon, model) ** 2
     return {
         "name": tendon.name,
         "factor": [float(x) for x in path.factor],
@@ -113,7 +117,7 @@ def tendon_row(
         "arm": [float(x) for x in tendon.moment_arm],
         "inertia": least_inertia(corrected, tendon),
         "rotor": rotor,
-        "radius": radius,
+        "radius": spool_radius_of(model) or tendon.spool_radius,
         "limit": tendon.force_limit,
         "least": -math.inf if tendon.direct else 0.0,
     }

@@ -1,13 +1,10 @@
 """The Python file beside an exported bench: a drive for Newton with the model's own law."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
-from tendon_newton.data.model_file import Model
-from tendon_newton.exports.linking import Linker, Text
+from tendon_newton.exports.linking import Linker
 from tendon_newton.exports.model_law import ModelLaw
-from tendon_newton.exports.networks.network_export import NetworkFacts
 from tendon_newton.exports.newton import drive, drive_types
 from tendon_newton.exports.runtime import facts, networks, rows
 
@@ -40,36 +37,8 @@ or: python tendon_drive.py commands.csv --out replay.csv     (columns t [s] and 
 """
 
 
-@dataclass(frozen=True, kw_only=True)
-class DriveNumbers:
-    """What a drive knows of its bench."""
-
-    tendons: Sequence[dict[str, Any]]  # Per tendon: path, spool radius, limits, inertia
-    joints: Sequence[dict[str, Any]]  # Per joint: spring, damper, range
-    free_spool: bool  # Whether a rotor stands between the motor and the string
-    delay: float  # Delay of the command [s]
-    step: float  # Longest step [s]
-    period: float  # Seconds that pass in one second of the log's clock [1]
-    span: tuple[float, float]  # Motor angles [rad] between which the program's own commands move
-    network: NetworkFacts | None = None
-
-
-def drive_text(model: Model, numbers: DriveNumbers) -> str:
-    """Return the Python file of a drive."""
-    law = ModelLaw(model, numbers.free_spool)
-    known = {
-        "FOLDER": Text("Path(__file__).resolve().parent"),
-        "PARAMETERS": law.parameters,
-        "SERVO_ROWS": numbers.tendons,
-        "JOINT_ROWS": numbers.joints,
-        "MEMORY_SIZE": law.memory_size,
-        "SPAN": numbers.span,
-        "PERIOD": numbers.period,
-        "NETWORK": numbers.network and numbers.network.row,
-        "TIME_STEP": numbers.step,
-        "COMMAND_DELAY": numbers.delay,
-        "RIGID": numbers.free_spool and "tendon_compliance" not in law.names,
-    }
+def drive_text(law: ModelLaw, known: Mapping[str, Any]) -> str:
+    """Return the Python file of a drive that knows some facts."""
     linker = Linker(law, device=True)
     given = {facts.__name__: ""}
     return linker.program(DOCSTRING, known, MODULES, given=given, last="run(Simulation)")

@@ -97,8 +97,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         InvalidModelFile: Newton cannot hold the bench or its servo.
         InvalidOutput: A file cannot be written.
     """
-    model_numbers.refuse_kinematic(model, "Newton")
-    model_numbers.refuse_damaged(model)
+    model_numbers.refuse_damaged(model, "Newton")
     refuse_shared_joints(mechanism)
     mujoco_spec(mechanism)  # refuses a bench that SolverMuJoCo's own names cannot hold
     correction = corrected_bench(mechanism, model)
@@ -108,9 +107,8 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     own = own_prims(mechanism)
     write_actuators(folder / DRIVE_FILE, folder / BENCH_FILE, own, own_joints(mechanism, model))
     paths = [path_of(mechanism, tendon) for tendon in mechanism.tendons]
-    numbers = drive_numbers(mechanism, correction.corrected, held, paths, network, step)
-    program = folder / PROGRAM_FILE
-    write_text(program, drive_text(held, numbers))
+    law, facts = drive_numbers(mechanism, correction.corrected, held, paths, network, step)
+    write_text(folder / PROGRAM_FILE, drive_text(law, facts))
     files = [folder / name for name in (BENCH_FILE, DRIVE_FILE, PROGRAM_FILE)]
     replays: dict[str, Any] = {
         PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)

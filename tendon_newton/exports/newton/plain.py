@@ -55,16 +55,30 @@ def plain_replay(
     """
     bench = PlainBench(path)
     bench.place(rows["joints"])
+    columns = [int(np.flatnonzero(t.moment_arm)[0]) for t in mechanism.tendons]
+    gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
+    seen = [
+        (g.ratio, g.shift, t.moment_arm[j])
+        for g, t, j in zip(gears, mechanism.tendons, columns, strict=True)
+    ]
+    ratio, shift, arms = np.array(seen, dtype=np.float32).T  # as Newton reckons
+    least = [-np.inf if tendon.direct else 0.0 for tendon in mechanism.tendons]
     out: dict[str, list[Array]] = {"angle": [], "rate": [], "force": [], "joints": []}
     time = np.asarray(rows["t"])
     steps = np.diff(time, append=time[-1] + LONGEST_STEP)
     for command, interval in zip(np.asarray(rows["theta_d"]), steps, strict=True):
-        bench.control.joint_target_q.assign(targets(mechanism, model, command).astype(np.float32))
+        target = np.zeros(len(mechanism.joints), dtype=np.float32)
+        target[columns] = [g.target(x) for g, x in zip(gears, np.atleast_1d(command), strict=True)]
+        bench.control.joint_target_q.assign(target)
         count = max(1, math.ceil(interval / LONGEST_STEP - 1.0e-6))
         for k in range(count):
             bench.step(interval / count)
             if k == 0:
-                note_row(out, mechanism, model, *bench.before())
+                joints, rate, effort = bench.before()
+                out["angle"].append(ratio * joints[columns] + shift)
+                out["rate"].append(ratio * rate[columns])
+                out["force"].append(np.maximum(effort[columns] / arms, least))
+                out["joints"].append(joints)
     return {name: np.array(values) for name, values in out.items()}
 
 
@@ -113,32 +127,3 @@ class PlainBench:
         change = (now.joint_qd.numpy() - rate) / self.dt
         effort = self.control.joint_f.numpy() - self.model.joint_armature.numpy() * change
         return past.joint_q.numpy().copy(), rate, effort
-
-
-def targets(mechanism: Mechanism, model: Model, command: Array) -> Array:
-    """Return the joint targets [rad, m] of desired motor angles [rad]."""
-    out = np.zeros(len(mechanism.joints))
-    for tendon, angle in zip(mechanism.tendons, np.atleast_1d(command), strict=True):
-        out[tendon.moment_arm != 0.0] = gearing_of(tendon, model).target(angle)
-    return out
-
-
-def note_row(
-    out: dict[str, list[Array]],
-    mechanism: Mechanism,
-    model: Model,
-    position: Array,
-    rate: Array,
-    effort: Array,
-) -> None:
-    """Add what motors and strings show at joint positions, rates and efforts."""
-    columns = [int(np.flatnonzero(t.moment_arm)[0]) for t in mechanism.tendons]
-    gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
-    arms = [float(t.moment_arm[j]) for t, j in zip(mechanism.tendons, columns, strict=True)]
-    least = [-np.inf if tendon.direct else 0.0 for tendon in mechanism.tendons]
-    pairs = list(zip(gears, columns, strict=True))
-    out["angle"].append(np.array([g.ratio * position[j] + g.shift for g, j in pairs]))
-    out["rate"].append(np.array([g.ratio * rate[j] for g, j in pairs]))
-    forces = [effort[j] / arm for j, arm in zip(columns, arms, strict=True)]
-    out["force"].append(np.maximum(forces, least))
-    out["joints"].append(position)

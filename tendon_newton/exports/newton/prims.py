@@ -58,12 +58,6 @@ def drives_one_joint(tendon: Tendon) -> bool:
     return tendon.route is None and np.count_nonzero(tendon.moment_arm) == 1
 
 
-def delay_numbers(model: Model, step: float) -> tuple[tuple[str, ...], dict[str, Any]]:
-    """Return schema and number of a late command, none without."""
-    steps = round(model_numbers.number(model, "command_delay", "delay") / step)
-    return (("NewtonActuatorDelayAPI",), {"delaySteps": steps}) if steps else ((), {})
-
-
 def own_prims(mechanism: Mechanism) -> list[ActuatorPrim]:
     """Return a prim of our drive for each joint that a tendon drives.
 
@@ -88,7 +82,8 @@ def plain_prims(mechanism: Mechanism, model: Model, step: float) -> list[Actuato
     known = model.actuator.name in ("ideal", "pwm_servo", "pd_torque")
     if not known or not all(drives_one_joint(tendon) for tendon in mechanism.tendons):
         return None
-    late, delay = delay_numbers(model, step)
+    steps = round(model_numbers.number(model, "command_delay", "delay") / step)
+    late, delay = (("NewtonActuatorDelayAPI",), {"delaySteps": steps}) if steps else ((), {})
     out = []
     for tendon in mechanism.tendons:
         (j,) = np.flatnonzero(tendon.moment_arm)
