@@ -137,7 +137,7 @@ def test_every_imported_package_is_declared() -> None:
     distributions = packages_distributions()
     imported = set().union(
         *(
-            top_level_imports(path)
+            top_level_imports(path.read_text(encoding="utf-8"))
             for folder in PACKAGES.values()
             for path in (ROOT / folder).rglob("*.py")
         )
@@ -150,10 +150,10 @@ def test_every_imported_package_is_declared() -> None:
     assert undeclared == BROUGHT_BY_THE_USER
 
 
-def top_level_imports(path: Path) -> set[str]:
-    """Return the first part of every name that a file imports."""
+def top_level_imports(text: str) -> set[str]:
+    """Return the first part of every name that a program imports."""
     names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             names |= {alias.name.split(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:

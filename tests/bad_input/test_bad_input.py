@@ -62,7 +62,7 @@ MODELS: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "missing": (lambda folder: (folder / "model.toml").unlink(), ("model.toml", "no such file")),
     "broken": (text("model.toml", "= 3"), ("model.toml: must be TOML",)),
     "no actuator": (text("model.toml", "fit = []\n"), ("[actuator]", "there is none")),
-    "unknown key": (text("model.toml", "effect = []\n"), ("no key named 'effect'",)),
+    "unknown key of a model": (text("model.toml", "effect = []\n"), ("no key named 'effect'",)),
     "infinite gain": (swap("model.toml", "4.2", "inf"), ("gain of 'ideal' must be finite",)),
 }
 
@@ -74,22 +74,12 @@ def read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     return ["read", str(tmp_path), "--model", str(tmp_path / "model.toml")]
 
 
-@pytest.mark.parametrize("case", DATASETS)
-def test_a_broken_dataset_is_refused_in_one_line(case, tmp_path, read, capsys) -> None:
-    """Every fault of a dataset is named with its place."""
-    damage, said = DATASETS[case]
+@pytest.mark.parametrize("case", [*DATASETS, *MODELS])
+def test_a_broken_dataset_or_model_is_refused_in_one_line(case, tmp_path, read, capsys) -> None:
+    """Every fault is named with its place."""
+    damage, said = (DATASETS | MODELS)[case]
     model(dataset(tmp_path) / "model.toml")
     assert main(read) == 0
-    damage(tmp_path)
-    line = refusal(read, capsys)
-    assert [words for words in said if words not in line] == []
-
-
-@pytest.mark.parametrize("case", MODELS)
-def test_a_broken_model_is_refused_in_one_line(case, tmp_path, read, capsys) -> None:
-    """Every fault of a model file is named with its place."""
-    damage, said = MODELS[case]
-    model(dataset(tmp_path) / "model.toml")
     damage(tmp_path)
     line = refusal(read, capsys)
     assert [words for words in said if words not in line] == []

@@ -96,20 +96,27 @@ def configured(path: Path, classes: dict[str, set[str]]) -> tuple[str, dict[str,
     return type(config).__name__, given
 
 
+LATE = ("command_delay", "coulomb_friction")
+
+
 @pytest.mark.parametrize(
-    ("actuator", "effects", "kind"),
+    ("bench", "actuator", "effects", "kind"),
     [
-        ("ideal", (), "DelayedPDActuatorCfg"),
-        ("pd_torque", ("command_delay", "coulomb_friction"), "DelayedPDActuatorCfg"),
-        ("pwm_servo", ("stribeck_friction",), "DCMotorCfg"),
-        ("pwm_servo", ("command_delay",), "DelayedPDActuatorCfg"),
+        ("spring_weak", "ideal", (), "DelayedPDActuatorCfg"),
+        ("spring_weak", "pd_torque", LATE, "DelayedPDActuatorCfg"),
+        ("spring_weak", "pwm_servo", ("stribeck_friction",), "DCMotorCfg"),
+        ("spring_weak", "pwm_servo", ("command_delay",), "DelayedPDActuatorCfg"),
+        ("finger", "ideal", LATE, "BuiltinPositionActuatorCfg"),
+        ("thumb", "pd_torque", LATE, "BuiltinPositionActuatorCfg"),
+        ("finger", "pwm_servo", LATE, "BuiltinDcMotorActuatorCfg"),
     ],
 )
-def test_isaac_lab_has_the_fields_of_the_file(actuator, effects, kind, tmp_path) -> None:
+def test_a_program_has_the_fields_of_the_file(bench, actuator, effects, kind, tmp_path) -> None:
     """The file runs: the class takes every number in it, and has all that it needs."""
-    model = model_of("spring_weak", actuator, *effects)
-    write_isaaclab_target(tmp_path, bench_of("spring_weak", model), model)
-    name, _ = configured(tmp_path / CONFIG_FILE, ISAACLAB)
+    model, of_mjlab = model_of(bench, actuator, *effects), kind in MJLAB
+    write = write_mjlab_target if of_mjlab else write_isaaclab_target
+    write(tmp_path, bench_of(bench, model), model)
+    name, _ = configured(tmp_path / CONFIG_FILE, MJLAB if of_mjlab else ISAACLAB)
     assert name == kind
 
 
@@ -134,22 +141,6 @@ def test_isaac_lab_drives_no_tendon_over_several_joints(tmp_path: Path) -> None:
     with pytest.raises(InvalidModelFile, match="--to newton"):
         write_isaaclab_target(tmp_path, bench_of("finger", model), model)
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("bench", "actuator", "kind"),
-    [
-        ("finger", "ideal", "BuiltinPositionActuatorCfg"),
-        ("thumb", "pd_torque", "BuiltinPositionActuatorCfg"),
-        ("finger", "pwm_servo", "BuiltinDcMotorActuatorCfg"),
-    ],
-)
-def test_mjlab_has_the_fields_of_the_file(bench, actuator, kind, tmp_path) -> None:
-    """The file runs: the class takes every number in it, and has all that it needs."""
-    model = model_of(bench, actuator, "command_delay", "coulomb_friction")
-    write_mjlab_target(tmp_path, bench_of(bench, model), model)
-    name, _ = configured(tmp_path / CONFIG_FILE, MJLAB)
-    assert name == kind
 
 
 @pytest.mark.parametrize("bench", ["finger", "thumb"])

@@ -1,11 +1,11 @@
 """An identified model in plain MuJoCo: what it does there, and what it says of itself."""
 
-import ast
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -28,6 +28,7 @@ from tendon_newton.exports.mujoco.mujoco_target import (
 from tendon_newton.exports.newton.newton_target import write_newton_target
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.exports.models import ANGLE, FORCE, strays, strays_of
+from tests.test_imports import top_level_imports
 
 ALONE = f"{MODEL_FILE} alone"
 ACTUATOR_SIDE = (
@@ -44,7 +45,6 @@ ACTUATOR_SIDE = (
     "load_cell_lag",
 )
 ROTOR_SIDE = ("tendon_slack", "coulomb_friction", "tendon_compliance", "torque_fade", "speed_limit")
-STANDARD_LIBRARY = set(sys.stdlib_module_names)
 
 
 @pytest.mark.parametrize(
@@ -139,16 +139,8 @@ def finger_file(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list, l
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_the_program_of_every_effect_is_whole(effect, actuator, finger_file) -> None:
     """It compiles, needs nothing but MuJoCo and numpy, and takes a step."""
-    path, signs, offsets = finger_file
-    model = model_of("finger", actuator, effect)
-    mechanism = bench_of("finger", model)
-    servos = servo_numbers(mechanism, model, signs, offsets)
-    text = program_text(mechanism, model, servos, title="One effect.", span=(0.0, 1.0))
-    assert imported_by(text) <= STANDARD_LIBRARY | {"mujoco", "numpy", "onnxruntime"}
-    scope: dict = {"__name__": "tendon_step", "__file__": str(path.parent / PROGRAM_FILE)}
-    exec(compile(text, PROGRAM_FILE, "exec"), scope)
-    mj_model = mujoco.MjModel.from_xml_path(str(path))
-    hook = scope["make_hook"](mj_model, mujoco.MjData(mj_model))
+    text, hook = program_of(model_of("finger", actuator, effect), finger_file)
+    assert top_level_imports(text) <= {*sys.stdlib_module_names, "mujoco", "numpy", "onnxruntime"}
     hook.reset([0.3])
     hook.command[:] = 0.6
     hook.step()
@@ -158,15 +150,18 @@ def test_the_program_of_every_effect_is_whole(effect, actuator, finger_file) -> 
     assert carried or effect in ("inertia_error", "gravity_misalignment", "sample_period_error")
 
 
-def imported_by(text: str) -> set[str]:
-    """Return the packages that a program imports."""
-    names = set()
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Import):
-            names |= {alias.name.split(".")[0] for alias in node.names}
-        if isinstance(node, ast.ImportFrom):
-            names.add(str(node.module).split(".")[0])
-    return names
+def program_of(model: Model, file: tuple[Path, list, list], **options: float) -> tuple[str, Any]:
+    """Return the program of a finger's model, and its hook; options are MuJoCo's."""
+    path, signs, offsets = file
+    mechanism = bench_of("finger", model)
+    servos = servo_numbers(mechanism, model, signs, offsets)
+    text = program_text(mechanism, model, servos, title="A finger.", span=(0.0, 1.0))
+    scope: dict = {"__name__": "tendon_step", "__file__": str(path.parent / PROGRAM_FILE)}
+    exec(compile(text, PROGRAM_FILE, "exec"), scope)
+    mj_model = mujoco.MjModel.from_xml_path(str(path))
+    for name, value in options.items():
+        setattr(mj_model.opt, name, value)
+    return text, scope["make_hook"](mj_model, mujoco.MjData(mj_model))
 
 
 @pytest.mark.slow
@@ -258,16 +253,8 @@ def test_a_damaged_model_leaves_no_file(write: Callable[..., object], tmp_path: 
 
 def test_a_tendon_that_sticks_does_not_creep(finger_file: tuple[Path, list, list]) -> None:
     """Two seconds of a held force move it by less than a micrometre."""
-    path, signs, offsets = finger_file
     model = model_of("finger", "ideal", "coulomb_friction")
-    mechanism = bench_of("finger", model)
-    servos = servo_numbers(mechanism, model, signs, offsets)
-    text = program_text(mechanism, model, servos, title="Friction.", span=(0.0, 1.0))
-    scope: dict = {"__name__": "tendon_step", "__file__": str(path.parent / PROGRAM_FILE)}
-    exec(compile(text, PROGRAM_FILE, "exec"), scope)
-    mj_model = mujoco.MjModel.from_xml_path(str(path))
-    mj_model.opt.timestep = 5.0e-4
-    hook = scope["make_hook"](mj_model, mujoco.MjData(mj_model))
+    _, hook = program_of(model, finger_file, timestep=5.0e-4)
     hook.reset([0.5])
     before = hook.read().angle[0]
     hook.command[:] = 0.6  # 0.42 N more, of 0.6 N that stick

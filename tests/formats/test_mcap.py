@@ -179,11 +179,18 @@ def test_a_speed_that_is_not_there_is_not_made_up(tmp_path: Path) -> None:
         read(path)
 
 
-def test_not_a_number_is_refused_with_its_row(tmp_path: Path) -> None:
-    """A position that is no number is named as in a CSV file."""
+@pytest.mark.parametrize(
+    ("position", "said"),
+    [
+        ([float("nan")], "theta must be finite; row 7"),  # as in a CSV file
+        ([0.0, 1.0], "the same number of values; they hold 1 or 2"),  # a servo that comes and goes
+    ],
+)
+def test_a_reading_that_fits_no_table_is_refused(tmp_path: Path, position, said: str) -> None:
+    """One that is no number, with its row, and one of another width."""
     messages = [joint(k) for k in range(40)]
-    messages[7] = joint(7, position=[float("nan")])
-    with pytest.raises(InvalidRecording, match="theta must be finite; row 7"):
+    messages[7] = joint(7, position=position)
+    with pytest.raises(InvalidRecording, match=said):
         read(write_states(tmp_path / "run.mcap", messages))
 
 
@@ -201,14 +208,6 @@ def test_a_repeated_instant_is_left_out(tmp_path: Path, caplog: pytest.LogCaptur
     messages[5] = joint(4)
     assert read(write_states(tmp_path / "run.mcap", messages)).sample_count == 39
     assert "repeat an instant" in caplog.text
-
-
-def test_messages_of_changing_width_are_refused(tmp_path: Path) -> None:
-    """A servo that comes and goes within a topic has no place in a table."""
-    messages = [joint(k) for k in range(40)]
-    messages[9] = joint(9, position=[0.0, 1.0])
-    with pytest.raises(InvalidRecording, match="the same number of values; they hold 1 or 2"):
-        read(write_states(tmp_path / "run.mcap", messages))
 
 
 def test_a_dataset_takes_mcap_files(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from tests.hardware.silent_operator import SilentOperator
 
 
 class Watcher(SilentOperator):
-    """An operator who keeps what is said and does something once a run has come far enough.
+    """An operator who does something once a run has come far enough.
 
     Args:
         after: Time since the run's first row [s].
@@ -28,11 +28,10 @@ class Watcher(SilentOperator):
         super().__init__()
         self.after = after
         self.act = act
-        self.shown: list[OperatorProgress] = []
 
     def show(self, progress: OperatorProgress) -> None:
         """Keep the figures and act when it is time."""
-        self.shown.append(progress)
+        super().show(progress)
         if self.act is not None and progress.elapsed >= self.after:
             act, self.act = self.act, None
             act()

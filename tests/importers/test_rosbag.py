@@ -133,11 +133,28 @@ def test_a_dataset_names_its_mapping(tmp_path: Path) -> None:
     check(load_dataset(tmp_path, require_train=False).test[0])
 
 
-def test_unknown_topics_are_answered_with_those_there(tmp_path: Path) -> None:
-    """A topic that a mapping names and a bag lacks is named beside what the bag has."""
-    path = Bag(topics={"state": "/joint_states", "goal": "/goal"}).write(tmp_path / "bag")
-    with pytest.raises(InvalidRecording, match=r"'/scale'.*is missing; there are /goal \(std_msgs"):
-        read(path)
+@pytest.mark.parametrize(
+    ("bag", "mapping", "said"),
+    [
+        pytest.param(
+            Bag(topics={"state": "/joint_states", "goal": "/goal"}), MAPPING,
+            r"'/scale'.*is missing; there are /goal \(std_msgs", id="a topic that a bag lacks",
+        ),
+        pytest.param(
+            Bag(stamped=False), MAPPING, r'stamps of its 80 messages .* clock = "log"',
+            id="stamps that were never set",
+        ),
+        pytest.param(
+            Bag(), 'clock = "log"\n' + MAPPING.replace('unit = "deg"', "scale = 1.0"),
+            "theta_d must be in radians", id="goals in degrees without a scale",
+        ),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_its_mapping_is_refused(tmp_path, bag, mapping, said) -> None:
+    """With what is there, or what to write."""
+    path = bag.write(tmp_path / "bag")
+    with pytest.raises(InvalidRecording, match=said):
+        read(path, mapping)
 
 
 def test_a_bag_without_mapping_must_have_our_topics(tmp_path: Path) -> None:
@@ -155,20 +172,6 @@ def test_a_speed_is_derived_only_when_asked_for(tmp_path: Path) -> None:
         read(path, log_clock)
     start, end = log_clock.index("theta_dot ="), log_clock.index("theta_d =")
     check(read(path, log_clock[:start] + 'theta_dot = {derive = "theta"}\n' + log_clock[end:]))
-
-
-def test_stamps_that_were_never_set_are_noticed(tmp_path: Path) -> None:
-    """All stamps alike: the message says how to use the times of recording."""
-    path = Bag(stamped=False).write(tmp_path / "bag")
-    with pytest.raises(InvalidRecording, match=r'stamps of its 80 messages .* clock = "log"'):
-        read(path)
-
-
-def test_a_wrong_unit_is_named(tmp_path: Path) -> None:
-    """Goals in degrees without a scale are refused like those of a CSV file."""
-    path = Bag().write(tmp_path / "bag")
-    with pytest.raises(InvalidRecording, match="theta_d must be in radians"):
-        read(path, 'clock = "log"\n' + MAPPING.replace('unit = "deg"', "scale = 1.0"))
 
 
 def test_a_message_of_ones_own_is_read_where_the_bag_defines_it(tmp_path: Path) -> None:

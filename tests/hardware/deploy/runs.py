@@ -13,7 +13,6 @@ from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
 from tendon_hardware.benches.virtual_calibration import calibrated_twins
 from tendon_hardware.control.goals import FixedGoal, Goals
 from tendon_hardware.control.keyboard import Keyboard
-from tendon_hardware.control.operator import OperatorProgress
 from tendon_hardware.control.pilot import Pilot, PilotStep, PolicyPilot
 from tendon_hardware.control.policy_runner import Policy
 from tendon_hardware.deployment.deploy import Deployment, DeployOutcome, deploy
@@ -90,23 +89,6 @@ def at_instant(bench: Bench, instant: float, act: Callable[[], None]) -> None:
     virtual.advance = advance_with_it
 
 
-class Watching(SilentOperator):
-    """An operator who keeps what is said and shown."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.shown: list[OperatorProgress] = []
-        self.announced: list[str] = []
-
-    def announce(self, text: str) -> None:
-        """Keep what is no alarm."""
-        self.announced.append(text)
-
-    def show(self, progress: OperatorProgress) -> None:
-        """Keep the figures."""
-        self.shown.append(progress)
-
-
 @dataclass(kw_only=True)
 class Flight:
     """One deployment and what came of it."""
@@ -128,7 +110,7 @@ class Flight:
     often: bool = False  # Whether it is let happen in every step from then on
     estimate: ForceEstimate | None = None
     keyboard: Keyboard = field(default_factory=lambda: Keyboard(-1))
-    operator: Watching = field(default_factory=Watching)
+    operator: SilentOperator = field(default_factory=SilentOperator)
     acted: list[tuple[Trip, float]] = field(default_factory=list)
     begun: float | None = None  # When the fault began [s]
     # Whether any servo drove its motor when the deployment had returned

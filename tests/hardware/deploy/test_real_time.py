@@ -88,26 +88,6 @@ def test_a_terminated_program_lets_the_tendon_out(tmp_path: Path) -> None:
 MEMORY_MAX = 150.0  # Resident memory of a deployment [MB]; a Pi with 2 GB has other things to do
 
 
-@pytest.mark.parametrize(
-    "module",
-    [
-        "tendon_hardware.deployment.deploy",
-        "tendon_hardware.deployment.deploy_plot",
-        "tendon_hardware.deployment.deploy_replay",
-        "tendon_hardware.deployment.svg_panels",
-        "tendon_hardware.safety_rules.force_estimate",
-        "tendon_newton.cli.bench.deploy",
-        "tendon_newton.cli.plot",
-        "tendon_newton.workflows.deployment",
-        "tendon_newton.data.cards.policy_card",
-        "tendon_newton.data.cards.policy_observation",
-    ],
-)
-def test_a_pi_needs_only_the_hardware_extra(module: str) -> None:
-    """Each part is imported where torch, the simulator and matplotlib cannot be."""
-    run(f"import {module}")
-
-
 def test_a_deployment_runs_and_is_drawn_without_anything_else(tmp_path: Path) -> None:
     """Policy, log, replay and picture in an interpreter without torch, in 150 MB."""
     policy = write_onnx(tmp_path / "policy.onnx", network(), card_of().to_json())

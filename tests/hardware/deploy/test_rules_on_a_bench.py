@@ -19,7 +19,8 @@ from tendon_hardware.servos import SERVOS
 from tendon_hardware.virtual_bench import Faults
 from tendon_newton.errors import InvalidParameter
 from tests.faults.cases import ALLOWED, CASES, SETTINGS, moments
-from tests.hardware.deploy.runs import Flight, Watching
+from tests.hardware.deploy.runs import Flight
+from tests.hardware.silent_operator import SilentOperator
 
 ELSEWHERE = {"kill", "log"}  # Rules that have tests of their own below
 
@@ -87,7 +88,7 @@ def test_a_terminal_that_is_gone_does_not_stop_the_loop() -> None:
     """What cannot be printed any more is not; the tendon is let out all the same."""
     gone: list[bool] = []
 
-    class Terminal(Watching):
+    class Terminal(SilentOperator):
         def tell(self, text: str) -> None:
             super().tell(text)
             if gone:

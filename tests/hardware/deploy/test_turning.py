@@ -28,7 +28,8 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import BALL_TOPIC
 from tests.hardware.deploy.policies import FINGERS, TASK, turning_card, write_gait
-from tests.hardware.deploy.runs import Watching, at_instant, calibration_files
+from tests.hardware.deploy.runs import at_instant, calibration_files
+from tests.hardware.silent_operator import SilentOperator
 
 pytestmark = pytest.mark.usefixtures("nobody_at_the_keys")
 
@@ -64,9 +65,9 @@ def address_of(**changes: Any) -> BenchAddress:
 
 def turn(
     policy: Policy, path: Path, duration: float, then: Callable[[Bench], None] = lambda bench: None
-) -> tuple[DeployOutcome, Watching, BallWatch]:
+) -> tuple[DeployOutcome, SilentOperator, BallWatch]:
     """Deploy a policy; a fault may be planned when the bench is open."""
-    operator = Watching()
+    operator = SilentOperator()
     loop, *further = loops_of(policy.card)
     settings = DeploySettings(duration=duration, loop=loop, further_loops=tuple(further))
     with open_bench(address_of(), operator.tell) as bench, StopRequest() as stop:
@@ -229,7 +230,7 @@ def test_a_bench_without_a_camera_is_refused() -> None:
     with open_bench(address_of(), pytest.fail) as bench:
         bench.camera = None
         with pytest.raises(BallNotSeen, match="--camera-port"):
-            BallWatch(bench, TASK, Watching())
+            BallWatch(bench, TASK, SilentOperator())
 
 
 def test_a_ball_that_nobody_sees_is_refused_before_any_motor_runs() -> None:
@@ -238,7 +239,7 @@ def test_a_ball_that_nobody_sees_is_refused_before_any_motor_runs() -> None:
         bench.controls.plant.mechanism.throw((0.0, 0.0, -50.0))  # pyright: ignore
         bench.clock.sleep_until(bench.clock.now() + 0.2)
         with pytest.raises(BallNotSeen, match="saw the ball 0 times"):
-            BallWatch(bench, TASK, Watching()).open()
+            BallWatch(bench, TASK, SilentOperator()).open()
 
 
 def test_a_card_of_four_servos_has_as_many_ranges() -> None:

@@ -69,31 +69,26 @@ def test_two_saturated_readings_are_a_spike_and_three_a_fault() -> None:
 
 
 @pytest.mark.parametrize(
-    ("duty", "slope", "doubted"), [(0.15, 0.0, True), (0.15, 5.0, False), (0.05, 0.0, False)]
+    ("duty", "slope", "other", "doubted"),
+    [
+        pytest.param(0.15, 0.0, None, True, id="wound in slowly it must change"),
+        pytest.param(0.15, 5.0, None, False, id="it changes"),
+        pytest.param(0.05, 0.0, None, False, id="what turns freely may be slack"),
+        pytest.param(0.15, 0.0, -0.5, False, id="an antagonist lets_out: a finger turns under it"),
+        pytest.param(0.15, 0.0, -0.1, True, id="an antagonist lets_out too little"),
+        pytest.param(0.15, 0.0, 0.0, True, id="an antagonist stands"),
+        pytest.param(0.15, 0.0, 0.5, True, id="an antagonist winds in"),
+    ],
 )
-def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, doubted: bool) -> None:
-    """Wound in slowly at 15 % of duty it must change; what turns freely may be slack."""
+def test_a_tension_must_follow_a_motor_that_pulls(duty, slope, other, doubted) -> None:
+    """Unless another servo lets out meanwhile as the first winds in, by this share of it."""
     rng = random.Random(3)
     doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
     for k in range(400):
         instant, angle = 0.0125 * k, 0.003 * k
         doubt.feel(2.0 + slope * angle + rng.gauss(0.0, 0.01), instant)
-        doubt.move(ServoState(time=instant, position=angle, velocity=0.24, current=0.0), duty)
-    assert (doubt.fault is not None) is doubted
-
-
-@pytest.mark.parametrize(
-    ("others", "doubted"), [(-0.5, False), (-0.1, True), (0.0, True), (0.5, True)]
-)
-def test_a_servo_that_lets_out_keeps_the_tension_of_one_that_winds_in(others, doubted) -> None:
-    """A finger between two tendons turns under one tension, and its cell is believed."""
-    rng = random.Random(5)
-    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
-    for k in range(400):
-        instant, angle = 0.0125 * k, 0.003 * k
-        doubt.feel(2.0 + rng.gauss(0.0, 0.01), instant)
         state = ServoState(time=instant, position=angle, velocity=0.24, current=0.0)
-        doubt.move(state, 0.15, [others * angle])
+        doubt.move(state, duty, [] if other is None else [other * angle])
     assert (doubt.fault is not None) is doubted
 
 

@@ -136,19 +136,18 @@ def test_a_servo_that_another_program_left_is_taken_over() -> None:
     assert servo.check().torque_enabled
 
 
-def test_another_model_is_refused_by_name() -> None:
-    """A data sheet of the wrong servo would give wrong units."""
+@pytest.mark.parametrize(
+    ("name", "baud", "error", "said"),
+    [
+        ("xl330_m288_t", 1_000_000, UnsupportedServo, "model 1220, xc330_t288_t"),
+        ("xc330_t288_t", 57_600, ServoSilent, "at 57600 baud; 3 attempts gave 3 times nothing"),
+    ],
+)
+def test_a_servo_that_is_not_there_is_told_by_name_or_rate(name, baud, error, said) -> None:
+    """The data sheet of another model would give wrong units; at another rate nothing answers."""
     bench = LockstepBench("finger", 3)
-    servo = BusServo(SERVOS["xl330_m288_t"], bench.servo_port(), clock=bench.clock)
-    with pytest.raises(UnsupportedServo, match="model 1220, xc330_t288_t"):
-        servo.open()
-
-
-def test_silence_says_where_and_how_often() -> None:
-    """Nothing answers at another rate; the message says which."""
-    bench = LockstepBench("finger", 3)
-    servo = BusServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock, baud=57_600)
-    with pytest.raises(ServoSilent, match="at 57600 baud; 3 attempts gave 3 times nothing"):
+    servo = BusServo(SERVOS[name], bench.servo_port(), clock=bench.clock, baud=baud)
+    with pytest.raises(error, match=said):
         servo.open()
 
 

@@ -232,16 +232,20 @@ def test_a_control_loop_holds_effects_of_one_finger() -> None:
     """Its rows are those of a rollout, and its numbers stand by finger."""
     entries = (effect("gain_error", 1, scale=0.7), effect("joint_stiffness_error", 3, scale=1.4))
     model = Model(actuator=IDEAL, effects=entries)
-    rows = recording("hand")
-    assert rows.command is not None
     loop = ControlLoop(load_mechanism("hand"), model, 2, rate=RATE, device="cpu")
     assert loop.numbers("gain_error", "scale").tolist() == 2 * [[1.0, 0.7, 1.0, 1.0]]
     assert loop.numbers("joint_stiffness_error", "scale").tolist() == 2 * [[1.0, 1.0, 1.0, 1.4]]
+    require_rows_of_a_rollout(loop, recording("hand"), model)
+
+
+def require_rows_of_a_rollout(loop: ControlLoop, rows: Recording, model: Model) -> None:
+    """Give all worlds of a loop the same commands, and look at the last."""
+    assert rows.command is not None
     (expected,) = replay([rows], model, time_step=5e-4)
-    command = torch.tensor(np.stack(2 * [rows.command], axis=1), dtype=torch.float32)
+    command = torch.tensor(np.stack(loop.world_count * [rows.command], axis=1), dtype=torch.float32)
     loop.reset(command[0])
     for k in range(1, ROWS):
-        seen = loop.step(command[k - 1]).motor_position.numpy()[1].copy()
+        seen = loop.step(command[k - 1]).motor_position.numpy()[-1].copy()
         # 2e-3 rad: a loop reads before the next command, in single precision and longer steps
         assert seen == pytest.approx(expected.motor_position[k], abs=2e-3), k
 
@@ -257,13 +261,6 @@ def test_a_control_loop_holds_effects_of_one_servo() -> None:
     """Its rows are those of a rollout, and its numbers by world are the servo's."""
     entry = effect("gain_error", 1, scale=0.7)
     model = Model(actuator=IDEAL, effects=(entry,))
-    mechanism, rows = load_mechanism("finger_antagonist"), recording()
-    loop = ControlLoop(mechanism, model, 1, rate=RATE, device="cpu")
+    loop = ControlLoop(load_mechanism("finger_antagonist"), model, 1, rate=RATE, device="cpu")
     assert loop.numbers(entry.cause, "scale").tolist() == [0.7]
-    (expected,) = replay([rows], model, time_step=5e-4)
-    command = torch.tensor(rows.command[:, None], dtype=torch.float32)
-    loop.reset(command[0])
-    for k in range(1, ROWS):
-        seen = loop.step(command[k - 1]).motor_position.numpy()[0].copy()
-        # 2e-3 rad: a loop reads before the next command, in single precision and longer steps
-        assert seen == pytest.approx(expected.motor_position[k], abs=2e-3), k
+    require_rows_of_a_rollout(loop, recording(), model)
