@@ -21,6 +21,7 @@ from tendon_hardware.deployment.deploy_plot import shown_lines
 from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from tendon_hardware.deployment.turning_report import log_figures, read_truth
 from tendon_hardware.errors import BallNotSeen, PolicyMismatch
+from tendon_hardware.safety_rules.rule_limits import OUTPUT_SHARE, DeployLimits
 from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
@@ -69,7 +70,10 @@ def turn(
     """Deploy a policy; a fault may be planned when the bench is open."""
     operator = SilentOperator()
     loop, *further = loops_of(policy.card)
-    settings = DeploySettings(duration=duration, loop=loop, further_loops=tuple(further))
+    limits = DeployLimits(output=OUTPUT_SHARE * policy.card.action_clip)
+    settings = DeploySettings(
+        duration=duration, loop=loop, further_loops=tuple(further), limits=limits
+    )
     with open_bench(address_of(), operator.tell) as bench, StopRequest() as stop:
         watch = BallWatch(bench, TASK, operator)
         watch.open()
