@@ -15,6 +15,7 @@ from tendon_newton.exports import model_numbers
 from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
+from tendon_newton.mechanisms.usd.stage_file import take_units
 
 ACTUATORS = "actuators"  # Name of the scope under the bench's default prim
 LONGEST_STEP = 1.0e-4  # Default step [s]
@@ -157,11 +158,7 @@ def write_actuators(
         for name, value in entry.numbers.items():
             kind = Sdf.ValueTypeNames.Int if isinstance(value, int) else Sdf.ValueTypeNames.Float
             prim.CreateAttribute(f"newton:{name}", kind, False).Set(value)
-    source = stage.GetRootLayer()
-    for key in ("upAxis", "metersPerUnit", "kilogramsPerUnit"):
-        if source.pseudoRoot.HasInfo(key):
-            layer.pseudoRoot.SetInfo(key, source.pseudoRoot.GetInfo(key))
-    layer.defaultPrim = source.defaultPrim
+    take_units(layer, stage)
     del top
     layer.subLayerPaths[0] = f"./{bench.name}"
     write_text(path, layer.ExportToString())

@@ -7,7 +7,11 @@ from typing import Literal
 
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.authoring.asset_folder import write_layers
-from tendon_newton.mechanisms.authoring.asset_plan import NUMBER_FILTERS, check_name
+from tendon_newton.mechanisms.authoring.asset_plan import (
+    NUMBER_FILTERS,
+    STOP_DAMPING_RATIO,
+    check_name,
+)
 
 Kind = Literal["slider", "shaft"]
 # Numbers of a machine from a watch to a crane; units as in `DirectPlan`
@@ -21,7 +25,6 @@ RANGES: dict[str, tuple[float, float]] = {
 }
 # By this share of its range [1] a cart enters a stop that holds its drive's full force
 STOP_GIVE = 1e-3
-STOP_DAMPING_RATIO = 0.4  # Damping ratio [1] of a stop against the cart: it rings once
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,8 @@ from tendon_newton.data.files.text_file import write_text
 from tendon_newton.mechanisms.authoring.correction import Correction
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.parts import Tendon
-from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
+from tendon_newton.mechanisms.usd.stage_file import open_stage, take_units, usd_errors
+from tendon_newton.mechanisms.usd.usd_tendon import TENDON_NUMBERS
 
 PROVENANCE = "tendon_newton"  # Key of the provenance in the layer's ``customLayerData``
 RELATIVE = 1.0e-9  # Difference of a number that is none [1]: the rest of the arithmetic
@@ -76,11 +77,7 @@ def write_identified_layer(path: Path, correction: Correction, provenance: Prove
                 type_name = getattr(Sdf.ValueTypeNames, kind)
                 attribute = stage.OverridePrim(prim).CreateAttribute(name, type_name, False)
             attribute.Set(value)
-    source = base.GetRootLayer()
-    for key in ("upAxis", "metersPerUnit", "kilogramsPerUnit"):
-        if source.pseudoRoot.HasInfo(key):
-            layer.pseudoRoot.SetInfo(key, source.pseudoRoot.GetInfo(key))
-    layer.defaultPrim = source.defaultPrim
+    take_units(layer, base)
     layer.documentation = DOCUMENTATION.format(name=correction.asset.name)
     layer.customLayerData = {PROVENANCE: provenance_table(correction, provenance)}
     del stage  # an open one looks at once for what the next line says, from a layer without a place
@@ -133,11 +130,7 @@ def link_overrides(stage: Any, old: Joint, new: Joint) -> Overrides:
 
 def tendon_overrides(stage: Any, joints: Sequence[Joint], old: Tendon, new: Tendon) -> Overrides:
     """Yield the numbers of a tendon."""
-    for name, key in (
-        ("spool_radius", "tendon:spoolRadius"),
-        ("force_limit", "tendon:forceLimit"),
-        ("excursion_offset", "tendon:excursionOffset"),
-    ):
+    for name, (key, _) in TENDON_NUMBERS.items():
         if differs(getattr(old, name), getattr(new, name)):
             yield new.prim, key, "Double", getattr(new, name)
     if differs(old.moment_arm, new.moment_arm):

@@ -47,18 +47,15 @@ def stage_findings(stage: Any) -> list[AssetFinding]:
 def _check_units(stage: Any) -> Iterator[AssetFinding]:
     from pxr import UsdGeom, UsdPhysics
 
-    meters = UsdGeom.GetStageMetersPerUnit(stage)
-    if meters != 1.0:
-        yield about(STAGE, "units").error(
-            f"lengths must be in metres; metersPerUnit is {meters:g}",
-            "Write lengths in metres and metersPerUnit = 1",
-        )
-    kilograms = UsdPhysics.GetStageKilogramsPerUnit(stage)
-    if kilograms != 1.0:
-        yield about(STAGE, "units").error(
-            f"masses must be in kilograms; kilogramsPerUnit is {kilograms:g}",
-            "Write masses in kilograms and kilogramsPerUnit = 1",
-        )
+    for what, unit, key, value in (
+        ("lengths", "metres", "metersPerUnit", UsdGeom.GetStageMetersPerUnit(stage)),
+        ("masses", "kilograms", "kilogramsPerUnit", UsdPhysics.GetStageKilogramsPerUnit(stage)),
+    ):
+        if value != 1.0:
+            yield about(STAGE, "units").error(
+                f"{what} must be in {unit}; {key} is {value:g}",
+                f"Write {what} in {unit} and {key} = 1",
+            )
     up = UsdGeom.GetStageUpAxis(stage)
     if up != "Z":
         yield about(STAGE, "up_axis").error(
@@ -74,18 +71,11 @@ def _check_units(stage: Any) -> Iterator[AssetFinding]:
 def _check_composition(stage: Any) -> Iterator[AssetFinding]:
     for error in stage.GetCompositionErrors():
         words = " ".join(str(error).split()).removesuffix("; skipping.").rstrip(".: ")
-        cycle = "ycle" in words
-        yield about(STAGE, "composition").error(
-            (
-                "layers must not lead back to themselves; "
-                if cycle
-                else "every layer must be found; "
-            )
-            + words,
-            "Take the reference out that closes the circle"
-            if cycle
-            else "Put the layer in its place or mend its path",
-        )
+        rule, remedy = "every layer must be found", "Put the layer in its place or mend its path"
+        if "ycle" in words:
+            rule = "layers must not lead back to themselves"
+            remedy = "Take the reference out that closes the circle"
+        yield about(STAGE, "composition").error(f"{rule}; {words}", remedy)
 
 
 def _check_gravity(stage: Any) -> Iterator[AssetFinding]:

@@ -83,6 +83,15 @@ def usd_errors(path: Path) -> Generator[None]:
         del listener
 
 
+def take_units(layer: Any, stage: Any) -> None:
+    """Give a layer above a stage its up axis, units and default prim."""
+    source = stage.GetRootLayer()
+    for key in ("upAxis", "metersPerUnit", "kilogramsPerUnit"):
+        if source.pseudoRoot.HasInfo(key):
+            layer.pseudoRoot.SetInfo(key, source.pseudoRoot.GetInfo(key))
+    layer.defaultPrim = source.defaultPrim
+
+
 # Opening braces of a text layer; each prim has one, and 20,000 nested ones still parse
 BRACE_LIMIT = 20_000
 # Bytes of all text layers of an asset. Parsed arrays take a hundred times as much; what is larger

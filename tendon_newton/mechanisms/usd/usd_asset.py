@@ -19,12 +19,11 @@ from tendon_newton.mechanisms.geometry.parts import Tendon, Tip
 from tendon_newton.mechanisms.usd.stage_file import REASON_LENGTH
 from tendon_newton.mechanisms.usd.usd_route import is_routed, read_route
 from tendon_newton.mechanisms.usd.usd_tendon import (
-    NOMINAL_FORCE_LIMIT,
-    NOMINAL_SPOOL_RADIUS,
     authored,
     is_tendon_prim,
     register_tendon_attributes,
     tendon_arms,
+    tendon_numbers,
 )
 
 _KINDS: dict[int, JointKind] = {
@@ -167,9 +166,7 @@ def _read_tendon(
         name=prim.GetName(),
         prim=str(prim.GetPath()),
         moment_arm=arms,
-        spool_radius=float(authored(prim, "tendon:spoolRadius", NOMINAL_SPOOL_RADIUS)),
-        force_limit=float(authored(prim, "tendon:forceLimit", NOMINAL_FORCE_LIMIT)),
-        excursion_offset=float(authored(prim, "tendon:excursionOffset", 0.0)),
+        **tendon_numbers(prim),
         servo=str(authored(prim, "tendon:servo", "")),
         direct=bool(authored(prim, "tendon:direct", False)),
         route=route,

@@ -45,16 +45,18 @@ ARM = "tendon:arm"
 PATH = "tendon:path"
 TIP = "tendon:tip"
 
-NOMINAL_SPOOL_RADIUS = 0.0125  # Spool radius of the nominal bench [m], for a prim that gives none
-NOMINAL_FORCE_LIMIT = 21.0  # The most the nominal servo can pull [N], for a prim that gives none
+# Attributes of a tendon's prim, and what counts where it gives none: the nominal bench's numbers
+TENDON_NUMBERS = {
+    "spool_radius": ("tendon:spoolRadius", 0.0125),  # [m]
+    "force_limit": ("tendon:forceLimit", 21.0),  # [N]
+    "excursion_offset": ("tendon:excursionOffset", 0.0),  # [m]
+}
 
 Attribute = tuple[str, str, type, str | None, float]
 """Name, rows, type, what an index refers to, default."""
 _ATTRIBUTES: tuple[Attribute, ...] = (
     ("world", TENDON, wp.int32, "world", 0),
-    ("spool_radius", TENDON, wp.float32, None, NOMINAL_SPOOL_RADIUS),
-    ("force_limit", TENDON, wp.float32, None, NOMINAL_FORCE_LIMIT),
-    ("excursion_offset", TENDON, wp.float32, None, 0.0),
+    *((name, TENDON, wp.float32, None, usual) for name, (_, usual) in TENDON_NUMBERS.items()),
     ("direct", TENDON, wp.int32, None, 0),
     ("arm_tendon", ARM, wp.int32, TENDON, 0),
     ("arm_joint", ARM, wp.int32, "joint", 0),
@@ -138,6 +140,11 @@ def authored(prim: Any, name: str, default: Any) -> Any:
     return default if value is None else value
 
 
+def tendon_numbers(prim: Any) -> dict[str, float]:
+    """Return the numbers of a tendon prim by their names in a mechanism."""
+    return {name: float(authored(prim, *own)) for name, own in TENDON_NUMBERS.items()}
+
+
 def tendon_arms(prim: Any) -> list[tuple[str, float]]:
     """Return the (joint path, moment arm [m]) pairs of a tendon prim, in its own order.
 
@@ -153,16 +160,8 @@ def tendon_arms(prim: Any) -> list[tuple[str, float]]:
 
 def _tendon_rows(prim: Any, _context: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the one row of a tendon."""
-    return [
-        {
-            "tendon:spool_radius": float(
-                authored(prim, "tendon:spoolRadius", NOMINAL_SPOOL_RADIUS)
-            ),
-            "tendon:force_limit": float(authored(prim, "tendon:forceLimit", NOMINAL_FORCE_LIMIT)),
-            "tendon:excursion_offset": float(authored(prim, "tendon:excursionOffset", 0.0)),
-            "tendon:direct": int(authored(prim, "tendon:direct", False)),
-        }
-    ]
+    numbers = {f"tendon:{name}": value for name, value in tendon_numbers(prim).items()}
+    return [{**numbers, "tendon:direct": int(authored(prim, "tendon:direct", False))}]
 
 
 def _arm_rows(prim: Any, context: dict[str, Any]) -> list[dict[str, Any]]:
