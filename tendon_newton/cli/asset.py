@@ -69,10 +69,7 @@ def import_asset(config: Import) -> None:
         force_limit=config.force_limit,
     )
     path = write_foreign(config.folder, plan)
-    print(path)
-    print(f"edit what drives it in {path.parent / 'tendon.usda'}, then")
-    print(f"  tendon-newton asset check {path}")
-    print(f"  tendon-newton asset show {path}")
+    print_next(path, f"what drives it in {path.parent / 'tendon.usda'}")
 
 
 def export_asset(config: Export) -> None:
@@ -197,10 +194,13 @@ def new(config: New) -> None:
             **{key: getattr(config, key) or value for key, value in FINGER.items()},
         )
         path = write_asset(config.folder, plan)
-    print(path)
-    print(f"edit the numbers in {path.parent}, then")
-    print(f"  tendon-newton asset check {path}")
-    print(f"  tendon-newton asset show {path}")
+    print_next(path, f"the numbers in {path.parent}")
+
+
+def print_next(path: Path, what: str) -> None:
+    """Print a new asset and what to do with it."""
+    print(f"{path}\nedit {what}, then")
+    print(f"  tendon-newton asset check {path}\n  tendon-newton asset show {path}")
 
 
 def direct_plan(config: New) -> DirectPlan:

@@ -20,7 +20,7 @@ from tendon_hardware.deployment.deploy_replay import DIFFERENCE, replay_log
 from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from tendon_hardware.deployment.turning_report import turning_text
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
-from tendon_hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
+from tendon_hardware.safety_rules.force_estimate import load_estimate
 from tendon_hardware.safety_rules.rule_limits import limits_for
 from tendon_hardware.servos import find_servo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
@@ -70,7 +70,8 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
         if settings.duration is None:
             settings = replace(settings, duration=goals.length)
         get_ready(bench, operator)
-        watch = None
+        network, watch = options.force_network, None
+        estimate = None if network is None else load_estimate(network, options.policy_rate)
         if policy is not None and policy.card.turning is not None:
             watch = BallWatch(bench, policy.card.turning, operator)
             watch.open()
@@ -81,7 +82,7 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
             settings=settings,
             goals=goals,
             policy=policy,
-            estimate=estimate_of(options),
+            estimate=estimate,
             watch=watch,
             state=state,
         )
@@ -200,9 +201,16 @@ def settings_of(options: DeployOptions, policy: Policy | None) -> DeploySettings
     )
     by_hand = no_stronger(by_hand, spec)
     loop, *further = (by_hand,) if policy is None else loops_of(policy.card)
+    low, high = SafetyLimits().position
+    if policy is None:  # a hand may let the tendon out beyond home
+        low = JOG_RANGE[0] - 0.5
     limits = limits_for(
         spec,
-        bench_limits(options, jog=policy is None),
+        SafetyLimits(
+            force=options.force_limit,
+            temperature=options.temperature_limit,
+            position=(low, high),
+        ),
         clip=JOG_RANGE[1] if policy is None else policy.card.action_clip,
         load_cell_rate=float(options.load_cell_rate),
     )
@@ -220,29 +228,11 @@ def settings_of(options: DeployOptions, policy: Policy | None) -> DeploySettings
     )
 
 
-def bench_limits(options: DeployOptions, *, jog: bool) -> SafetyLimits:
-    """Return force, temperature and window; a hand may let the tendon out beyond home."""
-    low, high = SafetyLimits().position
-    return SafetyLimits(
-        force=options.force_limit,
-        temperature=options.temperature_limit,
-        position=(JOG_RANGE[0] - 0.5 if jog else low, high),
-    )
-
-
 def goals_of(options: DeployOptions, policy: Policy | None, settings: DeploySettings) -> Goals:
     """Return where goals come from; a hand's goal is the spool angle."""
     if policy is None:
         return FixedGoal(0.0, settings.loop.position_range, JOG_STEP)
     return open_goals(options.goals, policy.card.goal_range, options.goals_key)
-
-
-def estimate_of(options: DeployOptions) -> ForceEstimate | None:
-    """Return what estimates the tension, if anything."""
-    if options.force_network is None:
-        return None
-
-    return load_estimate(options.force_network, options.policy_rate)
 
 
 def get_ready(bench: Bench, operator: Operator) -> None:

@@ -92,10 +92,7 @@ class SerialStream:
         Raises:
             OSError: The port is gone and all that it had sent was returned.
         """
-        pieces: list[tuple[float, bytes]] = []
-        with suppress(IndexError):
-            while True:
-                pieces.append(self._pieces.popleft())
+        pieces = [self._pieces.popleft() for _ in range(len(self._pieces))]
         if not pieces and self._fault is not None:
             raise self._fault
         return pieces

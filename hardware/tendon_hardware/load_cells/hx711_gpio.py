@@ -10,7 +10,6 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from contextlib import suppress
 from typing import Any
 
 from tendon_hardware.clock import Clock, MonotonicClock
@@ -103,11 +102,7 @@ class Hx711Gpio:
 
     def drain(self) -> list[LoadCellReading]:
         """Return what has been read since the last call, without waiting."""
-        readings: list[LoadCellReading] = []
-        with suppress(IndexError):
-            while True:
-                readings.append(self._readings.popleft())
-        return readings
+        return [self._readings.popleft() for _ in range(len(self._readings))]
 
     def _listen(self, lgpio: Any, chip: int) -> None:
         sequence = 0

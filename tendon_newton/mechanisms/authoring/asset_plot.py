@@ -32,15 +32,16 @@ def plot_asset(mechanism: Mechanism, path: Path) -> None:
     grid = figure.add_gridspec(2, 3)
     top_left, top_right = (figure.add_subplot(grid[0, column]) for column in (0, 1))
     low_left, low_right = (figure.add_subplot(grid[1, column]) for column in (0, 1))
-    path_of_closing = closing_path(mechanism)
-    rows = _posture_rows(path_of_closing)
-    plot_space(
-        figure.add_subplot(grid[:, 2], projection="3d"), mechanism, path_of_closing, rows[[0, 2, 4]]
-    )
+    closing = closing_path(mechanism)
+    # five postures from slack to closed, at equal steps of the tendon
+    steps = np.linspace(closing.excursion[0], closing.excursion[-1], POSTURES)
+    rows = np.minimum(np.searchsorted(closing.excursion, steps), len(closing.tension) - 1)
+    space = figure.add_subplot(grid[:, 2], projection="3d")
+    plot_space(space, mechanism, closing, rows[[0, 2, 4]])
     _plot_excursion(top_left, mechanism)
     _plot_arms(top_right, mechanism)
-    _plot_force(low_left, mechanism, path_of_closing)
-    _plot_postures(low_right, mechanism, path_of_closing, rows)
+    _plot_force(low_left, mechanism, closing)
+    _plot_postures(low_right, mechanism, closing, rows)
     for axes in (top_left, top_right, low_left, low_right):
         tidy(axes)
     figure.suptitle(_title(mechanism), fontsize=13)
@@ -161,12 +162,6 @@ def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
     twin.set_ylabel(f"joint position q [{_unit(mechanism.joints[0])}], dashed")
     twin.spines["top"].set_visible(False)
     _name_curves(twin, loc="lower right")
-
-
-def _posture_rows(path: ClosingPath) -> Indices:
-    """Return five postures from slack to closed, at equal steps of the tendon."""
-    steps = np.linspace(path.excursion[0], path.excursion[-1], POSTURES)
-    return np.minimum(np.searchsorted(path.excursion, steps), len(path.tension) - 1)
 
 
 def _plot_postures(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices) -> None:

@@ -7,7 +7,7 @@ still gets better everywhere else.
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,10 +113,11 @@ def train_network(
 def run_epoch(
     state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int, law: ServoLaw
 ) -> float:
-    """Take one step per batch of an epoch's windows; return the error [N] that they had."""
+    """Draw an epoch's windows, take one step per batch; return the error [N] that they had."""
     network, total, count = state.network, 0.0, 0
     network.train()
-    batches = list(epoch_batches(state.generator, data.rows.shape[0], config))
+    order = torch.randperm(data.rows.shape[0], generator=state.generator)
+    batches = order[: config.windows_per_epoch].split(config.batch)
     for number, chosen in enumerate(batches):
         share = (done + number / len(batches)) / config.epochs
         windows, targets = changed_batch(
@@ -128,14 +129,6 @@ def run_epoch(
         total = total + loss.detach() * chosen.numel()
         count += chosen.numel()
     return float(torch.sqrt(torch.as_tensor(total) / count) * network.force_scale)
-
-
-def epoch_batches(
-    generator: torch.Generator, windows: int, config: TrainingConfig
-) -> Iterator[Tensor]:
-    """Draw an epoch's windows and yield them in batches."""
-    order = torch.randperm(windows, generator=generator)[: config.windows_per_epoch]
-    yield from order.split(config.batch)
 
 
 def tension_errors(
