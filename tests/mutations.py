@@ -226,6 +226,8 @@ MUTATIONS: tuple[Mutation, ...] = (
         "return time - values[0]",
         "return time - real(int(values[0] * real(80.0) + real(0.5))) / real(80.0)",
         f"{PHYSICS} delay"),
+    Mutation("slack-string-holds-by-friction", "tendon_newton/effects/tendon_compliance.py",
+        "target < real(0.0):", "target < real(-1.0e9):", f"{PHYSICS} turns_back"),
     Mutation("back-emf-five-per-cent", "tendon_newton/actuators/pwm_servo.py",
         "tendon.angle_rate * p[3])", "tendon.angle_rate * p[3] * real(1.05))", PWM),
     Mutation("rotor-twice", "tendon_newton/actuators/pwm_servo.py", "return p[5]",

@@ -59,6 +59,8 @@ class TendonCompliance(Effect):
             return force
         give = real(1.0) - force[1] / stiffness
         target = (force[0] - force[1] * values[3] / stiffness) / give
+        if values[3] == real(0.0) and target < real(0.0):
+            return force  # a slack string: what is below zero lets its mechanism go
         rate = (force[1] * tendon.velocity + force[2] * tendon.acceleration) / give
         time_constant = -force[2] / (stiffness * give)
         taken = (real(1.0) - share_kept(tendon.elapsed, time_constant)) / give

@@ -243,6 +243,20 @@ def test_a_compliant_tendon_stretches_under_the_motors_force() -> None:
     assert np.ptp(given[turning]) > 0.1
 
 
+def test_a_motor_that_turns_back_lets_a_compliant_tendon_go() -> None:
+    """Dry friction does not hold the mechanism by a string that is slack."""
+    effects = {
+        "tendon_compliance": {"stiffness": 5000.0},
+        "coulomb_friction": {"force": 1.0},
+        "viscous_friction": {"coefficient": 2.0},
+    }
+    command = np.concatenate([np.full(40, 3.0), np.full(80, -1.0)])
+    out = run(command, effects)
+    assert out["travel"][39] > 0.01
+    assert out["force"][-1] == 0.0
+    assert out["travel"][-1] == pytest.approx(0.0, abs=1e-4)
+
+
 def test_a_larger_spool_turns_less() -> None:
     """The angle is l / (s r), with the gain in N/rad."""
     out = run(np.full(10, 3.0), {"spool_radius_error": {"scale": 1.2}})

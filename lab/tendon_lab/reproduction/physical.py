@@ -56,7 +56,7 @@ def diagnose_in_passes(
 def refit(dataset: Dataset, model: Model) -> Model:
     """Return a model with its causes as they are and their numbers fitted to other recordings."""
     names = tuple(effect.name for effect in model.effects)
-    study = Study(dataset.train, model, names, time_step=SEARCH_STEP)
+    study = Study(dataset.train, model, names, time_step=SEARCH_STEP, tolerant=True)
     worlds = SearchWorlds(study)
     found = fit_set(worlds, model, names)
     values = values_of(worlds, found.columns, found.place)
