@@ -58,7 +58,7 @@ def units(kept: Records) -> tuple[str, str]:
 def ball(kept: Records) -> tuple[str, str]:
     """Return what the packaged policy turns at each rate, and its recipe's seeds at one."""
     record = kept["turning_hands"]
-    turned = ", ".join(f"{mean(hands(record, f'packaged_{asked}')):.0f}" for asked in ASKED)
+    turned = ", ".join(f"{mean(hands(record, f'heeding_{asked}_0')):.0f}" for asked in ASKED)
     seeds = [mean(hands(record, f"heeding_60_{seed}")) for seed in record.seeds]
     return f"{turned} rad/min", f"{len(seeds)} seeds asked for 60: {about(seeds, 0)}"
 
@@ -108,7 +108,7 @@ TURNING = {
     ("diagnosis, seven numbers drawn", "ten seeds on one H100, 290 s"): [
         f"drawn_{k}" for k in range(10)
     ],
-    ("diagnosis, strings that stretch, told what it is behind", "five seeds on one H100, 370 s"): [
+    ("diagnosis, strings that stretch, told what it is behind", "five seeds on one H100, 802 s"): [
         f"heeding_60_{k}" for k in range(5)
     ],
 }
@@ -131,19 +131,19 @@ def turning(kept: Records) -> str:
 
 def heeded(kept: Records) -> str:
     """Return what policies turn at the rates that they are asked for."""
-    record, rows = kept["turning_hands"], []
-    policies = {"seed 0, packaged": "packaged_{}"}
-    policies |= {f"seed {k}": f"heeding_{{}}_{k}" for k in record.seeds[1:]}
-    for words, name in policies.items():
-        cells = [words]
-        for asked in ASKED:
-            if name.format(asked) not in record.figures:
-                cells.append("")
-                continue
-            turned = hands(record, name.format(asked))
-            near = sum(abs(one - asked) <= 0.15 * asked for one in turned)
-            cells.append(f"{about(turned, 0)}; {near} of {len(turned)}")
-        rows.append(cells)
+    record = kept["turning_hands"]
+    columns = []
+    for asked in ASKED:
+        seeds = [hands(record, f"heeding_{asked}_{seed}") for seed in record.seeds]
+        near = [sum(abs(one - asked) <= 0.15 * asked for one in turned) for turned in seeds]
+        cells = [
+            f"{about(each, 0)}; {n} of {len(each)}" for each, n in zip(seeds, near, strict=True)
+        ]
+        close = sum(abs(mean(turned) - asked) <= 0.15 * asked for turned in seeds)
+        means = about([mean(turned) for turned in seeds], 0)
+        columns.append([*cells, f"{means}; {close} of {len(seeds)}"])
+    names = ["seed 0, packaged", *(f"seed {seed}" for seed in record.seeds[1:]), "means of seeds"]
+    rows = zip(names, *columns, strict=True)
     return table(("policy", *(f"asked for {asked} rad/min" for asked in ASKED)), rows)
 
 
