@@ -76,7 +76,8 @@ def row_of(unit: int, figures: TurningFigures) -> dict[str, float]:
 def add(path: Path, name: str, found: dict[str, Any]) -> None:
     """Write the rows of a policy beside those of others, and say what they come to."""
     known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    path.write_text(json.dumps({**known, name: found}, indent=1) + "\n", encoding="utf-8")
+    lines = (f"{json.dumps(n)}: {json.dumps(each)}" for n, each in {**known, name: found}.items())
+    path.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
     turned = np.array([row["turned_rad_per_min"] for row in found["hands"]])
     drops = np.mean([row["drops_per_min"] for row in found["hands"]])
     off = np.mean(np.abs(turned - 60.0 * found["rate_rad_per_s"]))
