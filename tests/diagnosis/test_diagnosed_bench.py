@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
@@ -13,6 +12,7 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.source import read_source
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.randomisation import differences_of, on_diagnosed_finger
+from tests.bad_input.damage import refusal
 from tests.importers.logs import recording
 
 
@@ -93,8 +93,7 @@ def test_verbs_refuse_in_one_line(verb, found, tmp_path, capsys) -> None:
         "compare": [str(found), "--dataset", data],
         "simulate": [data, "--model", str(found)],
     }
-    assert main([verb, *words[verb], "--out", str(tmp_path / "out")]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refusal([verb, *words[verb], "--out", str(tmp_path / "out")], capsys)
     assert "a diagnosis is used on its own bench, thumb" in line
 
 

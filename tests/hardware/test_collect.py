@@ -39,6 +39,7 @@ from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS, excite
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.errors import InvalidOutput, InvalidParameter
+from tests.bad_input.damage import refusal
 from tests.hardware.recording import Trial, Watcher
 from tests.hardware.silent_operator import SilentOperator
 
@@ -476,6 +477,4 @@ def test_misuse_is_answered_in_one_line(words, said, tmp_path, capsys, monkeypat
     monkeypatch.setattr("builtins.input", lambda: "")
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     base = ["collect", "--port", "virtual", "--out", str(tmp_path / "out")]
-    assert main([*base, *words]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert said in line
+    assert said in refusal([*base, *words], capsys)

@@ -25,12 +25,12 @@ from tendon_lab.reproduction.steps.stage_list import (
 )
 from tendon_lab.reproduction.steps.tip_stage import SINES
 from tendon_lab.reproduction.unit import Unit, of_benches
-from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.errors import InvalidDataset, UnknownName
 from tendon_newton.scheduler import InTurn, JobOptions, open_executor
 from tendon_train.actuator.fitting.run import train_to_file
+from tests.bad_input.damage import refusal
 from tests.lab.reproduction.tiny import SETTINGS, TinyBench
 
 ONLY = ("ramp", "tip")
@@ -289,9 +289,7 @@ def test_stages_bring_what_they_need() -> None:
 def test_an_unknown_stage_is_one_line(recorded, tmp_path, capsys) -> None:
     """Exit code 2, and the stages are listed."""
     words = ["reproduce", "--out", str(tmp_path), "--recordings", str(recorded), "--only", "tips"]
-    assert main(words) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "No stage named 'tips'" in line
+    assert "No stage named 'tips'" in refusal(words, capsys)
 
 
 def test_rows_show_the_papers_value_beside_ours() -> None:
