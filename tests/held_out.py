@@ -1,11 +1,11 @@
 """Does anything but a report depend on a test recording? Every verb, with test recordings as noise.
 
-Usage: ``.venv/bin/python -m tests.held_out [VERB ...]``. Each verb that reads a dataset runs twice:
-on recordings, and on the same with every signal of its test recordings replaced by noise. What it
-fits, names or writes for the next program must be the same to the last bit. What it reports must
-not be, or the noise was never read.
+Each verb that reads a dataset runs twice: on recordings, and on the same with every signal of its
+test recordings replaced by noise. What it fits, names or writes for the next program must be the
+same to the last bit. What it reports must not be, or the noise was never read.
 """
 
+import argparse
 import json
 import sys
 import tempfile
@@ -361,4 +361,6 @@ def main(chosen: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("verbs", nargs="*", metavar="VERB", help=f"of {', '.join(CASES)}")
+    sys.exit(main(parser.parse_args().verbs))

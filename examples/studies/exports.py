@@ -1,7 +1,5 @@
 """How far exported models stray from our own simulation: each bench, actuator and effect.
 
-    python -m examples.studies.exports [mujoco ...]
-
 Effects have a number that shows, the standard commands of an export, and our own solver at steps of
 6 us as the truth. A force is its mean while a command is held, as a load cell shows it. The results
 go to exports.json beside this file; docs/export.md shows them. What stands there is not run again:
@@ -10,8 +8,8 @@ take numbers out after a change of the exports.
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 import tempfile
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields, replace
@@ -264,4 +262,6 @@ def keep(kept: dict[str, Any], target: str, rows: Iterable[dict[str, Any]]) -> N
 
 if __name__ == "__main__":
     assert set(TYPICAL) == set(EFFECTS)
-    main(sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(EXPORTS)}")
+    main(parser.parse_args().targets)

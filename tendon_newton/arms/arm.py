@@ -8,14 +8,14 @@ import numpy as np
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidRecording, listed
 from tendon_newton.mechanisms.geometry.joint_frames import ancestors
-from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import ReadOnlyArrays
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.statics import gravity_torque
 
 
 @dataclass(frozen=True, kw_only=True)
-class Arm:
+class Arm(ReadOnlyArrays):
     """How an arm's logged angles become a posture: q = sign * angle + zero."""
 
     mechanism: Mechanism
@@ -25,9 +25,6 @@ class Arm:
     gravity: Array  # In the axes of the base [m/s2], shape (3,)
     # Height above the base of what the tip may rest on [m]; None where nothing is known of it
     floor: float | None = None
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     def weight(self, angles: Array) -> Array:
         """Return the torque of gravity [N m] at each servo, as it counts, shape (T, J)."""

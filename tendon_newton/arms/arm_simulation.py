@@ -13,7 +13,7 @@ import numpy as np
 from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import ReadOnlyArrays
 from tendon_newton.simulation.hosts.replay import replay
 
 # Rounds of an arm that meets nothing: the third moves an SO-101 by less than 0.1 mrad
@@ -30,7 +30,7 @@ LEAST_LIFT = 1.0e-4
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulatedMotion:
+class SimulatedMotion(ReadOnlyArrays):
     """What an arm's servos do in one motion."""
 
     angles: Array  # [rad], shape (T, J)
@@ -38,9 +38,6 @@ class SimulatedMotion:
     force: Array  # Force of the floor on the tip [N], shape (T,)
     # How deep below the floor the tip still is, or how high where it is pushed [m]
     depth: float = 0.0
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 def simulate_arm(

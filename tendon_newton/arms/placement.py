@@ -21,7 +21,7 @@ from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.data.recording import Array, Indices, Mask
 from tendon_newton.errors import InvalidRecording
-from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import ReadOnlyArrays
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 # Least weight on a joint [N m] that tells how its servo counts: it hangs by an encoder's count
@@ -48,7 +48,7 @@ UNLIKE = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placement:
+class Placement(ReadOnlyArrays):
     """An arm, and how surely it is known."""
 
     arm: Arm
@@ -60,9 +60,6 @@ class Placement:
     # Tilt of the base about its x and y axes against the asset's gravity [rad], shape (2,)
     tilt: Array
     tilt_sd: Array  # Standard deviation of the tilt [rad], shape (2,)
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 @dataclass(frozen=True, kw_only=True)

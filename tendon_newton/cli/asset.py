@@ -12,7 +12,7 @@ import tyro
 from tendon_newton.device_code.quiet import quiet_warp
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan
+    from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan, Kind
     from tendon_newton.mechanisms.rules.rule_findings import AssetFinding
 
 
@@ -183,7 +183,7 @@ def new(config: New) -> None:
 
     check_new_name(config.name)
     if config.kind != "finger":
-        path = write_direct_asset(config.folder, direct_plan(config))
+        path = write_direct_asset(config.folder, direct_plan(config, config.kind))
     else:
         plan = plan_asset(
             config.name,
@@ -203,7 +203,7 @@ def print_next(path: Path, what: str) -> None:
     print(f"  tendon-newton asset check {path}\n  tendon-newton asset show {path}")
 
 
-def direct_plan(config: New) -> DirectPlan:
+def direct_plan(config: New, kind: Kind) -> DirectPlan:
     """Return the plan of a cart or a shaft.
 
     Raises:
@@ -215,16 +215,14 @@ def direct_plan(config: New) -> DirectPlan:
     given = {key: getattr(config, key) for key in FINGER if getattr(config, key) is not None}
     for key, values in given.items():
         if len(values) != 1:
-            raise InvalidAsset(f"{key} of a {config.kind} is one number; there are {len(values)}")
+            raise InvalidAsset(f"{key} of a {kind} is one number; there are {len(values)}")
     for key, value in FINGER_ALONE.items():
         if getattr(config, key) != value:
-            raise InvalidAsset(f"{key} belongs to a finger; the bench is a {config.kind}")
-    if config.kind == "finger":
-        raise InvalidAsset("a finger has a string")
+            raise InvalidAsset(f"{key} belongs to a finger; the bench is a {kind}")
     numbers = {"mass": 1.0, **{key: values[0] for key, values in given.items()}}
     if config.force_limit is not None:
         numbers["force_limit"] = config.force_limit
-    return DirectPlan(name=config.name, kind=config.kind, **numbers)
+    return DirectPlan(name=config.name, kind=kind, **numbers)
 
 
 def check(config: Check) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,24 +25,9 @@ from tendon_newton.simulation.model.supported_effects import refuse_stages
 if TYPE_CHECKING:
     from torch import Tensor, nn  # equations run without torch
 
-    from tendon_newton.gradients.network_course import TapedNetwork
+    from tendon_newton.gradients.network_course import NetworkCourse, TapedNetwork
 
 ONE_WALK = Adjoint()  # The whole run is walked back at once
-
-
-class Course(Protocol):
-    """The way of a run from its start to its end, and back."""
-
-    weights: tuple[nn.Parameter, ...]  # What a network inside has learned
-    weight_gradients: tuple[Tensor, ...]  # Derivatives of the last loss by it
-
-    def forward(self) -> None:
-        """Simulate."""
-        ...
-
-    def backward(self, seeds: dict[str, Array]) -> None:
-        """Walk back, from derivatives of a loss by the readings."""
-        ...
 
 
 class DifferentiableRollout:
@@ -59,7 +44,6 @@ class DifferentiableRollout:
         model: Actuator and effects with their numbers. The file of a `learned` actuator is not
             read.
         network: The network of a `learned` actuator.
-        effects: Further effects at null, whose gradients are wanted.
         time_step: Longest step [s].
         adjoint: How the run is walked back.
         device: Warp device.
@@ -76,13 +60,12 @@ class DifferentiableRollout:
         model: Model,
         *,
         network: TapedNetwork | None = None,
-        effects: Sequence[str] = (),
         time_step: float = TIME_STEP,
         adjoint: Adjoint = ONE_WALK,
         device: Any = None,
     ) -> None:
         mechanism.refuse_moving_obstacle("DifferentiableRollout")
-        every = (*effects, *(e.cause for e in model.effects if e.cause not in effects))
+        every = tuple(effect.cause for effect in model.effects)
         refuse_stages(
             map(effect_of, every), (Stage.CELL_CLOCK, Stage.CELL_LAG), "DifferentiableRollout"
         )
@@ -103,7 +86,7 @@ class DifferentiableRollout:
         timelines = self._rollout.timelines
         if network is None:
             self._run = TapedRun(self._rollout, model, shared_plan(timelines, time_step), adjoint)
-            self._course: Course = SegmentedCourse(self._run)
+            self._course: SegmentedCourse | NetworkCourse = SegmentedCourse(self._run)
         else:
             queries = self._rollout.force.rounds([timeline.time for timeline in timelines])
             plan = query_plan(timelines, queries, time_step)

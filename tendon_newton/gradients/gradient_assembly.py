@@ -60,14 +60,14 @@ def gradient_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
 def assemble_with_rules(structure: Structure) -> Assembly:
     """Bind the device code of a structure with the derivatives that are written by hand."""
     assembly = assemble(structure, taped=True)
-    gradient_rules.add_gradient_rules(assembly.specialiser)
+    meets = bool(structure.touch.contacts)
+    gradient_rules.add_gradient_rules(assembly.specialiser, meets=meets)
     assembly.specialiser.gradient(gradient_kernels.gravity_slope, gradient_kernels.constant_slope)
     if structure.routes.spans:
         assembly.specialiser.gradient(
             gradient_kernels.guide_turning, gradient_kernels.constant_turning
         )
-    if structure.touch.contacts:
-        gradient_rules.add_contact_rules(assembly.specialiser)
+    if meets:
         assembly.specialiser.gradient(
             gradient_kernels.contact_turning, gradient_kernels.constant_slope
         )

@@ -112,16 +112,13 @@ def constant_row(commands: Commands, log: Log, instant: real, guess: int, adj_re
     """Rows are constant too."""
 
 
-def add_gradient_rules(specialiser: Specialiser) -> None:
-    """Teach a specialiser all rules of this file."""
+def add_gradient_rules(specialiser: Specialiser, *, meets: bool) -> None:
+    """Teach a specialiser all rules of this file; links may meet obstacles, or not."""
     specialiser.gradient(inverse, inverse_rule)
     specialiser.gradient(looped_inverse, inverse_rule)
     specialiser.gradient(constrained_solve, constrained_solve_rule)
     specialiser.gradient(choose_contact_states, constant_contact_states)
     specialiser.gradient(touching, constant_touch)
     specialiser.gradient(find_row, constant_row)
-
-
-def add_contact_rules(specialiser: Specialiser) -> None:
-    """Teach a specialiser what it needs where links may meet obstacles."""
-    specialiser.gradient(halved_share, constant_share)
+    if meets:
+        specialiser.gradient(halved_share, constant_share)

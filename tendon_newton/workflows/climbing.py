@@ -5,8 +5,9 @@ A run of a policy over the stairs is a climb.
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,12 +23,7 @@ from tendon_newton.errors import InvalidParameter, listed
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_files, asset_path
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.deployment import drive
-from tendon_newton.workflows.options import (
-    BenchPorts,
-    ClimbOptions,
-    DeployOptions,
-    FurtherLoadCells,
-)
+from tendon_newton.workflows.options import BenchPorts, ClimbOptions, DeployOptions
 from tendon_newton.workflows.packaged_policies import policy_file
 from tendon_newton.workflows.turning_comparison import compare_turning
 from tendon_train.policy.config.environment_config import EnvironmentConfig
@@ -47,7 +43,6 @@ from tendon_train.policy.scoring.policy_evaluation import (
 from tendon_train.policy.worlds.force_model import trust_force
 
 BENCH_DURATION = 16.5  # Length of the paper's stairs: eleven of 1.5 s [s]
-NO_OTHERS = FurtherLoadCells()  # Further servos of a bench with one servo: none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,9 +174,7 @@ def climbs_on_bench(
     if options.port is not None:
         folder, bench = out / "deployments", asset_path(finger).stem
         for path, policy in zip(options.policies, policies, strict=True):
-            log = climbed(
-                options, path, folder, operator, further=options, bench=bench, trust=options.trust
-            )
+            log = climbed(options, path, folder, operator, bench=bench, trust=options.trust)
             logs.append((policy.name, log, policy))
     mechanism = load_mechanism(finger)
     return [
@@ -196,7 +189,6 @@ def climbed(
     folder: Path,
     operator: Operator,
     *,
-    further: FurtherLoadCells = NO_OTHERS,
     bench: str | None = None,
     trust: bool = False,
 ) -> Path:
@@ -205,20 +197,16 @@ def climbed(
     Args:
         bench: Name of the bench; unless given the virtual one that the port names, or finger.
     """
+    given: Any = {field.name: getattr(ports, field.name) for field in fields(BenchPorts)}
     options = DeployOptions(
+        **given,
         policy=policy,
-        port=ports.port,
         bench=bench,
         goals="stairs",
         duration=BENCH_DURATION,
         out=folder,
         split="test",
         trust=trust,
-        load_cell_port=ports.load_cell_port,
-        calibration=ports.calibration,
-        further_load_cell_ports=further.further_load_cell_ports,
-        further_calibrations=further.further_calibrations,
-        faster_than_real_time=ports.faster_than_real_time,
     )
     log = drive(options, operator).path
     assert log is not None

@@ -27,6 +27,9 @@ class BenchPorts(LoadCellOptions):
     port: str | None = None
     """Serial port of the servos, or virtual, or virtual:finger:3 for unit 3, or
     virtual:finger:3:friction (or :spool, :planted) for that unit worn."""
+    further_load_cell_ports: tuple[str, ...] = ()
+    """Serial ports of the load cells in the tendons of further servos."""
+    further_calibrations: tuple[Path, ...] = ()  # Calibrations of those load cells.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,15 +39,6 @@ class ViewOptions:
     view: Literal["window", "file"] | None = None
     """Show finger, tension, angles, goal and safety as they happen: in a window, or in a file
     (.rrd) beside the log. Needs the extra view; another process draws."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FurtherLoadCells:
-    """Where the load cells of further servos are."""
-
-    further_load_cell_ports: tuple[str, ...] = ()
-    """Serial ports of the load cells in the tendons of further servos."""
-    further_calibrations: tuple[Path, ...] = ()  # Calibrations of those load cells.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,11 +62,19 @@ class BenchOptions(LoadCellOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CollectOptions(BenchOptions, ViewOptions):
-    """What to record, where the bench is, and where the dataset goes."""
+class RecordOptions(BenchOptions):
+    """Where recordings are made."""
 
     port: str
     """Serial port of the servo, or virtual, or virtual::3 for unit 3 of the virtual benches."""
+    virtual_load_cell_rate: int = 20
+    """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CollectOptions(RecordOptions, ViewOptions):
+    """What to record, where the bench is, and where the dataset goes."""
+
     out: Path  # Folder of the dataset; recordings are added to it.
     plan: str | None = None
     """Plan to record: paper (36 min), quick (1 min), board (7 min); without one, a single run."""
@@ -85,16 +87,12 @@ class CollectOptions(BenchOptions, ViewOptions):
     """What blocks the finger in a single run: free, tape_roll, hand or hand_perturbation."""
     command_rate: float | None = None  # Commands per second [Hz]; 20 unless given.
     seed: int = 0  # Seed of what the excitations draw.
-    virtual_load_cell_rate: int = 20
-    """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class InvestigateOptions(BenchOptions):
+class InvestigateOptions(RecordOptions):
     """Which bench to find out about, and how long that may take."""
 
-    port: str
-    """Serial port of the servo, or virtual, or virtual::3 for unit 3 of the virtual benches."""
     out: Path  # Folder of the investigation; an investigation that it holds goes on.
     budget: str = "3min"  # Time that recordings may take: 90s, 3min, 1h.
     diagnosis_budget: str | None = None
@@ -108,12 +106,10 @@ class InvestigateOptions(BenchOptions):
     chosen for it. By default steps to random angles on the bench that is mounted first."""
     run_length: float = 12.0  # Length of a run [s].
     seed: int = 0  # Seed of all draws.
-    virtual_load_cell_rate: int = 20
-    """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
+class DeployOptions(BenchOptions, BenchPorts, ViewOptions):
     """Which policy, where the bench is, and how far it may go."""
 
     policy: Path | None = None
@@ -151,7 +147,7 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClimbOptions(BenchPorts, FurtherLoadCells):
+class ClimbOptions(BenchPorts):
     """Let policies follow stairs of goals, in simulation and on a bench, and compare them."""
 
     policies: Annotated[tuple[Path, ...], tyro.conf.Positional]

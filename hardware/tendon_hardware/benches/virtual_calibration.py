@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Literal
 
 import numpy as np
 
 from tendon_hardware.load_cells.calibration import (
     CalibrationPoint,
+    Direction,
     LoadCellCalibration,
     fit_calibration,
 )
@@ -20,8 +20,6 @@ REST = 1.0  # Time that a mass hangs before it is measured [s]; at 10 SPS the fi
 TARE_TIME, MASS_TIME = 5.0, 2.0  # Lengths of a measurement without and with a mass [s]
 DATE = "2026-01-01T00:00:00+00:00"
 """When a virtual operator did it: always, so that the same unit has the same calibration."""
-
-Direction = Literal["up", "down"]
 
 
 @cache

@@ -67,9 +67,7 @@ def record_run(
         DeployLimits(bench=settings.limits), reach_of(bench.drives[0]), COLLECTION_RULES
     )
     command = run.command(settings.seed, settings.rate)
-    read_back = bench.servo.configure(
-        watchdog_s=settings.watchdog, duty_limit=settings.loop.greatest_duty
-    )
+    read_back = bench.servo.configure(duty_limit=settings.loop.greatest_duty)
     if bench.controls is not None:
         bench.controls.set_obstacle(run.obstacle)
     stop.patient = True

@@ -21,7 +21,6 @@ class CollectSettings:
     # The position loop; it runs here, as on the paper's bench
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
     settle: float = 1.5  # Rest at the first command before the first row [s]
-    watchdog: float = 0.2  # Silence on the bus after which the servo stops by itself [s]
     limits: SafetyLimits = field(default_factory=SafetyLimits)  # Limits that end a run
     seed: int = 0  # Seed of the excitations' draws
     # Radius of the bench's spool [m], for the model beside the recordings

@@ -8,14 +8,9 @@ import tty
 from typing import Any, Self
 
 KEYS = {
-    b"\x1b[A": "up",
-    b"\x1b[B": "down",
-    b"\x1b[C": "right",
-    b"\x1b[D": "left",
-    b"\x1bOA": "up",
-    b"\x1bOB": "down",
-    b"\x1bOC": "right",
-    b"\x1bOD": "left",
+    f"\x1b{mode}{letter}".encode(): name
+    for mode in "[O"
+    for letter, name in zip("ABCD", ("up", "down", "right", "left"), strict=True)
 }
 """Bytes of a terminal for the arrow keys, in either of its modes."""
 STOP_KEYS = {" ": "the space bar", "q": "key q"}  # Keys that end a run in an orderly way

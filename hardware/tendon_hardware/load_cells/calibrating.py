@@ -100,16 +100,14 @@ def take(
     return readings
 
 
-TARE_TIME_MIN = 5.0
+TARE_TIME, HOLD_TIME = 5.0, 3.0  # Lengths of a measurement without load and with a mass [s]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CalibrationPlan:
-    """Masses, their order, and the time of each measurement."""
+    """Masses and their order."""
 
     masses: tuple[float, ...]  # Known masses [kg]
-    tare_time: float = TARE_TIME_MIN  # Length of a measurement without load [s]
-    hold_time: float = 3.0  # Length of a measurement with a mass [s]
 
     def __post_init__(self) -> None:
         masses = set(self.masses)
@@ -122,11 +120,6 @@ class CalibrationPlan:
                 f"a calibration needs {MASSES_MIN} different masses; these are {len(masses)}: "
                 f"{listed(sorted(masses))}"
             )
-        if self.tare_time < TARE_TIME_MIN or self.hold_time < 1.0:
-            raise InvalidCalibration(
-                f"a tare takes {TARE_TIME_MIN:g} s and a mass 1 s at least; they are given "
-                f"{self.tare_time:g} and {self.hold_time:g} s"
-            )
 
     @property
     def steps(self) -> tuple[tuple[float, Direction], ...]:
@@ -134,10 +127,6 @@ class CalibrationPlan:
         masses = (0.0, *sorted(set(self.masses)))
         up: tuple[tuple[float, Direction], ...] = tuple((mass, "up") for mass in masses)
         return (*up, *((mass, "down") for mass in reversed(masses[:-1])))
-
-    def duration(self, mass: float) -> float:
-        """Return how long a mass is measured [s]."""
-        return self.hold_time if mass else self.tare_time
 
 
 def run_plan(
@@ -170,7 +159,7 @@ def run_plan(
         cell.drain()  # what arrived while the operator was busy
         calm = points[0].sigma if points else None
         await_steady(cell, clock, operator, calm)
-        readings = take(cell, clock, plan.duration(mass), operator)
+        readings = take(cell, clock, HOLD_TIME if mass else TARE_TIME, operator)
         rate = reading_rate(readings)
         points.append(point(readings, mass, direction))
         keep(points)

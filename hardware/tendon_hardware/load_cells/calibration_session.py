@@ -119,19 +119,13 @@ def measure_drift(
     cell: LoadCell,
     clock: Clock,
     operator: calibrating.CalibrationOperator,
-    duration: float,
 ) -> float:
-    """Return how far zero has moved since the calibration [N], the load taken off.
-
-    Args:
-        duration: Length of the measurement [s].
-    """
+    """Return how far zero has moved since the calibration [N], the load taken off."""
     operator.hang(0.0, "take all load off, and wait until nothing moves")
     cell.drain()
     calibrating.await_steady(cell, clock, operator, None)
-    return calibration.drift(
-        calibrating.point(calibrating.take(cell, clock, duration, operator), 0.0, "up").counts
-    )
+    readings = calibrating.take(cell, clock, calibrating.TARE_TIME, operator)
+    return calibration.drift(calibrating.point(readings, 0.0, "up").counts)
 
 
 def points_text(calibration: LoadCellCalibration, show: Callable[[float], str]) -> list[str]:

@@ -12,7 +12,7 @@ import time
 from collections import deque
 from typing import Any
 
-from tendon_hardware.clock import Clock, MonotonicClock
+from tendon_hardware.clock import MonotonicClock
 from tendon_hardware.errors import PortUnavailable
 from tendon_hardware.load_cells.framing import WORD
 from tendon_hardware.load_cells.load_cell_type import LoadCellCounters, LoadCellReading
@@ -34,17 +34,14 @@ class Hx711Gpio:
         data_pin: Number of the GPIO at DOUT.
         clock_pin: Number of the GPIO at PD_SCK.
         chip: Number of the GPIO chip: 0 on current kernels of the Pi 5, 4 on early ones.
-        clock: Clock that dates the readings; the computer's monotonic one unless given.
     """
 
     name = "hx711_gpio"
 
-    def __init__(
-        self, data_pin: int, clock_pin: int, *, chip: int = 0, clock: Clock | None = None
-    ) -> None:
+    def __init__(self, data_pin: int, clock_pin: int, *, chip: int = 0) -> None:
         self._pins = (data_pin, clock_pin)
         self._chip = chip
-        self._clock: Clock = MonotonicClock() if clock is None else clock
+        self._clock = MonotonicClock()
         self.counters = LoadCellCounters()
         self._readings: deque[LoadCellReading] = deque()
         self._stop = threading.Event()

@@ -49,8 +49,6 @@ class Calibrate:
     gain: int = 128  # Gain of the converter: 128, 64 or 32.
     gravity: float = 9.80665
     """Gravity where you are, m/s^2: 9.780 at the equator, 9.832 at the poles."""
-    tare_s: float = 5.0  # Length of a measurement without load.
-    hold_s: float = 3.0  # Length of a measurement with a mass.
 
 
 class Console:
@@ -102,9 +100,7 @@ def main(config: Calibrate) -> None:
         retare(config, load_calibration(config.retare))
         return
     session = CalibrationSession(
-        plan=CalibrationPlan(
-            masses=read_masses(config.masses), tare_time=config.tare_s, hold_time=config.hold_s
-        ),
+        plan=CalibrationPlan(masses=read_masses(config.masses)),
         out=config.out,
         cell=config.cell,
         gain=config.gain,
@@ -125,7 +121,7 @@ def retare(config: Calibrate, calibration: LoadCellCalibration) -> None:
     from tendon_hardware.load_cells.calibration_session import measure_drift
 
     with opened(config) as (cell, clock, operator):
-        drift = measure_drift(calibration, cell, clock, operator, config.tare_s)
+        drift = measure_drift(calibration, cell, clock, operator)
     end_line()
     print(f"zero has moved by {drift:+.3f} N since {calibration.date}")
     if abs(drift) > DRIFT_LIMIT:

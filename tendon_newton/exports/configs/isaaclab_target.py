@@ -6,7 +6,6 @@ Isaac Lab drives joints: each tendon must drive one joint, and the command is th
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
@@ -55,11 +54,7 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
                 f"Isaac Lab's actuators drive a joint each; the tendon {tendon.name!r} of "
                 f"{mechanism.name!r} drives several. Its Newton backend can run --to newton"
             )
-    files, note = [folder / BENCH_FILE, folder / text.CONFIG_FILE], ""
-    learned: Scales | None = None
-    if find_actuator(model.actuator.name).held:
-        learned, note = text.write_network(folder, mechanism, model)
-        files.append(folder / text.NETWORK_FILE)
+    learned, note, network = text.write_network(folder, mechanism, model)
     correction = corrected_bench(mechanism, model)
     write_bench(folder / BENCH_FILE, correction, model)
     entries = {
@@ -73,7 +68,7 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         for tendon, gear in zip(mechanism.tendons, gears, strict=True)
     )
     return Exported(
-        files=tuple(files),
+        files=(folder / BENCH_FILE, folder / text.CONFIG_FILE, *network),
         loading=LOADING.format(
             targets=targets, note=note, gravity=text.gravity_text(correction.corrected.gravity)
         ),

@@ -48,16 +48,13 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
     signs, offsets = placed_tendons(mechanism)
     spec = mujoco_spec(mechanism)
     change_mechanism(spec, mechanism, model)
-    files, note = [folder / BENCH_FILE, folder / text.CONFIG_FILE], ""
-    learned: tuple[float, float, float] | None = None
-    if find_actuator(model.actuator.name).held:
-        if any(tendon.route is not None for tendon in mechanism.tendons):
-            raise InvalidModelFile(
-                "mjlab's network drives see a tendon's length and have no sign for one that "
-                "shrinks as it is wound in; a routed tendon needs --to mujoco"
-            )
-        learned, note = text.write_network(folder, mechanism, model)
-        files.append(folder / text.NETWORK_FILE)
+    routed = any(tendon.route is not None for tendon in mechanism.tendons)
+    if routed and find_actuator(model.actuator.name).held:
+        raise InvalidModelFile(
+            "mjlab's network drives see a tendon's length and have no sign for one that shrinks as "
+            "it is wound in; a routed tendon needs --to mujoco"
+        )
+    learned, note, network = text.write_network(folder, mechanism, model)
     write_spec(folder / BENCH_FILE, spec)
     rows = list(zip(mechanism.tendons, signs, offsets, strict=True))
     entries = {t.name: entry(t, model, sign, learned) for t, sign, _ in rows}
@@ -68,7 +65,7 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
         for tendon, sign, offset in rows
     )
     return Exported(
-        files=tuple(files),
+        files=(folder / BENCH_FILE, folder / text.CONFIG_FILE, *network),
         loading=LOADING.format(
             targets=targets, note=note, gravity=text.gravity_text(spec.option.gravity)
         ),

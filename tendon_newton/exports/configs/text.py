@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.exports.linking import literal
@@ -31,12 +32,20 @@ def gravity_text(gravity: Array) -> str:
     return "(" + ", ".join(f"{value + 0.0:.8g}" for value in gravity) + ")"
 
 
-def write_network(folder: Path, mechanism: Mechanism, model: Model) -> tuple[Scales, str]:
-    """Write an MLP that has learned a force network; return its scales, and a note on it."""
+def write_network(
+    folder: Path, mechanism: Mechanism, model: Model
+) -> tuple[Scales | None, str, tuple[Path, ...]]:
+    """Write an MLP that has learned a force network; return its scales, a note on it and its file.
+
+    Of any other servo there is none.
+    """
+    if not find_actuator(model.actuator.name).held:
+        return None, "", ()
     lessons = lessons_of(mechanism, model)
     network, error = fit_mlp(lessons, steps=MLP_STEPS)
     write_torchscript(folder / NETWORK_FILE, network)
-    return lessons.scales, NETWORK_NOTE.format(rate=RATE, error=error)
+    note = NETWORK_NOTE.format(rate=RATE, error=error)
+    return lessons.scales, note, (folder / NETWORK_FILE,)
 
 
 NETWORK_NOTE = """

@@ -21,7 +21,7 @@ from tendon_newton.exports.newton.path import path_of
 from tendon_newton.exports.newton.plain import IN_THE_PRIMS, plain_joints, plain_replay
 from tendon_newton.exports.newton.prims import LONGEST_STEP, own_prims, plain_prims, write_actuators
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
-from tendon_newton.mechanisms.authoring.correction import Correction, correct, with_joints
+from tendon_newton.mechanisms.authoring.correction import Correction, correct
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import moment_arms
@@ -153,11 +153,14 @@ def corrected_bench(mechanism: Mechanism, model: Model) -> Correction:
     """Return a bench with what USD has numbers for, links that only resist more included."""
     correction = correct(mechanism, replace(model, bench_overrides={}))
     heavier = model_numbers.number(model, "inertia_error", "scale")
-    corrected = with_joints(
-        correction.corrected,
-        lambda j: replace(j, mass=j.mass * heavier, inertia=j.inertia * heavier),
+    plain = correction.corrected
+    corrected = replace(
+        plain,
+        joints=tuple(
+            replace(j, mass=j.mass * heavier, inertia=j.inertia * heavier) for j in plain.joints
+        ),
+        gravity=plain.gravity / heavier,
     )
-    corrected = replace(corrected, gravity=corrected.gravity / heavier)
     return replace(correction, asset=load_mechanism(mechanism.asset), corrected=corrected)
 
 

@@ -15,28 +15,29 @@ from tendon_newton.mechanisms.geometry.parts import Tendon
 Numbers = Mapping[str, float]
 
 
-def scale_joints(name: str) -> Callable[[Mechanism, Numbers], Mechanism]:
-    """Return what scales one number of every joint."""
-
-    def scaled(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
-        scale = numbers["scale"]
-        return with_joints(mechanism, lambda j: replace(j, **{name: scale * getattr(j, name)}))
-
-    return scaled
+Change = Callable[[Mechanism, Numbers], Mechanism]
 
 
-def add_dry_friction(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
-    """Add a share of what each spring gives at the end of its range."""
-    return with_joints(
-        mechanism,
-        lambda j: (
-            replace(
-                j, friction=j.friction + numbers["fraction"] * j.stiffness * (j.limits[1] - j.rest)
-            )
-            if isfinite(j.limits[1])
-            else j
-        ),
+def at_joints(change: Callable[[Joint, Numbers], Joint]) -> Change:
+    """Return what changes every joint of a mechanism."""
+    return lambda mechanism, numbers: replace(
+        mechanism, joints=tuple(change(joint, numbers) for joint in mechanism.joints)
     )
+
+
+def at_tendons(change: Callable[[Tendon, Numbers], Tendon]) -> Change:
+    """Return what changes every tendon of a mechanism."""
+    return lambda mechanism, numbers: replace(
+        mechanism, tendons=tuple(change(tendon, numbers) for tendon in mechanism.tendons)
+    )
+
+
+def add_dry_friction(joint: Joint, numbers: Numbers) -> Joint:
+    """Add a share of what the spring gives at the end of its range."""
+    if not isfinite(joint.limits[1]):
+        return joint
+    most = joint.stiffness * (joint.limits[1] - joint.rest)
+    return replace(joint, friction=joint.friction + numbers["fraction"] * most)
 
 
 def tilt(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
@@ -46,39 +47,25 @@ def tilt(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
     return replace(mechanism, gravity=np.array([c * x - s * z, y, s * x + c * z]))
 
 
-def scale_spool(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
-    """Scale the radius of every spool."""
-    return with_tendons(
-        mechanism, lambda t: replace(t, spool_radius=numbers["scale"] * t.spool_radius)
-    )
-
-
-def shift_excursion(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
+def shift_excursion(tendon: Tendon, numbers: Numbers) -> Tendon:
     """Wind in, at q = 0, what the shifted zero of the encoder shows."""
-    return with_tendons(
-        mechanism,
-        lambda t: replace(
-            t, excursion_offset=t.excursion_offset + numbers["angle"] * t.spool_radius
-        ),
-    )
-
-
-def limit_force(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
-    """Lower what the servos can pull; a knee below that has no place in a mechanism."""
-    return with_tendons(
-        mechanism, lambda t: replace(t, force_limit=min(t.force_limit, numbers["limit"]))
-    )
+    shift = numbers["angle"] * tendon.spool_radius
+    return replace(tendon, excursion_offset=tendon.excursion_offset + shift)
 
 
 # Effects that are nothing but other numbers of the mechanism, in the order in which they apply
-HOMES: dict[str, Callable[[Mechanism, Numbers], Mechanism]] = {
-    "joint_dry_friction": add_dry_friction,  # a share of the spring before it is scaled
-    "joint_stiffness_error": scale_joints("stiffness"),
-    "joint_damping_error": scale_joints("damping"),
+HOMES: dict[str, Change] = {
+    "joint_dry_friction": at_joints(add_dry_friction),  # a share of the spring before it is scaled
+    "joint_stiffness_error": at_joints(lambda j, n: replace(j, stiffness=n["scale"] * j.stiffness)),
+    "joint_damping_error": at_joints(lambda j, n: replace(j, damping=n["scale"] * j.damping)),
     "gravity_misalignment": tilt,
-    "spool_radius_error": scale_spool,
-    "position_offset": shift_excursion,  # on the spool that is really there
-    "force_saturation": limit_force,
+    "spool_radius_error": at_tendons(
+        lambda t, n: replace(t, spool_radius=n["scale"] * t.spool_radius)
+    ),
+    "position_offset": at_tendons(shift_excursion),  # on the spool that is really there
+    "force_saturation": at_tendons(
+        lambda t, n: replace(t, force_limit=min(t.force_limit, n["limit"]))
+    ),
 }
 
 
@@ -111,13 +98,3 @@ def correct(asset: Mechanism, model: Model) -> Correction:
         applied=applied,
         left=tuple(name for name in effects if name not in HOMES),
     )
-
-
-def with_joints(mechanism: Mechanism, change: Callable[[Joint], Joint]) -> Mechanism:
-    """Return a mechanism with every joint changed."""
-    return replace(mechanism, joints=tuple(change(joint) for joint in mechanism.joints))
-
-
-def with_tendons(mechanism: Mechanism, change: Callable[[Tendon], Tendon]) -> Mechanism:
-    """Return a mechanism with every tendon changed."""
-    return replace(mechanism, tendons=tuple(change(tendon) for tendon in mechanism.tendons))

@@ -19,7 +19,7 @@ from tendon_newton.mechanisms.authoring.asset_plan import (
     spread,
 )
 from tendon_newton.mechanisms.authoring.foreign_file import TAKEN, ForeignFinger, unique, word
-from tendon_newton.mechanisms.geometry.joints import Joint, freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import Joint, ReadOnlyArrays
 
 LAYERS = ("interface", "links", "tendon")
 RESERVED = (*LAYERS, *TAKEN, "tip")  # Names that a file or a prim of an imported asset has already
@@ -39,7 +39,7 @@ class ForeignBone:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForeignJoint:
+class ForeignJoint(ReadOnlyArrays):
     """A joint and its link as USD writes them: quaternions are (w, x, y, z), angles in degrees."""
 
     name: str
@@ -67,12 +67,9 @@ class ForeignJoint:
     rest: float
     bone: ForeignBone | None
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class ForeignPlan:
+class ForeignPlan(ReadOnlyArrays):
     """Everything that the layers of an imported asset say."""
 
     name: str
@@ -87,9 +84,6 @@ class ForeignPlan:
     gravity_direction: Array
     tip_link: str | None
     tip_point: Array | None
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 def plan_foreign(

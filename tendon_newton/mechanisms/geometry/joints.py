@@ -58,6 +58,13 @@ class Joint:
             )
 
 
+class ReadOnlyArrays:
+    """What a frozen dataclass inherits to have read-only copies of its arrays."""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
 def freeze_arrays(instance: object) -> None:
     """Make the arrays of a frozen dataclass read-only copies."""
     for name, value in vars(instance).items():

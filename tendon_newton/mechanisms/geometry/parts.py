@@ -6,7 +6,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import ReadOnlyArrays, freeze_arrays
 from tendon_newton.mechanisms.geometry.routing import Route
 
 
@@ -35,14 +35,11 @@ class Tendon:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tip:
+class Tip(ReadOnlyArrays):
     """The point that a recording follows."""
 
     body: int  # Body in each world that carries it; the joint of the same number moves that body
     point: Array  # Place in that body's frame [m], shape (3,)
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 def moment_arms(tendon: Tendon, joint_position: Array) -> Array:

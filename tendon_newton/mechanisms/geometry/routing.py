@@ -30,23 +30,20 @@ from tendon_newton.mechanisms.geometry.joint_frames import (
     relative_motion,
     way_between,
 )
-from tendon_newton.mechanisms.geometry.joints import Joint, freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import Joint, ReadOnlyArrays
 
 
 @dataclass(frozen=True, kw_only=True)
-class RouteSite:
+class RouteSite(ReadOnlyArrays):
     """A point of a link that a string runs through without friction."""
 
     prim: str  # Path of its prim in the asset
     body: int  # Link that carries it; -1 is the base
     point: Array  # Place in that link's frame [m], shape (3,)
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Pulley:
+class Pulley(ReadOnlyArrays):
     """A cylinder that a string is wrapped around, turning freely or not: its surface is smooth."""
 
     prim: str  # Path of its prim in the asset
@@ -57,9 +54,6 @@ class Pulley:
     side: Array  # A point of the same link on the side where the string passes [m], shape (3,)
     # +1 where the string goes round counterclockwise about the axis, -1 where clockwise
     turn: float = 1.0
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 @dataclass(frozen=True, kw_only=True)

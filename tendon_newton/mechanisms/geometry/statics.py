@@ -15,7 +15,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.joint_frames import ancestors
-from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import ReadOnlyArrays
 from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import arm_slope, excursion, moment_arms
@@ -26,16 +26,13 @@ STEP_LIMIT = 0.5  # Longest Newton step [rad]: gravity and stops are not linear 
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClosingPath:
+class ClosingPath(ReadOnlyArrays):
     """The equilibria that a mechanism passes through while tendons close it."""
 
     tension: Array  # Tension of each tendon that closes [N], shape (N,)
     joint_position: Array  # Joint positions [rad], shape (N, J)
     excursion: Array  # Excursion of that tendon, or of the first of several [m], shape (N,)
     tip: Array | None  # Tip in the base frame [m], shape (N, 3)
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 def gravity_torque(

@@ -11,8 +11,7 @@ from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, all_joints, moved_
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.tendon_rules import joint_tendons
-from tendon_newton.mechanisms.usd.usd_route import targets_of
-from tendon_newton.mechanisms.usd.usd_tendon import authored
+from tendon_newton.mechanisms.usd.usd_route import authored, targets_of
 
 # A range of fewer degrees than a turn has radians was most likely written in radians
 SMALL_RANGE = 2.0 * pi

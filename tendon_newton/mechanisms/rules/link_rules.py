@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
-from tendon_newton.mechanisms.usd.usd_tendon import authored
+from tendon_newton.mechanisms.usd.usd_route import authored
 
 # Masses that a bench on a table has [kg]; outside, grams or millimetres slipped in
 MASS_RANGE = (1.0e-4, 10.0)

@@ -152,7 +152,12 @@ def routed_findings(
     """
     if tendon.route is None:
         return
-    wrong = list(_check_pulleys(tendon, tendon.route, positions))
+    wrong = [
+        finding
+        for span in tendon.route.spans
+        if span.pulley is not None
+        for finding in _check_pulley(tendon, tendon.route, span, span.pulley, positions)
+    ]
     yield from wrong
     if not wrong:
         yield from _check_signs(tendon, joint_names, moment_arms(tendon, positions))
@@ -177,12 +182,6 @@ def _check_signs(
             "that it moves",
             "Nothing, if that is meant",
         )
-
-
-def _check_pulleys(tendon: Tendon, route: Route, positions: Array) -> Iterator[AssetFinding]:
-    for span in route.spans:
-        if span.pulley is not None:
-            yield from _check_pulley(tendon, route, span, span.pulley, positions)
 
 
 def _check_pulley(

@@ -13,8 +13,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below, movers
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
-from tendon_newton.mechanisms.usd.usd_route import path_targets, targets_of
-from tendon_newton.mechanisms.usd.usd_tendon import authored
+from tendon_newton.mechanisms.usd.usd_route import authored, path_targets, targets_of
 
 # Two sites of a path closer than this [m] are one, and the string between has no direction
 SAME_PLACE = 1.0e-5

@@ -16,7 +16,7 @@ from tendon_newton.mechanisms.rules.joint_rules import joint_findings
 from tendon_newton.mechanisms.rules.link_rules import link_findings
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.tendon_rules import tendon_findings
-from tendon_newton.mechanisms.usd.usd_tendon import authored
+from tendon_newton.mechanisms.usd.usd_route import authored
 
 # Gravity of the bodies that one builds on [m/s^2]; outside, another unit slipped in
 GRAVITY_RANGE = (1.0, 30.0)

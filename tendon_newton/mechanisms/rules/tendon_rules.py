@@ -6,8 +6,7 @@ from typing import Any
 from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below
 from tendon_newton.mechanisms.rules.route_rules import route_findings
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
-from tendon_newton.mechanisms.usd.usd_route import is_routed, targets_of
-from tendon_newton.mechanisms.usd.usd_tendon import authored
+from tendon_newton.mechanisms.usd.usd_route import authored, is_routed, targets_of
 
 MOMENT_ARM_LIMIT = 0.1  # A moment arm above this [m] is no finger's; millimetres slipped in
 RATIO_LIMIT = 10.0  # Metres of tendon per metre of travel above this are no pulley's

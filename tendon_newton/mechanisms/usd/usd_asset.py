@@ -17,9 +17,8 @@ from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.geometry.joints import Joint, JointKind
 from tendon_newton.mechanisms.geometry.parts import Tendon, Tip
 from tendon_newton.mechanisms.usd.stage_file import REASON_LENGTH
-from tendon_newton.mechanisms.usd.usd_route import is_routed, read_route
+from tendon_newton.mechanisms.usd.usd_route import authored, is_routed, read_route
 from tendon_newton.mechanisms.usd.usd_tendon import (
-    authored,
     is_tendon_prim,
     register_tendon_attributes,
     tendon_arms,

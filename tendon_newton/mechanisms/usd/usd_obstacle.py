@@ -26,7 +26,7 @@ from tendon_newton.mechanisms.geometry.obstacles import (
     Plane,
     Sphere,
 )
-from tendon_newton.mechanisms.usd.usd_tendon import authored
+from tendon_newton.mechanisms.usd.usd_route import authored
 
 MARK = "tendon:obstacle"
 MET_BY = "tendon:metBy"

@@ -36,10 +36,16 @@ class PathTarget:
     side: str | None = None  # Path of a cylinder's side site
 
 
+def authored(prim: Any, name: str, default: Any) -> Any:
+    """Return the value of a prim's attribute, or a default where it has none."""
+    attribute = prim.GetAttribute(name)
+    value = attribute.Get() if attribute else None
+    return default if value is None else value
+
+
 def is_routed(prim: Any) -> bool:
     """Tell whether a tendon's moment arms follow from its path; so they do by MuJoCo's default."""
-    kind = prim.GetAttribute("mjc:type")
-    return prim.GetTypeName() == "MjcTendon" and (not kind or kind.Get() in (None, "spatial"))
+    return prim.GetTypeName() == "MjcTendon" and authored(prim, "mjc:type", "spatial") == "spatial"
 
 
 def targets_of(prim: Any, name: str) -> list[str]:
@@ -51,8 +57,8 @@ def targets_of(prim: Any, name: str) -> list[str]:
 def path_targets(prim: Any) -> list[PathTarget]:
     """Return what a routed tendon passes, in its order, less an index that points nowhere."""
     targets, sides = targets_of(prim, "mjc:path"), targets_of(prim, "mjc:sideSites")
-    places = _numbers(prim, "mjc:path:indices") or range(len(targets))
-    side_of = _numbers(prim, "mjc:sideSites:indices")
+    places = authored(prim, "mjc:path:indices", None) or range(len(targets))
+    side_of = authored(prim, "mjc:sideSites:indices", ())
     found = []
     for position, place in enumerate(places):
         side = side_of[position] if position < len(side_of) else -1
@@ -60,12 +66,6 @@ def path_targets(prim: Any) -> list[PathTarget]:
             beside = sides[side] if 0 <= side < len(sides) else None
             found.append(PathTarget(prim=targets[place], side=beside))
     return found
-
-
-def _numbers(prim: Any, name: str) -> list[int]:
-    attribute = prim.GetAttribute(name)
-    value = attribute.Get() if attribute else None
-    return [] if value is None else [int(number) for number in value]
 
 
 def path_rows(prim: Any, context: dict[str, Any], tendon: int) -> list[dict[str, Any]]:

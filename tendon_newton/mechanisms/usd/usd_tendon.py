@@ -37,7 +37,7 @@ import newton
 import warp as wp
 from newton.solvers import SolverMuJoCo
 
-from tendon_newton.mechanisms.usd.usd_route import is_routed, path_rows, targets_of
+from tendon_newton.mechanisms.usd.usd_route import authored, is_routed, path_rows, targets_of
 
 NAMESPACE = "tendon"
 TENDON = "tendon:tendon"
@@ -131,13 +131,6 @@ def is_tip_prim(prim: Any, context: dict[str, Any]) -> bool:
     builder = context["builder"]
     is_site = bool(builder.shape_flags[shape] & newton.ShapeFlags.SITE)
     return is_site and builder.shape_body[shape] >= 0
-
-
-def authored(prim: Any, name: str, default: Any) -> Any:
-    """Return the value of a prim's attribute, or a default where it has none."""
-    attribute = prim.GetAttribute(name)
-    value = attribute.Get() if attribute else None
-    return default if value is None else value
 
 
 def tendon_numbers(prim: Any) -> dict[str, float]:

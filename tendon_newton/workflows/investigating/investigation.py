@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from tendon_hardware.collection.collect_plan import SINGLE_RUNS, collect, recorded_runs
 from tendon_hardware.collection.excitation_plan import DesignedRun, PlannedRun
@@ -160,15 +159,14 @@ def first_steps(options: InvestigateOptions) -> tuple[Step, ...]:
 
 def planned(step: Step, options: InvestigateOptions) -> PlannedRun:
     """Return the run of a step: its own command, or one of the library without one."""
-    common: dict[str, Any] = {
-        "name": step.name,
-        "bench": step.bench,
-        "duration": step.seconds,
-        "split": step.split,
-    }
-    if step.command is None:
-        return PlannedRun(**common, excitation=step.excitation)
-    return DesignedRun(**common, excitation=DESIGNED, angles=step.command)
+    run = PlannedRun(
+        name=step.name,
+        bench=step.bench,
+        excitation=step.excitation if step.command is None else DESIGNED,
+        duration=step.seconds,
+        split="test" if step.split == "test" else "train",
+    )
+    return run if step.command is None else DesignedRun(**vars(run), angles=step.command)
 
 
 def answer_last(

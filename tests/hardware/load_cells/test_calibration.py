@@ -281,7 +281,7 @@ def test_zero_that_has_moved_is_measured(tmp_path: Path) -> None:
     """50 g were left on the hook: half a newton."""
     calibration = Hand().calibrate(session(tmp_path))
     hand = Hand(instead={0.0: 0.05})
-    drift = measure_drift(calibration, hand.cell, hand.bench.clock, hand, 5.0)
+    drift = measure_drift(calibration, hand.cell, hand.bench.clock, hand)
     assert drift == pytest.approx(0.05 * STANDARD_GRAVITY, abs=0.03)  # the cell wanders
 
 
@@ -327,19 +327,18 @@ def test_noise_alone_is_seldom_taken_for_drift(rng: np.random.Generator) -> None
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("masses", "said"),
     [
-        ({"masses": (0.5, 1.0)}, "needs 3 different masses; these are 2"),
-        ({"masses": (0.5, 0.5, 0.5, 1.0)}, "needs 3 different masses; these are 2"),
-        ({"masses": (0.5, 1.0, -2.0)}, "above 0 kg"),
-        ({"masses": (0.5, 1.0, float("nan"))}, "above 0 kg"),
-        ({"masses": HUNG, "tare_time": 1.0}, "a tare takes 5 s"),
+        ((0.5, 1.0), "needs 3 different masses; these are 2"),
+        ((0.5, 0.5, 0.5, 1.0), "needs 3 different masses; these are 2"),
+        ((0.5, 1.0, -2.0), "above 0 kg"),
+        ((0.5, 1.0, float("nan")), "above 0 kg"),
     ],
 )
-def test_a_plan_without_an_end_is_refused(words: dict, said: str) -> None:
+def test_a_plan_without_an_end_is_refused(masses: tuple, said: str) -> None:
     """Before anybody hangs anything."""
     with pytest.raises(InvalidCalibration, match=said):
-        CalibrationPlan(**words)
+        CalibrationPlan(masses=masses)
 
 
 @pytest.mark.parametrize("words", [{"gain": 100}, {"gravity": 1.62}])

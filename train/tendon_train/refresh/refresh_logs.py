@@ -40,8 +40,11 @@ def read_logs(
     files = log_files(paths)
     if not files:
         raise InvalidDataset("a refresh needs the log of a deployment, or a folder of them")
-    acted = (until(replace(read_log(file), force=None), policy_span(file)) for file in files)
-    return tuple(map(without_rest, acted))
+    logs = []
+    for file in files:
+        log, span = replace(read_log(file), force=None), policy_span(file)
+        logs.append(without_rest(log if span is None else beginning(log, span)))
+    return tuple(logs)
 
 
 def read_log(path: Path) -> Recording:
@@ -55,18 +58,13 @@ def read_log(path: Path) -> Recording:
     )
 
 
-def until(recording: Recording, span: float | None) -> Recording:
-    """Return the first part of a recording, of a length [s]; all of it where that is None."""
-    return recording if span is None else beginning(recording, span)
-
-
 def without_rest(recording: Recording) -> Recording:
     """Return a recording without the rest at its end; all of it where nothing ever moves."""
     way = np.abs(recording.motor_position - recording.motor_position[-1]).max(axis=1)
     moving = np.flatnonzero(way > REST)
     if not moving.size:
         return recording
-    return until(recording, float(recording.time[moving[-1]] - recording.time[0]) + SETTLING)
+    return beginning(recording, float(recording.time[moving[-1]] - recording.time[0]) + SETTLING)
 
 
 def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:
