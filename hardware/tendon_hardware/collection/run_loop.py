@@ -21,6 +21,7 @@ from tendon_hardware.logs.session_log import SessionLog
 from tendon_hardware.pacing import Ticker
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.safety_rules.force_watch import ForceWatch
+from tendon_hardware.safety_rules.rules import Glance, stop_beyond
 from tendon_hardware.safety_rules.tip_watch import TipWatch
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.recording import Array
@@ -202,7 +203,7 @@ class RunLoop:
         if self._log is not None:
             self._log.state(state)
             self.rows += 1
-        self.settings.limits.check_position(state.position)
+        stop_beyond(self.settings.limits, Glance(now=state.time, position=state.position))
 
     def _look(self) -> None:
         """Look at what changes slowly; an alert ends the run."""
@@ -217,7 +218,8 @@ class RunLoop:
                 missed=self.missed,
                 skipped=self.ticker.overruns,
             )
-        self.settings.limits.check_temperature(health.temperature)
+        known = Glance(now=self.clock.now(), temperature=health.temperature)
+        stop_beyond(self.settings.limits, known)
 
     def _return(self) -> bool:
         """Try to reach a servo whose port is gone."""

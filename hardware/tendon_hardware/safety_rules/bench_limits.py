@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from math import isfinite, pi
 
-from tendon_hardware.errors import SafetyStop
 from tendon_newton.errors import InvalidParameter
 
 GREATEST = {"force": 100.0, "temperature": 100.0, "silence": 60.0, "blindness": 60.0}
@@ -37,28 +36,3 @@ class SafetyLimits:
                 raise InvalidParameter(
                     f"the limit of {name} must be above 0, up to {greatest:g}; it is {value:g}"
                 )
-
-    def check_force(self, force: float) -> None:
-        """Stop at a tension [N] that is too great."""
-        if abs(force) > self.force:
-            raise SafetyStop(
-                f"the tension must stay below {self.force:g} N; it is {force:.1f} N: "
-                "the motor is off"
-            )
-
-    def check_temperature(self, temperature: float) -> None:
-        """Stop at a temperature [degC] that is too high."""
-        if temperature > self.temperature:
-            raise SafetyStop(
-                f"the motor must stay below {self.temperature:g} degC; it has {temperature:.0f}: "
-                "it is off, let it cool"
-            )
-
-    def check_position(self, position: float) -> None:
-        """Stop where the spool has left its window [rad]."""
-        low, high = self.position
-        if not low <= position <= high:
-            raise SafetyStop(
-                f"the spool must stay within {low:.2f} to {high:.2f} rad from home; it is at "
-                f"{position:.2f} rad: the motor is off; is the tendon still fixed?"
-            )

@@ -11,6 +11,7 @@ from tendon_hardware.load_cells.clock_fit import ReadingDates
 from tendon_hardware.load_cells.load_cell_type import LoadCell, LoadCellReading
 from tendon_hardware.logs.session_log import SessionLog
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.safety_rules.rules import Glance, stop_beyond
 from tendon_hardware.servos.base import ServoState
 
 SILENCE = 0.5
@@ -121,7 +122,7 @@ class ForceWatch:
             return
         self.agreed = sorted(self._latest_forces, key=abs)[-2]
         if self.limits is not None:
-            self.limits.check_force(self.agreed)
+            stop_beyond(self.limits, Glance(now=instant, force=self.agreed))
 
     def _hear(self, arrival: float, log: SessionLog | None) -> None:
         if self._silent:

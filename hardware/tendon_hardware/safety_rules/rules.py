@@ -21,8 +21,9 @@ from math import inf
 from typing import Literal
 
 from tendon_hardware.benches.bench import BenchDrive
-from tendon_hardware.errors import RuleOutOfReach
+from tendon_hardware.errors import RuleOutOfReach, SafetyStop
 from tendon_hardware.load_cells.load_cell_type import SATURATED_COUNTS
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.safety_rules.force_estimate import ForceEstimate
 from tendon_hardware.safety_rules.rule_limits import SKIP_WINDOW, DeployLimits
 
@@ -216,7 +217,20 @@ COMMON_RULES = ("kill", "operator", "log", "policy_failure", "loop_overrun")
 COLLECTION_RULES = tuple(
     rule for rule in SAFETY_RULES if rule.name in ("position_window", "tension", "temperature")
 )
-"""Rules that `bench_limits.py` applies while data is collected; each switches the motor off."""
+"""Rules that hold while data is collected; each switches the motor off."""
+
+
+def stop_beyond(limits: SafetyLimits, glance: Glance) -> None:
+    """Stop a recording that is beyond the limits of its rules.
+
+    Raises:
+        SafetyStop: It is; the message says which limit.
+    """
+    for rule in COLLECTION_RULES:
+        value, (low, high) = rule.value(glance), rule.bounds(DeployLimits(bench=limits))
+        if value is not None and not low <= value <= high:
+            reason = rule.reason.format(value=value, low=low, high=high)
+            raise SafetyStop(f"{reason}; the motor is off")
 
 
 def refuse_unreachable(
