@@ -92,7 +92,11 @@ class DifferentiableRollout:
             plan = query_plan(timelines, queries, time_step)
             self._run = TapedRun(self._rollout, model, plan, adjoint)
             self._course = network.course(self._run, queries, plan)
+        self.weights: tuple[nn.Parameter, ...] = self._course.weights
+        """What the network has learned."""
         self.inputs: Inputs = self._run.inputs
+        self.bench_names: tuple[str, ...] = self._run.bench_names
+        """Names of the mechanism's arrays in `inputs` that carry gradients."""
         self.readings: Readings = self._run.readings
         self.substeps = self._run.substeps
         """The way from the first state to the last, and back."""
@@ -100,16 +104,6 @@ class DifferentiableRollout:
         """Captured runs by name, from the second `forward` and `backward` on."""
         self.run_count = 0
         """How often `forward` has run: its states are those of the last time."""
-
-    @property
-    def bench_names(self) -> tuple[str, ...]:
-        """Names of the mechanism's arrays in `inputs` that carry gradients."""
-        return self._run.bench_names
-
-    @property
-    def weights(self) -> tuple[nn.Parameter, ...]:
-        """What the network has learned."""
-        return self._course.weights
 
     @property
     def weight_gradients(self) -> tuple[Tensor, ...]:

@@ -63,9 +63,10 @@ def query_plan(timelines: Sequence[Timeline], queries: Indices, time_step: float
         slot_of = np.empty(len(plan[2]), dtype=int)
         for k, substeps in enumerate(own):
             slot_of[substeps] = first[k] + 1 + np.arange(len(substeps))
-        end = last_slot(first, queries[:, world], slot_of, len(timelines[world].time))
+        asked = np.flatnonzero(queries[:, world] == len(timelines[world].time) - 1)
+        last = first[asked[0]] if len(asked) else slot_of[-1]  # of a query or a substep
         slots.append(slot_of)
-        read_at.append(np.append(slot_of[first_of_rows(plan[2])], end))
+        read_at.append(np.append(slot_of[first_of_rows(plan[2])], last + 1))
     return SubstepPlan(
         **laid_out(plans, slots, int(first[-1])),
         column=np.arange(len(timelines)),
@@ -108,12 +109,3 @@ def query_parts(row: Indices, queries: Indices) -> list[Indices]:
     edges = np.searchsorted(row, queries[queries != NONE_LEFT])
     edges = np.append(edges, np.full(len(queries) + 1 - len(edges), len(row)))
     return [np.arange(edges[k], edges[k + 1]) for k in range(len(queries))]
-
-
-def last_slot(slots: Indices, queries: Indices, slot_of: Indices, rows: int) -> int:
-    """Return the state in which a recording's last row is read: after its query or substep.
-
-    `slots` has the first slot of each query, `slot_of` that of each substep.
-    """
-    asked = np.flatnonzero(queries == rows - 1)
-    return int(slots[asked[0]] if len(asked) else slot_of[-1]) + 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -97,7 +97,11 @@ class TapedRun:
         self.world_count = len(rollout.timelines)
         self.kernels = gradient_kernel_set(structure)
         vectors = rollout.array(rollout.base_vectors(model), self.types[ParameterVector])
-        self.inputs = make_inputs(rollout, vectors)
+        # Names of the mechanism's arrays in `inputs` that carry gradients
+        self.bench_names = bench_names(structure)
+        self.inputs = make_inputs(rollout, vectors, self.bench_names)
+        # What every kernel reads first
+        self.common = [self.inputs.mechanism, self.inputs.parameters, rollout.commands]
         # Where each recording starts, before its derivative is added; memories have gradients
         self.settled = zeros(self.types, States, self.world_count, device=self.device)
         settled_memory = self.settled.memory
@@ -120,16 +124,6 @@ class TapedRun:
             at_once=adjoint.at_once,
         )
         self.graphs: dict[str, Any] = {}  # Captured runs by name, from the second run of each on
-
-    @property
-    def common(self) -> list[Any]:
-        """What every kernel reads first."""
-        return [self.inputs.mechanism, self.inputs.parameters, self.rollout.commands]
-
-    @property
-    def bench_names(self) -> tuple[str, ...]:
-        """Names of the mechanism's arrays in `inputs` that carry gradients."""
-        return bench_names(self.rollout.kernels.structure)
 
     @property
     def state_arrays(self) -> tuple[Any, ...]:
@@ -184,7 +178,10 @@ class TapedRun:
 
     def seed(self, seeds: dict[str, Array]) -> None:
         """Forget what earlier walks left, and write derivatives of a loss by the readings."""
-        for array in self._with_gradients():
+        arrays = [self.inputs.parameters, self.inputs.command, self.settled.memory]
+        arrays += [getattr(self.inputs.mechanism, name) for name in self.bench_names]
+        arrays += [*self.state_arrays, *(getattr(self.readings, name) for name in READINGS)]
+        for array in arrays:
             array.grad.zero_()
         for name, seed in seeds.items():
             getattr(self.readings, name).grad.assign(seed)
@@ -192,13 +189,6 @@ class TapedRun:
     def array(self, count: Any, kind: Any) -> Any:
         """Return an array of zeros with a gradient."""
         return wp.zeros(count, dtype=self.types[kind], device=self.device, requires_grad=True)
-
-    def _with_gradients(self) -> Iterator[Any]:
-        """Yield all arrays that have a gradient."""
-        yield from (self.inputs.parameters, self.inputs.command, self.settled.memory)
-        yield from (getattr(self.inputs.mechanism, name) for name in self.bench_names)
-        yield from self.state_arrays
-        yield from (getattr(self.readings, name) for name in READINGS)
 
     def _make_states(self, length: int) -> Any:
         """Allocate the states of a segment, whose adjoints a walk reads once more."""
@@ -250,10 +240,9 @@ def bench_names(structure: Structure) -> tuple[str, ...]:
     return (*DIFFERENTIABLE_NUMBERS, *routed, *touching)
 
 
-def make_inputs(rollout: Rollout, vectors: Any) -> Inputs:
+def make_inputs(rollout: Rollout, vectors: Any, bench: tuple[str, ...]) -> Inputs:
     """Give all that a rollout reads a gradient."""
     vectors.requires_grad = True
-    bench = bench_names(rollout.kernels.structure)
     for struct, names in ((rollout.numbers, bench), (rollout.commands, ("angle",))):
         for name in names:
             array = getattr(struct, name)

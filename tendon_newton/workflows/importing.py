@@ -200,19 +200,14 @@ def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
 
 def beyond_reach(recording: Recording, mechanism: Mechanism) -> Iterator[Finding]:
     """A motor that turns much farther than its bench reaches."""
-    reach = bench_reach(mechanism)
+    ends = np.array([joint.limits for joint in mechanism.joints])
+    reach = max(  # from one end of all joints to the other [rad]
+        float(np.abs(tendon.moment_arm) @ np.ptp(ends, axis=1)) / tendon.spool_radius
+        for tendon in mechanism.tendons
+    )
     span = float(np.ptp(recording.motor_position, axis=0).max())
     if span > REACH * reach:
         yield Examined(recording.name, "theta").defect(
             f"spans {span:.3g} rad, and the whole range of {mechanism.name} is {reach:.3g} rad",
             'theta is in degrees (unit = "deg" in the mapping), or the bench is another one',
         )
-
-
-def bench_reach(mechanism: Mechanism) -> float:
-    """Return how far the motor turns from one end of all joints to the other [rad]."""
-    ends = np.array([joint.limits for joint in mechanism.joints])
-    return max(
-        float(np.abs(tendon.moment_arm) @ np.ptp(ends, axis=1)) / tendon.spool_radius
-        for tendon in mechanism.tendons
-    )

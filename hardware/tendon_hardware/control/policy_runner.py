@@ -88,7 +88,11 @@ def load_policy(path: Path, *, trust: bool = False) -> Policy:
     scripted = content.startswith(START)
     known = scripted and is_trusted(content_hash(content))
     if scripted and not known and not trust:
-        refuse_untrusted(content, path)
+        raise UntrustedNetworkFile(
+            f"{path}: a TorchScript file is a program, and this one (SHA-256 "
+            f"{content_hash(content)}) is not trusted; if you know where it comes from, add "
+            f"--trust or set {VARIABLE} to its hash; an ONNX file needs no trust"
+        )
     try:
         if not known:
             guarded(try_content, content)
@@ -124,15 +128,6 @@ def read_content(path: Path) -> bytes:
     """Read a file's bytes; the same bytes are hashed and run."""
     promise = "a policy is an ONNX or TorchScript file"
     return read_bytes(path, InvalidPolicyFile, promise, size_limit=FILE_SIZE_LIMIT)
-
-
-def refuse_untrusted(content: bytes, path: Path) -> None:
-    """Refuse a TorchScript file, which is a program."""
-    raise UntrustedNetworkFile(
-        f"{path}: a TorchScript file is a program, and this one (SHA-256 "
-        f"{content_hash(content)}) is not trusted; if you know where it comes from, add "
-        f"--trust or set {VARIABLE} to its hash; an ONNX file needs no trust"
-    )
 
 
 def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[Any]], Any]]:

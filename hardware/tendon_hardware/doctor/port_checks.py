@@ -18,17 +18,11 @@ MEMORY_DEVICES = 1
 FTDI = 0x0403  # Vendor number of the chip in a U2D2
 
 
-def found_ports() -> list[tuple[str, int | None, str]]:
-    """Return path, vendor number and description of every serial port on USB."""
+def check_search() -> Iterator[Observation]:
+    """List the serial ports on USB that are there, for a user who has named none."""
     from serial.tools import list_ports
 
-    ports = [(port.device, port.vid, port.description) for port in list_ports.comports()]
-    return sorted((path, vendor, text) for path, vendor, text in ports if vendor is not None)
-
-
-def check_search() -> Iterator[Observation]:
-    """List the ports that are there, for a user who has named none."""
-    ports = found_ports()
+    ports = sorted(port for port in list_ports.comports() if port.vid is not None)
     if not ports:
         yield observed(
             "fix",
@@ -36,9 +30,9 @@ def check_search() -> Iterator[Observation]:
             "no serial port on USB",
             "plug in the servo's adapter; dmesg --follow shows whether the system sees it",
         )
-    for path, vendor, text in ports:
-        kind = "the servo's adapter, by its chip" if vendor == FTDI else text
-        yield observed("note", "ports", f"{path}: {kind}")
+    for port in ports:
+        kind = "the servo's adapter, by its chip" if port.vid == FTDI else port.description
+        yield observed("note", "ports", f"{port.device}: {kind}")
 
 
 def check_port(subject: str, port: str) -> Observation:

@@ -14,30 +14,17 @@ Ctrl-C ends a run in an orderly way: the motor is off and the file is closed. Th
 a plan up again: finished recordings are kept, an interrupted one is made anew.
 """
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 from tendon_newton.cli.terminal import Terminal
 from tendon_newton.workflows.options import CollectOptions
 
-if TYPE_CHECKING:
-    from tendon_hardware.collection.collect_plan import Collection
-
 
 def main(config: CollectOptions) -> None:
-    """Record, and say what came of it."""
+    """Record, say what came of it and what is left; what went wrong ends the verb."""
     from tendon_newton.cli.view import watched
     from tendon_newton.workflows.collection import record
 
     with watched(config.out, config.view), Terminal() as operator:
         collection = record(config, operator)
-    conclude(collection, config.out)
-
-
-def conclude(collection: Collection, out: Path) -> None:
-    """Say what was recorded and what is left; what went wrong ends the verb."""
     for outcome in collection.outcomes:
         gaps = sum(end - start for start, end in outcome.gaps)
         state = "" if outcome.finished else "   NOT FINISHED, not listed"
@@ -49,7 +36,7 @@ def conclude(collection: Collection, out: Path) -> None:
     if late:
         print(f"\npacing of the last run: {late[-1].text}")
     print(
-        f"{out}: {len(collection.outcomes)} recorded now, {collection.kept} before, "
+        f"{config.out}: {len(collection.outcomes)} recorded now, {collection.kept} before, "
         f"{collection.left} left"
     )
     last = collection.outcomes[-1] if collection.outcomes else None

@@ -18,16 +18,8 @@ per minute:
 OUT gets evaluation.json with every number, evaluation.md with the table, and climb.png.
 """
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from tendon_newton.cli.terminal import Terminal
 from tendon_newton.workflows.options import ClimbOptions
-
-if TYPE_CHECKING:
-    from tendon_train.policy.scoring.evaluation_scores import ClimbScore
 
 
 def main(config: ClimbOptions) -> None:
@@ -41,16 +33,10 @@ def main(config: ClimbOptions) -> None:
     with Terminal() as operator:
         found = compare_policies(config, operator)
     print(found.text)
-    if found.scores:
-        tell_floor(found.scores)
-    print(f"wrote {', '.join(map(str, found.files))}")
-
-
-def tell_floor(scores: Sequence[ClimbScore]) -> None:
-    """Say what part of the error no policy can avoid, where that is known."""
-    least = scores[0].stairs[0]
-    if least.reachable_error > 0.0:
+    least = found.scores[0].stairs[0] if found.scores else None
+    if least is not None and least.reachable_error > 0.0:  # what no policy can avoid
         print(
             f"At goal {least.goal:.2f} rad no policy gets nearer than "
             f"{1e3 * least.reachable_error:.1f} mm: gravity bends the open finger."
         )
+    print(f"wrote {', '.join(map(str, found.files))}")

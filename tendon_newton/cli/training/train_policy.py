@@ -60,6 +60,7 @@ def main(config: TrainPolicyConfig) -> None:
 
     quiet_warp()
 
+    from tendon_newton.mechanisms.asset_library import asset_files
     from tendon_train.policy.runs.policy_export import export_policy
     from tendon_train.policy.runs.policy_training import train_policy
     from tendon_train.policy.runs.training_process import Process
@@ -82,10 +83,11 @@ def main(config: TrainPolicyConfig) -> None:
     exported = export_policy(out, trained, own)
     print(f"\nwrote {exported.onnx} and {exported.torchscript.name}")
     if trained.points:
-        last = trained.points[-1]
+        last, finger = trained.points[-1], own.environment.finger
+        named = "" if finger in asset_files() else f" --finger {finger}"
         print(
             f"{last.samples:,} steps; while exploring: {last.text}; "
-            f"next: tendon-newton evaluate-policy {exported.onnx}{finger_words(own)} "
+            f"next: tendon-newton evaluate-policy {exported.onnx}{named} "
             "--out comparison"
         )
 
@@ -95,11 +97,3 @@ def show_forecast(expected: Forecast) -> None:
     print(f"  {expected.text}", flush=True)
     if expected.seconds is not None and expected.seconds > LONG:
         print(f"  a try in some minutes: {TRY}", flush=True)
-
-
-def finger_words(training: PolicyTrainingConfig) -> str:
-    """Return the option that names a finger which is no asset by name."""
-    from tendon_newton.mechanisms.asset_library import asset_files
-
-    finger = training.environment.finger
-    return "" if finger in asset_files() else f" --finger {finger}"

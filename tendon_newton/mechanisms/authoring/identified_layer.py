@@ -94,12 +94,12 @@ def overrides(correction: Correction, stage: Any) -> Overrides:
         yield from link_overrides(stage, old, new)
     for old, new in zip(before.tendons, after.tendons, strict=True):
         yield from tendon_overrides(stage, before.joints, old, new)
-    scene = scene_prim(stage)
-    if scene is not None and differs(before.gravity, after.gravity):
+    scenes = [str(p.GetPath()) for p in stage.Traverse() if p.GetTypeName() == "PhysicsScene"]
+    if scenes and differs(before.gravity, after.gravity):
         size = float(np.linalg.norm(after.gravity))
         direction = tuple(float(x) for x in after.gravity / size)
-        yield scene, "physics:gravityDirection", "Vector3f", direction
-        yield scene, "physics:gravityMagnitude", "Float", size
+        yield scenes[0], "physics:gravityDirection", "Vector3f", direction
+        yield scenes[0], "physics:gravityMagnitude", "Float", size
 
 
 def joint_overrides(old: Joint, new: Joint) -> Overrides:
@@ -144,12 +144,6 @@ def tendon_overrides(stage: Any, joints: Sequence[Joint], old: Tendon, new: Tend
 def differs(old: Any, new: Any) -> bool:
     """Tell whether a number, or one of several, is another."""
     return not np.allclose(old, new, rtol=RELATIVE, atol=0.0)
-
-
-def scene_prim(stage: Any) -> str | None:
-    """Return the path of the physics scene, if there is one."""
-    scenes = (prim for prim in stage.Traverse() if prim.GetTypeName() == "PhysicsScene")
-    return next((str(prim.GetPath()) for prim in scenes), None)
 
 
 def provenance_table(correction: Correction, provenance: Provenance) -> dict[str, Any]:

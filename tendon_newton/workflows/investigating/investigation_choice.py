@@ -40,9 +40,12 @@ def choose_next(
         question: What they leave open; None where no cause is known.
         budget: Time that recordings may take [s].
     """
-    forecast = None if question is None else forecast_of(question, options)
-    if forecast is not None:
-        log = with_what_is_left(log, forecast)
+    forecast: Forecast | None = None
+    if question is not None:
+        known = [plan_of(r) for r in load_dataset(options.out / RECORDINGS).train]
+        forecast = Forecast(question, known, task_of(options))
+        left = {"names": round(forecast.entropy, 3), "task": round(forecast.spread, 4)}
+        log = replace(log, steps=(*log.steps[:-1], replace(log.steps[-1], left=left)))
     reason = reason_to_end(log, budget, options.run_length)
     if reason is not None:
         return replace(log, ended=reason)
@@ -67,24 +70,12 @@ def choose_next(
     return with_designed(log, expected, best_by_hand(forecast), options)
 
 
-def forecast_of(question: OpenSets, options: InvestigateOptions) -> Forecast:
-    """Return what is open, seen from the user's task."""
-    known = [plan_of(r) for r in load_dataset(options.out / RECORDINGS).train]
-    return Forecast(question, known, task_of(options))
-
-
 def task_of(options: InvestigateOptions) -> Plan:
     """Return the run that a model shall predict, on the bench that is mounted first."""
     setting = Setting(bench=options.benches[0])
     if options.task is not None:
         return read_task(options.task, setting)
     return usual_task(setting, options.run_length)
-
-
-def with_what_is_left(log: InvestigationLog, forecast: Forecast) -> InvestigationLog:
-    """Note what is left open with the last run."""
-    left = {"names": round(forecast.entropy, 3), "task": round(forecast.spread, 4)}
-    return replace(log, steps=(*log.steps[:-1], replace(log.steps[-1], left=left)))
 
 
 def designed_runs(

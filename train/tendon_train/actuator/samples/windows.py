@@ -123,17 +123,11 @@ def window_rows(recording: Recording, shape: WindowShape) -> Indices:
     instants = time[:, None] - interval * np.arange(shape.window - 1, -1, -1)[None, :]
     rows = nearest_rows(time, instants)
     near = np.abs(time[rows] - instants) <= tolerance
-    if shape.pad_start and starts_at_rest(recording):
-        near |= instants < time[0]
+    resting = np.all(np.abs(recording.motor_velocity[0]) <= REST_SPEED)
+    if shape.pad_start and (recording.start == "equilibrium" or resting):
+        near |= instants < time[0]  # nothing moved before the first row
     whole = near.all(axis=1) & unbroken(recording, rows[:, 0], interval + tolerance)
     return rows[whole]
-
-
-def starts_at_rest(recording: Recording) -> bool:
-    """Say whether nothing moved before the first row."""
-    if recording.start == "equilibrium":
-        return True
-    return bool(np.all(np.abs(recording.motor_velocity[0]) <= REST_SPEED))
 
 
 def nearest_rows(time: Array, instants: Array) -> Indices:
