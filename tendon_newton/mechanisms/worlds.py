@@ -103,31 +103,21 @@ def _write_variants(model: Any, variants: Sequence[Mechanism]) -> None:
     _write(model.body_com, np.array([joint.center_of_mass for joint in joints]))
     _write(model.joint_stiffness, np.array([joint.stiffness for joint in joints]))
     _write(model.joint_damping, np.array([joint.damping for joint in joints]))
-    _write_upper_limits(model, np.array([joint.limits[1] for joint in joints]))
+    upper = np.array([joint.limits[1] for joint in joints])
+    limits = model.joint_limit_upper.numpy()  # Newton's own number stands where there is none
+    model.joint_limit_upper.assign(np.where(np.isfinite(upper), upper, limits).astype(np.float32))
     frames = model.joint_X_p.numpy()
     frames[:, :3] = [joint.parent_position for joint in joints]
     model.joint_X_p.assign(frames)
-    _write_tips(model, variants)
+    tips = [mechanism.tip.point for mechanism in variants if mechanism.tip is not None]
+    if tips:
+        _write(model.tendon.tip_point, np.array(tips))
     _write_arms(model, variants)
     _write_routes(model, variants)
 
 
 def _write(target: Any, values: Array) -> None:
     target.assign(values.astype(np.float32))
-
-
-def _write_upper_limits(model: Any, upper: Array) -> None:
-    """Write the upper limits; Newton's own large number stands for a joint without one."""
-    limits = model.joint_limit_upper.numpy()
-    finite = np.isfinite(upper)
-    limits[finite] = upper[finite]
-    model.joint_limit_upper.assign(limits)
-
-
-def _write_tips(model: Any, variants: Sequence[Mechanism]) -> None:
-    tips = [mechanism.tip.point for mechanism in variants if mechanism.tip is not None]
-    if tips:
-        _write(model.tendon.tip_point, np.array(tips))
 
 
 def _write_arms(model: Any, variants: Sequence[Mechanism]) -> None:

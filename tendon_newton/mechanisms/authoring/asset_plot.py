@@ -104,35 +104,28 @@ def _plot_arms(axes: Any, mechanism: Mechanism) -> None:
 def _plot_by_joint(
     axes: Any, mechanism: Mechanism, value: Callable[[Tendon, Array, int], Array]
 ) -> None:
-    """Draw a value of each tendon while one joint moves over its range and the others are open."""
+    """Draw a value of each tendon while one joint moves over its range and the others are open.
+
+    Joints that it moves, or all where it moves none.
+    """
     for d, tendon in enumerate(mechanism.tendons):
-        for j in _moved(mechanism, d):
+        arms = moment_arms(tendon, range_positions(mechanism, 5))
+        moved = np.flatnonzero(np.max(np.abs(arms), axis=0) > NO_ARM).tolist()
+        for j in moved or range(len(mechanism.joints)):
             positions = _sweep(mechanism, j)
-            values = value(tendon, positions, j)
-            axes.plot(positions[:, j], values, DASHES[d % 4], **_curve(mechanism, d, j))
+            name = mechanism.joints[j].name
+            if len(mechanism.tendons) > 1:
+                name = f"{tendon.name}, {name}"
+            style = {"color": COLORS[j % 6], "linewidth": 2, "label": name}
+            axes.plot(positions[:, j], value(tendon, positions, j), DASHES[d % 4], **style)
     axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
     _name_curves(axes)
-
-
-def _moved(mechanism: Mechanism, tendon: int) -> list[int]:
-    """Return the joints that a tendon moves; all where it moves none."""
-    arms = moment_arms(mechanism.tendons[tendon], range_positions(mechanism, 5))
-    moved = np.flatnonzero(np.max(np.abs(arms), axis=0) > NO_ARM)
-    return [int(j) for j in moved] or list(range(len(mechanism.joints)))
 
 
 def _name_curves(axes: Any, **options: Any) -> None:
     """Add a legend where it does not hide the picture."""
     if len(axes.get_legend_handles_labels()[0]) <= MOST_NAMED:
         axes.legend(frameon=False, **options)
-
-
-def _curve(mechanism: Mechanism, tendon: int, joint: int) -> dict[str, Any]:
-    """Return how the curve of a tendon at a joint is drawn."""
-    name = mechanism.joints[joint].name
-    if len(mechanism.tendons) > 1:
-        name = f"{mechanism.tendons[tendon].name}, {name}"
-    return {"color": COLORS[joint % 6], "linewidth": 2, "label": name}
 
 
 def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:

@@ -40,7 +40,11 @@ def add_obstacles(spec: Any, mechanism: Mechanism, bones: Sequence[Any], mujoco:
         for place, obstacle in enumerate(mechanism.obstacles)
         if obstacle.shape != "capsule"
     ]
-    lightness = _lightness(spec)
+    compiled = spec.compile()
+    lightness = {  # by how much a force moves each body, as MuJoCo weighs contacts [1/kg]
+        compiled.body(body).name: float(compiled.body_invweight0[body, 0])
+        for body in range(compiled.nbody)
+    }
     for obstacle, geom in things:
         for bone in bones:
             _add_pair(spec, obstacle, obstacle.friction, (geom, bone), lightness)
@@ -88,15 +92,6 @@ def _turned(rotation: Array) -> Array:
     """Return the quaternion (w, x, y, z) of a rotation matrix."""
     x, y, z, w = quaternion(rotation)
     return np.array([w, x, y, z], dtype=np.float64)
-
-
-def _lightness(spec: Any) -> dict[str, float]:
-    """Return by how much a force moves each body, as MuJoCo weighs contacts [1/kg]."""
-    compiled = spec.compile()
-    return {
-        compiled.body(body).name: float(compiled.body_invweight0[body, 0])
-        for body in range(compiled.nbody)
-    }
 
 
 def _add_pair(

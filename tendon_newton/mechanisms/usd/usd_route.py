@@ -4,7 +4,6 @@ The prim is MuJoCo's own: ``mjc:type = "spatial"``, ``mjc:path`` to sites and cy
 and for each cylinder a side site through ``mjc:sideSites`` and ``mjc:sideSites:indices``.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -101,6 +100,8 @@ def read_route(
     `rows` has columns of ``model.tendon.path_*`` by the name after ``path_``; the prim knows the
     names.
     """
+    limits = np.array([joint.limits for joint in joints])
+    middle = np.where(np.isfinite(limits), limits, [-OPEN_END, OPEN_END]).mean(axis=1)
     own = [row for row, owner in enumerate(rows["tendon"]) if owner == tendon]
     names = [target.prim for target in path_targets(prim)]
     spans: list[RoutedSpan] = []
@@ -122,15 +123,9 @@ def read_route(
         end = RouteSite(prim=name, body=body, point=point)
         if start is not None:
             span = RoutedSpan(start=start, end=end, pulley=pulley)
-            spans.append(turned_span(span, joints, middle_position(joints)))
+            spans.append(turned_span(span, joints, middle))
         start, pulley = end, None
     return Route(joints=joints, spans=tuple(spans))
-
-
-def middle_position(joints: Sequence[Joint]) -> Array:
-    """Return the joint positions halfway through every range [rad], shape (J,)."""
-    limits = np.array([joint.limits for joint in joints])
-    return np.where(np.isfinite(limits), limits, [-OPEN_END, OPEN_END]).mean(axis=1)
 
 
 def turned_span(span: RoutedSpan, joints: tuple[Joint, ...], joint_position: Array) -> RoutedSpan:

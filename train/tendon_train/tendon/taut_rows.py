@@ -70,22 +70,17 @@ def pieces_of(recordings: Sequence[Recording], finger: str, model: Model) -> lis
         if recording.bench != finger or not shows_string(recording):
             continue
         assert recording.force is not None
+        assert recording.tip is not None
         mechanism = override_mechanism(bench, recording.bench_overrides)
-        force, surplus = recording.force[:, 0], surplus_of(recording, mechanism, radius)
+        force, tendon = recording.force[:, 0], mechanism.tendons[0]
+        wound = (radius or tendon.spool_radius) * recording.motor_position[:, 0]
+        surplus = wound - excursion(tendon, joints_at(recording.tip, mechanism))
         taut = (force >= TAUT) & recording.enabled
         piece = (recording.time - recording.time[0]) // PIECE
         for number in np.unique(piece[taut]):
             here = taut & (piece == number)
             out.append(TautRows(force=force[here], surplus=surplus[here]))
     return out
-
-
-def surplus_of(recording: Recording, mechanism: Mechanism, radius: float | None) -> Array:
-    """Return r theta - l [m] of each row, shape (T,), by the joint angles that the tip tells."""
-    tendon = mechanism.tendons[0]
-    wound = (tendon.spool_radius if radius is None else radius) * recording.motor_position[:, 0]
-    assert recording.tip is not None
-    return wound - excursion(tendon, joints_at(recording.tip, mechanism))
 
 
 def joints_at(tip: Array, mechanism: Mechanism) -> Array:

@@ -9,7 +9,6 @@ import torch
 
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
-from tendon_train.actuator.fitting.checkpoint import Checkpoint
 from tendon_train.actuator.fitting.force_export import ExportedNetwork, export_network
 from tendon_train.actuator.fitting.training import FittingProgress, train_network
 from tendon_train.actuator.samples.folds import SPLIT_WORDS, prepare
@@ -47,20 +46,15 @@ def train_to_file(
         )
     finally:
         log.close()
-    write_history(out / f"{config.name}.json", config, done)
-    return export_network(out, network, config, dataset, data, split) if export else None
-
-
-def write_history(path: Path, config: TrainingConfig, done: Checkpoint) -> None:
-    """Write how a training went."""
-    table = {
+    history = {
         "config": asdict(config),
         "epochs": done.epoch,
         "kept_epoch": done.kept_epoch,
         "validation_error_n": done.history[done.kept_epoch - 1][1],
         "history_n": [list(pair) for pair in done.history],
     }
-    write_json(path, table)
+    write_json(out / f"{config.name}.json", history)
+    return export_network(out, network, config, dataset, data, split) if export else None
 
 
 class TrainingLog:
