@@ -146,7 +146,7 @@ def driven(
     address = BenchAddress(bench=run.bench, port="virtual", lockstep=True)
     servo = bench_of(address, twin.servo_port(), twin.clock, [None], [None]).servo
     servo.open()
-    servo.configure(watchdog_s=SETTINGS.watchdog)
+    servo.configure()
     servo.enable_torque()
     command = run.command(SETTINGS.seed, SETTINGS.rate)
     rest = round(SETTINGS.settle * SETTINGS.rate)

@@ -27,9 +27,14 @@ def main(config: DemoConfig) -> None:
     from tendon_newton.cli.diagnosis.diagnose import DiagnoseConfig
     from tendon_newton.cli.diagnosis.diagnose import main as diagnose
 
-    folder = next((folder for folder in _FOLDERS if folder.is_dir()), None)
-    if folder is None:
-        raise InvalidDataset(
-            f"the recordings of the demo are missing; looked for {_FOLDERS[0]} and {_FOLDERS[1]}"
-        )
-    diagnose(DiagnoseConfig(dataset=folder, out=config.out))
+    diagnose(DiagnoseConfig(dataset=demo_folder(), out=config.out))
+
+
+def demo_folder() -> Path:
+    """Return the folder of the recordings that come with the program."""
+    for folder in _FOLDERS:
+        if folder.is_dir():
+            return folder
+    raise InvalidDataset(
+        f"the recordings of the demo are missing; looked for {_FOLDERS[0]} and {_FOLDERS[1]}"
+    )
