@@ -305,6 +305,21 @@ def in_time(kept: Records) -> str:
     return table(("right is", "rate (at least, 95 %)"), lines)
 
 
+def paper(kept: Records) -> str:
+    """Return our figures beside the paper's, of each experiment in which it states one."""
+    found = kept["paper"].figures
+    stated = {row["experiment"] for row in found if row["paper"] is not None}
+    rows = []
+    for row in found:
+        if row["experiment"] not in stated or row["unit"] == "%":
+            continue
+        theirs = "" if row["paper"] is None else f"{row['paper']:g} {row['unit']}"
+        spread = f" ({row['low']:.3g} to {row['high']:.3g})" if row["count"] > 1 else ""
+        ours = f"{row['ours']:.3g} {row['unit']}{spread}"
+        rows.append((row["experiment"], row["measure"], theirs, ours, row["count"]))
+    return table(("experiment", "measured", "paper", "ours: median (range)", "benches"), rows)
+
+
 def remainders(kept: Records) -> str:
     """Return what learners take away of the rest's square, by what was diagnosed."""
     rows = []
@@ -341,6 +356,7 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "names": ("docs/lab/exams.md", strict_rates),
     "exam": ("docs/diagnosis.md", exam_rows),
     "in time": ("docs/in_time.md", in_time),
+    "paper": ("docs/results.md", paper),
     "remainders": ("docs/lab/method.md", remainders),
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
