@@ -45,7 +45,7 @@ def test_a_cell_on_a_serial_port_is_calibrated_in_real_time(calibrated, tmp_path
     """Three masses up and down, each measured as it comes out of the pseudo-terminal."""
     path = tmp_path / "in_real_time.toml"
     words = ["--port", "virtual:finger:1", "--masses", "0.2,0.5,1", "--out", str(path)]
-    assert main(["calibrate", *words, "--hold-s", "1"]) == 0
+    assert main(["calibrate", *words]) == 0
     assert load_calibration(path).slope == pytest.approx(
         load_calibration(calibrated).slope,
         rel=0.01,  # its hysteresis and noise
