@@ -126,10 +126,8 @@ def main(config: DiagnoseConfig) -> None:
     print(f"  for programs    {out / 'diagnosis.json'}")
     print(f"  for USD         {', '.join(map(str, answer.layers))}")
     print(f"  why, or why not  tendon-newton explain {out} [CAUSE]")
-    for effect in answer.diagnosis.effects:
-        if effect.separating_experiment is not None:
-            words = ["tendon-newton", "experiment", str(out), "--cause", effect.name]
-            print(f"  to tell apart   {shlex.join([*words, '--out', 'run.csv'])}")
+    if any(effect.separating_experiment is not None for effect in answer.diagnosis.effects):
+        print(f"  to tell apart   tendon-newton experiment {shlex.quote(str(out))} --out run.csv")
 
 
 def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
