@@ -69,8 +69,6 @@ def test_the_tour_runs_as_it_stands(monkeypatch, capsys) -> None:
     assert float(found[2]) < 0.5 * float(found[1])
     least, most = re.findall(r"tensor\(\[([\d.]+), ([\d.]+)\]\)", said)[0]
     assert float(most) < float(least)
-    slope = re.findall(r"tensor\((-?[\d.]+), dtype", said)
-    assert float(slope[-1]) == pytest.approx(-0.152, rel=0.01)  # friction slows; three digits
 
 
 def test_what_is_printed_is_a_line_and_a_table_without_arrays() -> None:
