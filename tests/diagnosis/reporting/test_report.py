@@ -1,14 +1,18 @@
 """The page that a stranger reads is whole, says what was found, and needs nothing else."""
 
 import re
+import shlex
 from collections import Counter
 from dataclasses import replace
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tyro
 
+from tendon_newton.cli.diagnosis.experiment import ExperimentConfig
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
 from tendon_newton.data.recording import Recording
@@ -159,6 +163,20 @@ def test_the_first_screen_is_a_table_of_causes(pages: dict[str, str]) -> None:
         "0.8100 to 0.8100 N s/rad 300 mrad, 0.900 N actuator lag",
         "The servo acts 22.9 ms late. 22.900 ms 22.900 to 22.900 ms 300 mrad, 0.900 N",
     ]
+
+
+def test_the_run_that_the_page_proposes_can_be_asked_for(with_force, tmp_path) -> None:
+    """The command is there once, and the verb takes it, a space in the folder too."""
+    page = tmp_path / "my data" / "report.html"
+    page.parent.mkdir()
+    write_report(page, diagnosis("partly_explained"), with_force)
+    commands = re.findall(
+        r"<code>tendon-newton experiment (.*?)</code>", unescape(page.read_text(encoding="utf-8"))
+    )
+    (asked,) = commands
+    config = tyro.cli(ExperimentConfig, args=shlex.split(asked))
+    assert config.diagnosis == page.parent
+    assert config.out.suffix == ".csv"
 
 
 def test_suspected_causes_and_rivals_have_tables_of_their_own(with_force, tmp_path) -> None:
