@@ -14,6 +14,7 @@ from threading import Thread
 from typing import Any, TypeVar
 
 from tendon_newton.errors import InvalidParameter, MissingDependency
+from tendon_newton.safe_path import safe_children
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -84,21 +85,22 @@ def open_executor(options: JobOptions) -> Generator[Executor]:
         yield InTurn()
         return
     # a fresh interpreter each, as neither Warp's state nor CUDA's survives a fork
-    pool = ProcessPoolExecutor(
-        options.jobs,
-        mp_context=get_context("spawn"),
-        initializer=begin_worker,
-        initargs=(options.jobs,),
-    )
-    try:
-        yield pool
-    except KeyboardInterrupt:
-        # each has the next job already and would begin it, whatever it makes of a signal
-        for process in pool._processes.values():
-            process.kill()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
+    with safe_children():  # they start when they are needed
+        pool = ProcessPoolExecutor(
+            options.jobs,
+            mp_context=get_context("spawn"),
+            initializer=begin_worker,
+            initargs=(options.jobs,),
+        )
+        try:
+            yield pool
+        except KeyboardInterrupt:
+            # each has the next job already and would begin it, whatever it makes of a signal
+            for process in pool._processes.values():
+                process.kill()
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 @contextmanager

@@ -162,9 +162,9 @@ def top_level_imports(text: str) -> set[str]:
 
 
 @pytest.mark.parametrize("verb", ["train-policy", "deploy", "collect"])
-def test_a_script_called_train_or_hardware_shadows_nothing(verb: str, tmp_path: Path) -> None:
+def test_a_script_of_the_current_folder_shadows_nothing(verb: str, tmp_path: Path) -> None:
     """`python -m` puts the folder of the user first; a train.py there is never imported."""
-    for name in ("train", "hardware"):
+    for name in ("train", "hardware", "random", "tyro"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('shadowed')\n")
     said = subprocess.run(
         [sys.executable, "-m", "tendon_newton", verb, "--help"],

@@ -10,13 +10,13 @@ Writes DIR/worths.json, DIR/calibration.png and the table DIR/calibration.txt.
 import argparse
 import json
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from tendon_newton.scheduler import JobOptions, open_executor
 
 LOW = 0.03  # Price of the searches [nat per row and number]
 PRICES = (0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0)  # Prices of the table
@@ -90,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     names = sorted(path.stem for path in (chosen.sets / "truth").glob("*.json"))
     chosen.out.mkdir(parents=True, exist_ok=True)
     worths: list[dict[str, Any]] = []
-    with ProcessPoolExecutor(chosen.jobs, mp_context=get_context("spawn")) as pool:
+    with open_executor(JobOptions(jobs=chosen.jobs)) as pool:
         found = pool.map(partial(worths_of, chosen.sets, chosen.price), names)
         for sets, own in enumerate(found, start=1):
             worths += own

@@ -9,7 +9,6 @@ deploy and simulate show the same as it happens: --view window.
 
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -70,6 +69,7 @@ def watched(folder: Path, to: Literal["window", "file"] | None) -> Generator[Non
     import importlib.util
 
     from tendon_newton.errors import MissingDependency
+    from tendon_newton.safe_path import python_command
 
     if to is None:
         yield
@@ -80,7 +80,7 @@ def watched(folder: Path, to: Literal["window", "file"] | None) -> Generator[Non
             "pip install 'tendon-newton[view]'"
         )
     words = ["view", str(folder), "--follow", str(time.time()), "--to", to]
-    program = [sys.executable, "-m", "tendon_newton", *words]
+    program = python_command("-m", "tendon_newton", *words)
     viewer = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     assert viewer.stdin is not None
     assert viewer.stdout is not None

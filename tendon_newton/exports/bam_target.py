@@ -31,6 +31,7 @@ from tendon_newton.exports.mujoco.mujoco_target import change_mechanism
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
+from tendon_newton.safe_path import safe_children
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
@@ -227,12 +228,13 @@ def replay_bam(
         if not mechanism.tendons[0].direct:
             start.append(first.motor_position[0, 0] - offset)
         program = str(folder / PROGRAM_FILE)
-        run = subprocess.run(
-            [python, program, str(commands), "--out", str(out), "--start", *map(str, start)],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        with safe_children():  # others' files may lie beside the program
+            run = subprocess.run(
+                [python, program, str(commands), "--out", str(out), "--start", *map(str, start)],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
         if run.returncode:
             raise InvalidOutput(f"bam's program failed: {run.stderr.strip().splitlines()[-1]}")
         columns: Array = np.loadtxt(out, delimiter=",", skiprows=1)

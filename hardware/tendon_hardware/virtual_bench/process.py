@@ -6,7 +6,6 @@ import json
 import shutil
 import socket
 import subprocess
-import sys
 import tempfile
 from dataclasses import fields
 from pathlib import Path
@@ -22,6 +21,7 @@ from tendon_hardware.virtual_bench.physics.unit import BENCHES, draw_unit
 from tendon_hardware.virtual_bench.physics.wear import NEW, WEARS, worn
 from tendon_hardware.virtual_bench.server import CAMERA, CONTROL, SERVO, load_cell_name
 from tendon_newton.errors import TendonNewtonError, listed, unknown_name
+from tendon_newton.safe_path import python_command
 
 WORD = "virtual"  # First part of the word that names a virtual bench in place of a port
 DEFAULT_BENCH = "finger"
@@ -98,12 +98,12 @@ class VirtualPorts:
         self._unit = worn(draw_unit(bench, seed, servo), wear)
         self.folder = Path(tempfile.mkdtemp(prefix="virtual_bench_"))
         self._process = subprocess.Popen(
-            [
-                *(sys.executable, "-m", "tendon_hardware.virtual_bench"),
+            python_command(
+                *("-m", "tendon_hardware.virtual_bench"),
                 *("--bench", bench, "--seed", str(seed), "--folder", str(self.folder)),
                 *("--obstacle", obstacle, "--load-cell-rate", str(load_cell_rate)),
                 *("--servo", servo, "--worn", wear),
-            ],
+            ),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

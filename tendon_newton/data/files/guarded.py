@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.errors import TendonNewtonError
+from tendon_newton.safe_path import python_command
 
 MEMORY = 1 << 30  # Bytes that the work may allocate beyond the modules that it needs
 SECONDS = 3
@@ -52,7 +53,7 @@ def guarded(
     with tempfile.TemporaryDirectory() as empty:  # relative names in the file lead nowhere
         try:
             child = subprocess.run(
-                [sys.executable, "-c", START.format(path=[*map(os.path.abspath, sys.path)])],
+                python_command("-c", START.format(path=[*map(os.path.abspath, sys.path)])),
                 input=order,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
