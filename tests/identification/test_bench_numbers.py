@@ -14,9 +14,17 @@ from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.errors import InvalidModelFile, UnknownName
 from tendon_newton.identification.study import Study, replacements
+from tendon_newton.mechanisms.asset_library import asset_names
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
-from tendon_newton.simulation.model.bench_numbers import OWNER, without_estimates
+from tendon_newton.simulation.model.bench_numbers import (
+    OWNER,
+    TOLERATED,
+    numbers_of,
+    tolerated_numbers,
+    without_estimates,
+)
 from tests.effect_bench import GAIN, commanded, steps_and_waves
 
 WAVES = 0.5 * steps_and_waves()
@@ -158,6 +166,20 @@ def test_what_is_stated_stays_as_it_is(stated: str) -> None:
     assert Study([recording], model, (), tolerant=True).tolerated_columns == ()
     assert len(Study([commanded(steps_and_waves(40))], Model(actuator=IDEAL), (), tolerant=True)
                .tolerated_columns) == 1  # fmt: skip
+
+
+@pytest.mark.parametrize("strings", [1, 2])
+@pytest.mark.parametrize("bench", asset_names())
+def test_a_number_that_may_differ_is_one_that_an_override_takes(bench: str, strings: int) -> None:
+    """On every bench, and on one with a second string beside its last: else an answer is lost."""
+    one = load_mechanism(bench)
+    mechanism = replace(one, tendons=(*one.tendons, one.tendons[-1])[: len(one.tendons) * strings])
+    found = tolerated_numbers(Model(actuator=IDEAL), {bench: mechanism}, ())
+    for key in TOLERATED:
+        values = tuple(n.value for n in found if n.key == key)
+        assert values in ((), numbers_of(key, mechanism))
+        if values:
+            override_mechanism(mechanism, BenchOverrides(**{key: values}))
 
 
 def test_what_cannot_be_fitted_is_refused() -> None:

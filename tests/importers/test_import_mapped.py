@@ -175,11 +175,11 @@ def test_the_mappings_of_the_documentation_are_mappings(tmp_path: Path) -> None:
     page = Path(__file__).resolve().parents[2] / "docs" / "recordings_mapping.md"
     blocks = page.read_text(encoding="utf-8").split("```toml\n")[1:]
     whole = [block.split("```")[0] for block in blocks if "[columns]" in block]
-    assert len(whole) == 3
+    assert len(whole) == 5
     for block in whole:
         path = tmp_path / "mapping.toml"
         path.write_text(block)
-        assert read_mapping(path).bench in ("pendulum", "servo", "cable_tool")
+        assert read_mapping(path).bench in ("pendulum", "servo", "cable_tool", "lab_finger")
 
 
 LAB = """Zeit [ms];Soll [°];Ist [°];n [rpm];Kraft [N];Notiz
@@ -312,3 +312,71 @@ def test_a_form_that_cannot_be_is_refused(logs, tmp_path, head, message, capsys)
     path = mapping(tmp_path, head=f'bench = "spring_weak"\n{head}')
     assert run_import(logs, path, tmp_path / "out") == 2
     assert message in capsys.readouterr().err
+
+
+def several_servos(folder: Path) -> tuple[Path, np.ndarray]:
+    """Write two logs of three servos in one file each; return their folder and all angles."""
+    folder.mkdir()
+    angles = np.stack([(k + 1) * 0.1 * np.sin((k + 1) * TIME) for k in range(3)], axis=1)
+    heads = [f"{what}_{k}" for what in ("goal", "angle", "amps") for k in range(3)]
+    for name in ("run_1", "run_2"):
+        table = np.column_stack([TIME, 1.1 * angles, angles, np.arange(3) + 0.0 * angles])
+        lines = [",".join(["t", *heads]), *(",".join(map(repr, row)) for row in table.tolist())]
+        (folder / f"{name}.csv").write_text("\n".join(lines) + "\n")
+    return folder, angles
+
+
+def of_servos(count: int) -> str:
+    """Return the columns of several servos of one file."""
+    rows = ['t = {column = "t"}', 'theta_dot = {derive = "theta"}']
+    for k in range(count):
+        rows.append(f'theta_d_{k} = {{column = "goal_{k}"}}')
+        rows.append(f'theta_{k} = {{column = "angle_{k}", sign = -1}}')
+        rows.append(f'current_{k} = {{column = "amps_{k}"}}')
+    return "\n".join(rows)
+
+
+def test_a_bench_of_two_strings_comes_from_one_file(tmp_path: Path) -> None:
+    """Columns with the number of a servo are those of one recording, as in our own files."""
+    folder, angles = several_servos(tmp_path / "logs")
+    path = mapping(tmp_path, of_servos(2), 'bench = "finger_antagonist"')
+    assert run_import(folder, path, tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.command, 1.1 * angles[:, :2])
+    np.testing.assert_allclose(run.motor_position, -angles[:, :2])
+    slope = -0.1 * np.cos(TIME)
+    np.testing.assert_allclose(run.motor_velocity[:, 0], slope, atol=1e-3)
+
+
+@pytest.mark.parametrize("joints", [("yaw", "shoulder", "elbow"), ()])
+def test_the_joints_of_an_arm_come_from_one_file(joints: tuple[str, ...], tmp_path: Path) -> None:
+    """Each becomes a dataset in a folder of its name, as `diagnose` takes an arm."""
+    folder, angles = several_servos(tmp_path / "logs")
+    head = f'bench = "servo"\njoints = {list(joints)}'
+    assert run_import(folder, mapping(tmp_path, of_servos(3), head), tmp_path / "arm") == 0
+    for k, joint in enumerate(joints or ("servo_0", "servo_1", "servo_2")):
+        (run,) = load_dataset(tmp_path / "arm" / joint).train
+        np.testing.assert_allclose(run.command[:, 0], 1.1 * angles[:, k])
+        np.testing.assert_allclose(run.motor_position[:, 0], -angles[:, k])
+        np.testing.assert_allclose(run.current, k)
+
+
+@pytest.mark.parametrize(
+    ("columns", "head", "words"),
+    [
+        (of_servos(3), 'joints = ["yaw", "elbow"]', "one per servo: the columns of run_1.csv are"),
+        (of_servos(2).replace("goal_1", "goal"), "", "no column named 'goal'"),
+        (of_servos(2).replace("theta_d_1", "theta_d_2"), "", "indexed from 0 without gaps"),
+        (of_servos(2).replace("theta_d_1", "theta_d"), "", "one per tendon with an index"),
+        (of_servos(2) + '\ntheta_dot_1 = {column = "amps_1"}', "", "derived for all of them"),
+        ('theta_0 = {topic = "/state", field = "position"}', "", "joints lists their names"),
+    ],
+)
+def test_servos_that_do_not_fit_together_are_refused(
+    columns: str, head: str, words: str, tmp_path: Path, capsys
+) -> None:
+    """One line names the column."""
+    folder, _ = several_servos(tmp_path / "logs")
+    path = mapping(tmp_path, columns, f'bench = "servo"\n{head}')
+    assert run_import(folder, path, tmp_path / "out") == 2
+    assert words in capsys.readouterr().err

@@ -38,7 +38,11 @@ def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -
             ``actuator_overrides``, ``load_cell_rate``).
     """
     name = name or path.name
-    there = read_columns(path, name)
+    return recording_of(read_columns(path, name), name=name, bench=bench, **entry)
+
+
+def recording_of(there: Columns, *, name: str, **entry: Any) -> Recording:
+    """Make a recording of columns in our units, (T,) each by name; those it takes are gone then."""
     header = tuple(there)
     known: dict[str, NDArray[Any]] = {
         field: tendon_columns(there, column, name)
@@ -55,7 +59,7 @@ def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -
         require(header, ("tip_x", "tip_z"), name)
         known["tip"] = np.column_stack([there.pop(column) for column in ("tip_x", "tip_z")])
     time = there.pop("t")
-    return Recording(name=name, bench=bench, time=time, extra=there, **known, **entry)
+    return Recording(name=name, time=time, extra=there, **known, **entry)
 
 
 def write_csv(path: Path, recording: Recording) -> None:

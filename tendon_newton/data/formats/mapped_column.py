@@ -1,5 +1,6 @@
 """Columns of a mapping file: unit, sign and zero of theirs, or a topic."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
@@ -9,6 +10,7 @@ from typing import Any
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
 from tendon_newton.data.files.values import are_tables, are_words, is_table
+from tendon_newton.data.formats.csv_columns import INDEX
 from tendon_newton.data.formats.topic_mapping import COLUMNS, TopicMapping, TopicSource
 from tendon_newton.errors import InvalidMapping, shown, unknown_name
 
@@ -61,6 +63,8 @@ UNITS: dict[str, dict[str, float]] = {
     "enabled": {"1": 1.0},
 }
 """Column of ours -> unit of theirs -> its size in ours."""
+OF_A_SERVO = re.compile(rf"(theta_d|theta|theta_dot|force|current|voltage|temperature)_({INDEX})")
+"""Column of one of several servos: ours, and its number from 0."""
 SIZE_KEYS = ("unit", "scale", "sign", "offset")
 COLUMN_KEYS = ("column", *SIZE_KEYS, "derive")
 TOPIC_KEYS = ("topic", "field", "joints", *SIZE_KEYS, "derive")
@@ -79,17 +83,23 @@ class MappedColumn:
 
 def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | TopicSource:
     """Read the table of one column, a column or path of theirs or a topic and a field."""
-    if name not in UNITS:
+    of_a_servo = OF_A_SERVO.fullmatch(name)
+    kind = of_a_servo[1] if of_a_servo else name
+    if kind not in UNITS:
         raise InvalidMapping(f"{where}: {unknown_name('column', name, UNITS)}")
     by_topic = "topic" in row
+    if by_topic and of_a_servo:
+        raise InvalidMapping(
+            f"{where}: a topic gives the servos of {kind} in one column: joints lists their names"
+        )
     refuse_unknown_keys(row, TOPIC_KEYS if by_topic else COLUMN_KEYS, where, InvalidMapping)
     if "derive" in row:
-        if (name, row["derive"]) != ("theta_dot", DERIVED) or len(row) > 1:
+        if kind != "theta_dot" or row["derive"] != DERIVED or len(row) > 1:
             raise InvalidMapping(
                 f'{where}: only theta_dot = {{derive = "theta"}} can be derived; it is {shown(row)}'
             )
         return MappedColumn(source=None)
-    scale, offset = read_size(where, name, row)
+    scale, offset = read_size(where, kind, row)
     if by_topic:
         return read_topic(where, row, scale, offset)
     if not isinstance(row.get("column"), str):

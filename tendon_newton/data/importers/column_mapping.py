@@ -27,7 +27,8 @@ ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "head
 """Keys for files of rows: CSV and JSON."""
 STATED_KEYS = ("start", "bench_overrides", "actuator_overrides", "load_cell_rate")
 """Keys of what is stated of logs that no column holds."""
-FILE_KEYS = ("bench", "files", *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS, "logs", "model", "fit")
+FILE_KEYS = ("bench", "files", "joints", *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS)
+FILE_KEYS += ("logs", "model", "fit")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +64,8 @@ class ColumnMapping:
     path: Path
     bench: str
     files: str  # Pattern of the logs' names inside their folder
+    # Names of the servos, each of which becomes a dataset; empty where all are of one bench
+    joints: tuple[str, ...]
     rows: str | None  # Key of the rows in a JSON file; None where the file is the rows
     rate: float | None  # Rows per second [Hz] where no column holds the time
     # Rows per second [Hz] that are made of more; None where the rows are taken as they are
@@ -107,6 +110,7 @@ def read_mapping(path: Path) -> ColumnMapping:
         path=path,
         bench=words["bench"] or "",
         files=words["files"] or ("*" if topics else "*.csv"),
+        joints=read_names(path, "joints", table),
         rows=words["rows"],
         rate=rates.get("rate"),
         resample=rates.get("resample"),
@@ -121,12 +125,18 @@ def read_mapping(path: Path) -> ColumnMapping:
 def require_columns(path: Path, mapped: Columns, *, timed: bool) -> None:
     """Refuse a mapping without what every recording has."""
     for name in ("theta", "theta_dot", *(() if timed else ("t",))):
-        if name not in mapped:
+        if name not in mapped and f"{name}_0" not in mapped:
             raise InvalidMapping(
                 f"{path}: columns must say where {name!r} comes from"
                 + (" (or rate how many rows a second has)" if name == "t" else "")
                 + (' (or {derive = "theta"})' if name == "theta_dot" else "")
             )
+    speeds = [column for name, column in mapped.items() if name.startswith("theta_dot")]
+    if len({getattr(column, "source", None) is None for column in speeds}) > 1:
+        raise InvalidMapping(
+            f"{path}: theta_dot must be in a column for every servo, or derived for all of them: "
+            'theta_dot = {derive = "theta"}'
+        )
 
 
 def read_patterns(path: Path, table: Mapping[str, Any]) -> tuple[StatedNumbers, ...]:
@@ -150,11 +160,17 @@ def read_dialect(path: Path, table: Mapping[str, Any]) -> CsvDialect:
         )
     if decimal not in (None, ".", ","):
         raise InvalidMapping(f"{path}: decimal must be '.' or ','; it is {shown(decimal)}")
-    header = table.get("header", [])
-    if not are_words(header):
-        raise InvalidMapping(f"{path}: header must be a list of names; it is {shown(header)}")
+    header = read_names(path, "header", table)
     comment = word(path, "comment", table.get("comment"))
-    return CsvDialect(delimiter=delimiter, decimal=decimal, comment=comment, header=tuple(header))
+    return CsvDialect(delimiter=delimiter, decimal=decimal, comment=comment, header=header)
+
+
+def read_names(path: Path, key: str, table: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a list of names, empty where it is not given."""
+    names = table.get(key, [])
+    if not are_words(names):
+        raise InvalidMapping(f"{path}: {key} must be a list of names; it is {shown(names)}")
+    return tuple(names)
 
 
 def positive(path: Path, key: str, value: Any) -> float:

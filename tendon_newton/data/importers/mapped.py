@@ -1,5 +1,6 @@
 """Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -10,6 +11,7 @@ import numpy as np
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.csv_file import SHARED_COLUMNS, TENDON_COLUMNS, recording_of
 from tendon_newton.data.formats.rosbag import METADATA_FILE
 from tendon_newton.data.importers.column_mapping import ColumnMapping, read_mapping
 from tendon_newton.data.importers.imported import Imported, ImportedLog
@@ -19,6 +21,7 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, shown
 
 NOMINAL_GAIN = 4.2  # Force of the paper's servo per angle [N/rad], where a mapping states no model
+SERVO = "servo"  # Bench of a servo whose load is not known
 SAME_RADIUS = 1e-3  # Share by which two files may round a radius [1]
 ROS_SUFFIXES = (".mcap", ".db3")
 """Files of ROS 2 recordings; a folder with ``metadata.yaml`` is one as well."""
@@ -40,12 +43,15 @@ def read_mapped(folder: Path, mapping_file: Path, spool_radius: Callable[[str], 
             raise InvalidMapping(f"{mapping.path}: no log matches logs.{part.pattern!r}")
     read = [read_log(folder, path, mapping) for path in paths]
     model = start_model(mapping, spool_radius)
-    return Imported(
+    imported = Imported(
         logs=tuple(log for log, _ in read),
         start_model=lambda _: model,
         limits={},
         findings=tuple(finding for _, found in read for finding in found),
     )
+    several = any(log.recording.tendon_count > 1 for log in imported.logs)
+    alone = mapping.joints or (mapping.bench == SERVO and several)
+    return by_joint(imported, mapping) if alone else imported
 
 
 def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
@@ -88,7 +94,7 @@ def start_model(mapping: ColumnMapping, spool_radius: Callable[[str], float]) ->
             model = Model(actuator=read_actuator(mapping.model["model"]), fit=fit)
             refuse_other_radius(mapping, model, spool_radius)
             return model
-        if mapping.bench == "servo":
+        if mapping.bench == SERVO:
             return Model(actuator=NamedValues(name="ideal_position", values={}), fit=fit)
         values = {"gain": NOMINAL_GAIN, "spool_radius": spool_radius(mapping.bench)}
         return Model(actuator=NamedValues(name="ideal", values=values), fit=fit)
@@ -164,31 +170,59 @@ def make_recording(
     name: str, columns: dict[str, Array], mapping: ColumnMapping, log: str
 ) -> Recording:
     """Build a recording from its columns in our units, shape (T,) each."""
-    theta = columns["theta"]
-    tips = [columns[key] for key in ("tip_x", "tip_z") if key in columns]
-    enabled = columns.get("enabled")
+    derived = not any(column.startswith("theta_dot") for column in columns)
+    if derived:  # from zeros, until the times are known to increase
+        angles = [column for column in columns if re.fullmatch(r"theta(_\d+)?", column)]
+        columns |= {a.replace("theta", "theta_dot"): np.zeros_like(columns[a]) for a in angles}
+    if "enabled" in columns:
+        columns["enabled"] = np.asarray(columns["enabled"] != 0.0, dtype=np.float64)
     stated = mapping.stated_of(log)
-    recording = Recording(
+    recording = recording_of(
+        dict(columns),
         name=name,
         bench=mapping.bench,
-        time=columns["t"],
-        motor_position=theta[:, None],
-        motor_velocity=columns.get("theta_dot", np.zeros_like(theta))[:, None],
-        command=columns["theta_d"][:, None] if "theta_d" in columns else None,
-        force=columns["force"][:, None] if "force" in columns else None,
-        joint_position=columns.get("joint_angle"),
-        joint_load=columns.get("joint_load"),
-        tip=np.stack(tips, axis=1) if len(tips) == 2 else None,
-        current=columns.get("current"),
-        voltage=columns.get("voltage"),
-        temperature=columns.get("temperature"),
-        **({} if enabled is None else {"enabled": enabled != 0.0}),
         start=stated.start or "equilibrium",
         bench_overrides=stated.bench_overrides,
         actuator_overrides=stated.actuator_overrides,
         load_cell_rate=stated.load_cell_rate,
     )
-    if "theta_dot" in columns:
+    if not derived:
         return recording
-    slope = np.gradient(recording.motor_position, recording.time, axis=0)  # of times that increase
+    slope = np.gradient(recording.motor_position, recording.time, axis=0)
     return replace(recording, motor_velocity=slope)
+
+
+def by_joint(imported: Imported, mapping: ColumnMapping) -> Imported:
+    """Return a log of each servo, which become a dataset each, in place of logs of all servos."""
+    logs: list[ImportedLog] = []
+    findings: list[Finding] = []
+    for log in imported.logs:
+        count = log.recording.tendon_count
+        names = mapping.joints or tuple(f"servo_{k}" for k in range(count))
+        if len(names) != count or len(set(names)) < count:
+            raise InvalidMapping(
+                f"{mapping.path}: joints must be names that differ, one per servo: the columns of "
+                f"{log.source.name} are of {count}; it is {list(names)}"
+            )
+        own = [finding for finding in imported.findings if finding.recording == log.recording.name]
+        for k, joint in enumerate(names):
+            name = f"{joint}_{log.recording.name}"
+            part = replace(of_servo(log.recording, k), name=name)
+            logs.append(replace(log, recording=part, conditions={**log.conditions, "joint": joint}))
+            findings += [replace(finding, recording=name) for finding in own]
+    return replace(imported, logs=tuple(logs), findings=tuple(findings), split_by="joint")
+
+
+def of_servo(recording: Recording, k: int) -> Recording:
+    """Return what a recording of several servos holds of one alone, and of all of them."""
+    fields = {
+        name: values[:, k : k + 1]
+        for name in TENDON_COLUMNS.values()
+        if (values := getattr(recording, name)) is not None
+    }
+    fields |= {
+        name: recording.extra[f"{column}_{k}"]
+        for column, name in SHARED_COLUMNS.items()
+        if f"{column}_{k}" in recording.extra
+    }
+    return replace(recording, extra={}, **fields)

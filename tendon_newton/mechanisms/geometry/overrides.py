@@ -39,6 +39,25 @@ def override_mechanism(mechanism: Mechanism, overrides: BenchOverrides) -> Mecha
     return replace(mechanism, joints=joints, tip=tip, tendons=tendons)
 
 
+def refusal_of(mechanism: Mechanism, key: str) -> str | None:
+    """Return why a mechanism has no such number in the place of another; None where it has."""
+    if key == "length":
+        for joint in mechanism.joints:
+            if joint.length is None:
+                return (
+                    f"Bench override 'length' does not apply to {mechanism.name!r}: the link "
+                    f"behind joint {joint.name!r} has no length."
+                )
+    tendons = mechanism.tendons
+    if key == "moment_arm" and (len(tendons) != 1 or tendons[0].route is not None):
+        return (
+            "Bench override 'moment_arm' needs a bench with one tendon whose arms are constant; "
+            f"{mechanism.name!r} has {len(tendons)}"
+            f"{', routed' if any(t.route is not None for t in tendons) else ''}."
+        )
+    return None
+
+
 def _check_counts(mechanism: Mechanism, overrides: BenchOverrides) -> None:
     joint_count = len(mechanism.joints)
     for entry in fields(overrides):
@@ -48,21 +67,16 @@ def _check_counts(mechanism: Mechanism, overrides: BenchOverrides) -> None:
                 f"Bench override {entry.name!r} needs one value per joint of {mechanism.name!r} "
                 f"({', '.join(mechanism.joint_names)}); it has {len(values)}."
             )
+        if values is not None and (refused := refusal_of(mechanism, entry.name)):
+            raise InvalidParameter(refused)
 
 
 def _stretch(mechanism: Mechanism, overrides: BenchOverrides) -> tuple[float, ...]:
     """Return by how much each link grows [1]."""
     if overrides.length is None:
         return (1.0,) * len(mechanism.joints)
-    factors = []
-    for joint, length in zip(mechanism.joints, overrides.length, strict=True):
-        if joint.length is None:
-            raise InvalidParameter(
-                f"Bench override 'length' does not apply to {mechanism.name!r}: the link behind "
-                f"joint {joint.name!r} has no length."
-            )
-        factors.append(length / joint.length)
-    return tuple(factors)
+    links = zip(mechanism.joints, overrides.length, strict=True)
+    return tuple(length / joint.length for joint, length in links if joint.length is not None)
 
 
 def _override_joint(
@@ -103,12 +117,6 @@ def _override_tendons(
     tendons = tuple(_moved_tendon(mechanism, t, joints, stretch) for t in mechanism.tendons)
     if overrides.moment_arm is None:
         return tendons
-    if len(tendons) != 1 or tendons[0].route is not None:
-        raise InvalidParameter(
-            "Bench override 'moment_arm' needs a bench with one tendon whose arms are constant; "
-            f"{mechanism.name!r} has {len(tendons)}"
-            f"{', routed' if any(t.route is not None for t in tendons) else ''}."
-        )
     return (replace(tendons[0], moment_arm=np.array(overrides.moment_arm)),)
 
 

@@ -64,7 +64,9 @@ def _check_path(stage: Any, prim: Any) -> Iterator[AssetFinding]:
         )
     else:
         for index, coefficient in zip(indices, coefficients, strict=True):
-            yield from _check_arm(prim, joints[index], coefficient)
+            others = [other for other in joint_tendons(stage, joints[index]) if other != prim]
+            closed = any(_arm_about(other, targets[index]) > 0.0 for other in others)
+            yield from _check_arm(prim, joints[index], coefficient, closed=closed)
         yield from _check_connection(stage, prim, joints)
 
 
@@ -90,7 +92,17 @@ def _check_connection(stage: Any, prim: Any, joints: list[Any]) -> Iterator[Asse
             )
 
 
-def _check_arm(prim: Any, joint: Any, arm: float) -> Iterator[AssetFinding]:
+def _arm_about(prim: Any, joint: str) -> float:
+    """Return the constant moment arm of a tendon about a joint; 0 where it is not written."""
+    coefficients = list(authored(prim, "mjc:path:coef", ()))
+    targets = targets_of(prim, "mjc:path")
+    places = authored(prim, "mjc:path:indices", None) or range(len(targets))
+    arms = {targets[i]: arm for i, arm in zip(places, coefficients, strict=False)}
+    return arms.get(joint, 0.0)
+
+
+def _check_arm(prim: Any, joint: Any, arm: float, *, closed: bool) -> Iterator[AssetFinding]:
+    """Check one moment arm; a joint that another tendon closes may be opened by this one."""
     if authored(prim, "tendon:direct", False):
         return
     revolute = joint.GetTypeName() == "PhysicsRevoluteJoint"
@@ -101,7 +113,7 @@ def _check_arm(prim: Any, joint: Any, arm: float) -> Iterator[AssetFinding]:
             f"{unit}; beyond {limit:g} it is no bench's",
             "Check the unit of mjc:path:coef: metres",
         )
-    if not arm > 0.0:
+    if not (arm > 0.0 or (arm < 0.0 and closed)):
         yield about(prim, "moment_arm_sign").warning(
             "a tendon closes a joint where its moment arm is "
             f"positive; about {joint.GetName()} it is {arm:g} {unit}",

@@ -18,7 +18,7 @@ from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.mechanisms.geometry.arms import Body, with_arm, without_arm
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism, refusal_of
 
 OWNER = "bench"  # Owner of these columns in a parameter table
 # A number may turn out so many times as large, or as small, as where its search starts
@@ -84,7 +84,10 @@ def unknown_numbers(
                 for joint, value in enumerate(values)
             ]  # fmt: skip
         if not found:
-            raise InvalidModelFile(f"fit names {key!r}, which no bench of the dataset has")
+            why = next((w for m in benches.values() if (w := refusal_of(m, key))), "")
+            raise InvalidModelFile(
+                f"fit names {key!r}, which no bench of the dataset has{why and ': '}{why}"
+            )
         out += found
     return tuple(out)
 
@@ -174,10 +177,10 @@ def start_values(
 def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
     """Return a mechanism's numbers of one key, joint by joint; none where it has no such number.
 
-    A routed tendon's arms are no numbers, and its sites would have to move with a link's length.
+    What no override can change is none. A routed tendon's sites would have to move with a length.
     """
     routed = any(tendon.route is not None for tendon in mechanism.tendons)
-    if routed and key in ("moment_arm", "length"):
+    if refusal_of(mechanism, key) or (routed and key == "length"):
         return ()
     if key == "moment_arm":
         return tuple(float(arm) for arm in mechanism.tendons[0].moment_arm)
@@ -187,7 +190,7 @@ def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
     if key == "mass":
         return tuple(joint.mass - joint.arm_mass for joint in mechanism.joints)
     values = [getattr(joint, key) for joint in mechanism.joints]
-    return () if None in values else tuple(values)
+    return tuple(values)
 
 
 def without_estimates(recording: Recording, model: Model) -> Recording:

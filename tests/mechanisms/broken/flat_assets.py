@@ -20,3 +20,17 @@ def write_changed(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
     path = folder / f"{name}.usda"
     path.write_text(text)
     return path
+
+
+def two_strings(folder: Path) -> Path:
+    """Write the finger with a second string of constant arms, which opens what the first closes."""
+    from pxr import Sdf
+
+    layer = open_stage(asset_path("finger")).Flatten()
+    flexor, extensor = "/finger/tendons/flexor", "/finger/tendons/extensor"
+    Sdf.CopySpec(layer, flexor, layer, extensor)
+    arms = layer.GetAttributeAtPath(f"{extensor}.mjc:path:coef")
+    arms.default = [-arm for arm in arms.default]
+    path = folder / "finger.usda"
+    layer.Export(str(path))
+    return path

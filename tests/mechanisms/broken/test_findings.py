@@ -8,7 +8,7 @@ import pytest
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.loading import load_mechanism
-from tests.mechanisms.broken.flat_assets import write_changed
+from tests.mechanisms.broken.flat_assets import two_strings, write_changed
 
 LIMIT = 10.0  # A check takes less of a core [s], whatever the asset holds
 PIP = "/finger/joints/pip"
@@ -175,6 +175,11 @@ def test_a_fault_is_named_with_its_prim_and_its_remedy(case: str, tmp_path: Path
     if severity == "error" and rule != "closing_force":
         with pytest.raises(InvalidAsset):
             load_mechanism(path)
+
+
+def test_a_string_may_open_what_another_one_closes(tmp_path: Path) -> None:
+    """An extensor beside its flexor is sound; alone it is the sign that slipped."""
+    assert not [f for f in check_asset(two_strings(tmp_path)) if f.rule == "moment_arm_sign"]
 
 
 def test_several_faults_are_named_at_once(tmp_path: Path) -> None:
