@@ -60,10 +60,12 @@ def test_units_signs_and_offsets_are_applied(logs: Path, tmp_path: Path) -> None
     angle = np.deg2rad(30.0 * np.sin(TIME))
     np.testing.assert_allclose(run.time, TIME, atol=1e-9)
     np.testing.assert_allclose(run.motor_position[:, 0], 0.1 - angle, atol=1e-8)
+    assert run.command is not None
     np.testing.assert_allclose(run.command[:, 0], -1.1 * angle, atol=1e-8)
     speed = -np.deg2rad(30.0) * np.cos(TIME)
     np.testing.assert_allclose(run.motor_velocity[:, 0], speed, atol=1e-8)
     weight = (100.0 + 30.0 * np.sin(TIME)) * 9.80665e-3
+    assert run.force is not None
     np.testing.assert_allclose(run.force[:, 0], weight, atol=1e-8)
     assert load_model(tmp_path / "out" / "model.toml").actuator.name == "ideal"
 
@@ -215,6 +217,7 @@ def test_a_labs_csv_needs_no_word_about_its_form(lab: Path, tmp_path: Path, caps
     np.testing.assert_allclose(run.time, [0.0, 0.025, 0.1])
     np.testing.assert_allclose(run.motor_position[:, 0], np.deg2rad([9.5, 9.6, 10.1]))
     np.testing.assert_allclose(run.motor_velocity[:, 0], np.array([0.0, 0.6, 0.9]) * np.pi / 30.0)
+    assert run.force is not None
     np.testing.assert_allclose(run.force[:, 0], [1.5, 1.6, 1.9])
     said = capsys.readouterr().out
     assert "cells separated by ';' and decimal commas, by its first lines" in said
@@ -295,6 +298,7 @@ joint_load = {column = "load", unit = "mN m"}
     assert np.diff(run.time) == pytest.approx(np.full(len(run.time) - 1, 0.01))
     assert run.compared_angle == pytest.approx(0.5 * np.sin(np.pi * run.time), abs=3e-3)
     assert run.joint_load == pytest.approx(np.full(len(run.time), -1e-4))
+    assert run.force is not None
     assert run.force[:, 0] == pytest.approx(2.0 * run.motor_position[:, 0])
 
 
@@ -342,6 +346,7 @@ def test_a_bench_of_two_strings_comes_from_one_file(tmp_path: Path) -> None:
     path = mapping(tmp_path, of_servos(2), 'bench = "finger_antagonist"')
     assert run_import(folder, path, tmp_path / "out") == 0
     (run,) = load_dataset(tmp_path / "out").train
+    assert run.command is not None
     np.testing.assert_allclose(run.command, 1.1 * angles[:, :2])
     np.testing.assert_allclose(run.motor_position, -angles[:, :2])
     slope = -0.1 * np.cos(TIME)
@@ -356,6 +361,8 @@ def test_the_joints_of_an_arm_come_from_one_file(joints: tuple[str, ...], tmp_pa
     assert run_import(folder, mapping(tmp_path, of_servos(3), head), tmp_path / "arm") == 0
     for k, joint in enumerate(joints or ("servo_0", "servo_1", "servo_2")):
         (run,) = load_dataset(tmp_path / "arm" / joint).train
+        assert run.command is not None
+        assert run.current is not None
         np.testing.assert_allclose(run.command[:, 0], 1.1 * angles[:, k])
         np.testing.assert_allclose(run.motor_position[:, 0], -angles[:, k])
         np.testing.assert_allclose(run.current, k)

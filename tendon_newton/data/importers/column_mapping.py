@@ -27,8 +27,8 @@ ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "head
 """Keys for files of rows: CSV and JSON."""
 STATED_KEYS = ("start", "bench_overrides", "actuator_overrides", "load_cell_rate")
 """Keys of what is stated of logs that no column holds."""
-FILE_KEYS = ("bench", "files", "joints", *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS)
-FILE_KEYS += ("logs", "model", "fit")
+OTHER_KEYS = ("bench", "files", "joints", "logs", "model", "fit")
+FILE_KEYS = (*OTHER_KEYS, *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS)
 
 
 @dataclass(frozen=True, kw_only=True)

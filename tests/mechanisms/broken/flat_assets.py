@@ -1,5 +1,8 @@
 """Assets flattened to one text, so that a test can spoil a line of them."""
 
+# The stubs of pxr leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
 from pathlib import Path
 
 from tendon_newton.mechanisms.asset_library import asset_path
