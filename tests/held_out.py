@@ -21,6 +21,7 @@ import numpy as np
 from tendon_lab.reproduction.physical import starting_model
 from tendon_newton.cli import main as run
 from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.data.model_file import NamedValues, write_model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
@@ -28,7 +29,7 @@ from tendon_newton.identification.cutting import rows_of
 from tendon_newton.workflows.options import RefreshOptions
 from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
-from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear, Ledger
+from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear
 from tests.diagnosis.in_time.test_changes import FIRST as FITTED
 from tests.diagnosis.in_time.test_changes import log_of
 from tests.hardware.silent_operator import SilentOperator
@@ -110,12 +111,21 @@ def small_dataset(folder: Path, noisy: bool = False) -> Path:
     return folder
 
 
+THEIRS = ("notes.txt", "results/thesis/data.csv", "models/mine/model.toml", "answer/truth.json")
+"""Files of a user's own in a folder for results."""
+
+
 def said(words: Sequence[str | Path]) -> str:
-    """Run a verb and return what it prints."""
+    """Run a verb and return what it prints; whatever else lies in its folder stays as it is."""
+    theirs = [Path(words[words.index("--out") + 1]) / name for name in THEIRS]
+    for file in theirs:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"the user's {file.name}")
     out = StringIO()
     with redirect_stdout(out):
         code = run([str(word) for word in words])
     assert code == 0, out.getvalue()
+    assert [file.read_text() for file in theirs] == [f"the user's {file.name}" for file in theirs]
     return out.getvalue()
 
 

@@ -9,7 +9,6 @@ import argparse
 import json
 import os
 import resource
-import shutil
 import subprocess
 import sys
 import time
@@ -40,7 +39,8 @@ def main() -> None:
 
 def outcome(case: Case, folder: Path) -> dict[str, Any]:
     """Write the logs of a case, type its commands, and say what came of them."""
-    shutil.rmtree(folder, ignore_errors=True)  # of a run that was interrupted
+    if folder.exists():
+        raise SystemExit(f"{folder}: is there, of a run that was interrupted? Take it away first")
     folder.mkdir(parents=True)
     case.write(folder)
     environment = {**os.environ, "TENDON_NEWTON_ASSETS": str(folder)}

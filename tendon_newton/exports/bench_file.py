@@ -29,7 +29,7 @@ SAME = 1.0e-4  # Share [1] by which a number may change on its way through USD's
 
 
 def write_bench(path: Path, correction: Correction, model: Model) -> None:
-    """Write a corrected bench, and read it again.
+    """Write a corrected bench, once it reads as it was meant.
 
     Raises:
         InvalidModelFile: A number of the bench has no place in USD.
@@ -42,14 +42,15 @@ def write_bench(path: Path, correction: Correction, model: Model) -> None:
         write_identified_layer(layer, correction, provenance_of(model))
         with usd_errors(layer):
             flat = Usd.Stage.Open(str(layer)).Flatten(False).ExportToString()
-    write_text(path, flat)
-    lost = lost_numbers(load_mechanism(path), correction.corrected)
+        written = Path(draft) / path.name
+        write_text(written, flat)
+        lost = lost_numbers(load_mechanism(written), correction.corrected)
     if lost:
-        path.unlink()
         raise InvalidModelFile(
             f"{path.name} cannot hold all numbers of the bench {correction.asset.name}: USD has no "
             f"place for its new {', '.join(lost)}; give the bench an asset of its own"
         )
+    write_text(path, flat)
 
 
 def lost_numbers(written: Mechanism, meant: Mechanism) -> list[str]:

@@ -10,6 +10,7 @@ from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_log import policy_span, step_table
 from tendon_newton import __version__
 from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.formats.mcap_file import read_session
@@ -42,7 +43,6 @@ from tendon_train.refresh.refresh_logs import (
 from tendon_train.refresh.refresh_outcome import (
     AGREES,
     Drift,
-    Ledger,
     TipFigure,
     headline,
     judge_drift,

@@ -106,7 +106,9 @@ class CalibrationSession:
                 date=datetime.now().astimezone().isoformat("T", "seconds"),
             )
         except InvalidCalibration as error:
-            refused = self.partial.with_name(f"{self.out.stem}.refused.toml")
+            ends = ("", *map("_{}".format, range(2, 1000)))  # points of others stay
+            files = (self.out.with_name(f"{self.out.stem}.refused{end}.toml") for end in ends)
+            refused = next(file for file in files if not file.exists())
             self.partial.replace(refused)
             raise InvalidCalibration(f"{error}; the points are in {refused}") from error
         write_calibration(self.out, calibration)

@@ -11,7 +11,6 @@ from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from shutil import rmtree
 from typing import Any, Protocol
 
 from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN, refitted_gain
@@ -19,6 +18,7 @@ from tendon_lab.reproduction.physical import with_ideal
 from tendon_lab.reproduction.settings import ReproductionSettings
 from tendon_lab.reproduction.unit import Unit
 from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model, load_model, write_model
@@ -106,22 +106,31 @@ class Reproduction:
 
     @cached_property
     def results(self) -> Path:
-        """Folder of the results of jobs, once recordings are there; those of other inputs go.
+        """Folder of the results of jobs, once recordings are there.
 
         It has the hash of all that decides a result: settings, recordings, what is given.
         """
-        table = {
-            "settings": asdict(self.settings),
-            "data": [unit.sha256 for unit in self.units],
-            "policies": [file_hash(path) for path in self.policies],
+        table = {**self.inputs, "data": [unit.sha256 for unit in self.units]}
+        digest = hashlib.sha256(json.dumps(table, sort_keys=True).encode()).hexdigest()
+        return self.folder("results", digest[:16])
+
+    @cached_property
+    def inputs(self) -> dict[str, Any]:
+        """Return all that is known to decide results before anything is recorded."""
+        return {
+            **asdict(self.settings),
+            "recordings": [unit.sha256 for unit in self.units if self.folders],
+            "given policies": [file_hash(path) for path in self.policies],
             "causes": None if self.causes is None else file_hash(self.causes),
         }
-        digest = hashlib.sha256(json.dumps(table, sort_keys=True).encode()).hexdigest()
-        own = self.folder("results", digest[:16])
-        for other in own.parent.iterdir():
-            if other != own:
-                rmtree(other)
-        return own
+
+    def begin(self) -> None:
+        """Take the folder, which has networks and models of one reproduction.
+
+        Raises:
+            InvalidOutput: It is another one's.
+        """
+        Ledger(self.out / "inputs.json", self.inputs).finish("begun", True)
 
     async def each(self, work: Work, items: Sequence[Any], *, keep: bool = True) -> list[Any]:
         """Return what a function makes of this reproduction and each item, side by side.

@@ -273,7 +273,10 @@ def test_a_refused_calibration_keeps_its_points(tmp_path: Path) -> None:
     hand = Hand(instead={1.0: 1.3})
     with pytest.raises(InvalidCalibration, match=r"without 1 kg: weigh .*cell\.refused\.toml"):
         hand.calibrate(session(tmp_path))
-    assert (tmp_path / "cell.refused.toml").is_file()
+    first = (tmp_path / "cell.refused.toml").read_text()
+    with pytest.raises(InvalidCalibration, match=r"cell\.refused_2\.toml"):
+        Hand(instead={1.0: 1.4}).calibrate(session(tmp_path))
+    assert (tmp_path / "cell.refused.toml").read_text() == first
     assert not (tmp_path / "cell.toml").exists()
 
 

@@ -16,7 +16,6 @@ from tendon_lab.reproduction.reproduction import MODELS, NotDone, Reproduction
 from tendon_lab.reproduction.reproduction_report import rows_table, write_report
 from tendon_lab.reproduction.settings import POLICIES, find_settings
 from tendon_lab.reproduction.steps import policy_stage
-from tendon_lab.reproduction.steps.network_stage import anew_if_other
 from tendon_lab.reproduction.steps.stage_list import (
     REPRODUCTION_STAGES,
     ReproductionStage,
@@ -24,12 +23,9 @@ from tendon_lab.reproduction.steps.stage_list import (
     with_needs,
 )
 from tendon_lab.reproduction.steps.tip_stage import SINES
-from tendon_lab.reproduction.unit import Unit, of_benches
-from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
-from tendon_newton.errors import InvalidDataset, UnknownName
+from tendon_newton.errors import InvalidDataset, InvalidOutput, UnknownName
 from tendon_newton.scheduler import InTurn, JobOptions, open_executor
-from tendon_train.actuator.fitting.run import train_to_file
 from tests.bad_input.damage import refusal
 from tests.lab.reproduction.tiny import SETTINGS, TinyBench
 
@@ -115,47 +111,30 @@ def test_two_processes_give_the_same_numbers(recorded: Path, tmp_path: Path) -> 
     assert found[0] == found[1]
 
 
-def test_results_of_other_inputs_are_not_mixed_in(recorded: Path, tmp_path: Path) -> None:
-    """Whatever decides a result, when it changes everything is done again; else nothing is."""
-    folder = tmp_path / "bench"
+def test_a_folder_has_one_reproduction_and_keeps_all_else(recorded: Path, tmp_path: Path) -> None:
+    """Other settings and recordings are refused in words; a user's own files stay in any case."""
+    folder, out = tmp_path / "bench", tmp_path / "out"
     shutil.copytree(recorded, folder)
-    whole = Reproduction(
-        settings=SETTINGS, out=tmp_path / "out", folders=(folder,), executor=InTurn()
-    )
+    for theirs in ("results/my_thesis", "networks/mine", "results/0123456789abcdef", "models"):
+        (out / theirs).mkdir(parents=True)
+        (out / theirs / "data.csv").write_text("x")
+    whole = Reproduction(settings=SETTINGS, out=out, folders=(folder,), executor=InTurn())
     counted = [run_stages(replace(whole), ["ramp"]) for _ in range(2)]
     assert counted[0] == counted[1]
-    first = {path: path.stat().st_mtime_ns for path in whole.results.iterdir()}
+    before = contents(out)
+    with pytest.raises(InvalidOutput, match="began with seed = 0, and now it is 1; use another"):
+        run_stages(replace(whole, settings=replace(SETTINGS, seed=1)), ["ramp"])
     listing = folder / "recordings" / "dataset.toml"
     listing.write_text(listing.read_text() + "# changed\n")
-    for other in (replace(whole), replace(whole, settings=replace(SETTINGS, seed=1))):
-        found = run_stages(replace(other, executor=None), ["ramp"])
-        assert found == {}  # what is there was made from something else
-        run_stages(other, ["ramp"])
-        assert not first.keys() & set(other.results.iterdir())
+    with pytest.raises(InvalidOutput, match="began with recordings"):
+        run_stages(replace(whole), ["ramp"])
+    assert contents(out) == before
+    assert sum(path.name == "data.csv" for path in before) == 4
 
 
-def test_a_network_whose_data_changed_is_trained_anew(unit: Unit, tmp_path: Path) -> None:
-    """In the same folder, from its start, and one line says why."""
-    config = SETTINGS.training()
-    told: list[str] = []
-
-    def train(dataset: Dataset) -> None:
-        anew_if_other(
-            tmp_path / f"{config.name}.checkpoint",
-            lambda: train_to_file(
-                dataset, config, tmp_path, report=lambda progress: None, export=False
-            ),
-            told.append,
-        )
-
-    train(unit.dataset)
-    train(unit.dataset)
-    assert told == []
-    before = (tmp_path / f"{config.name}.json").read_text()
-    train(of_benches(unit.dataset, ["finger", "spring_weak"]))
-    assert (tmp_path / f"{config.name}.json").read_text() != before
-    (line,) = told
-    assert "this training began with data" in line
+def contents(folder: Path) -> dict[Path, bytes]:
+    """Return all files of a folder."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_an_interrupted_stage_goes_on_with_its_next_job(recorded: Path, tmp_path: Path) -> None:

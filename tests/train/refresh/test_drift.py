@@ -9,6 +9,7 @@ import pytest
 
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
 from tendon_newton.diagnosis.in_time.walks import walk_of
@@ -22,7 +23,6 @@ from tendon_train.refresh.refresh_outcome import (
     CHANGED,
     WORN,
     Drift,
-    Ledger,
     headline,
     judge_drift,
     told_drift,

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.errors import InvalidDataset, InvalidOutput
 from tendon_newton.identification.cutting import hold_out
 from tendon_train.refresh.refresh_logs import (
@@ -20,7 +21,6 @@ from tendon_train.refresh.refresh_logs import (
     without_beginning,
     without_rest,
 )
-from tendon_train.refresh.refresh_outcome import Ledger
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "hidden_friction"
 

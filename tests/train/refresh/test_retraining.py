@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from tendon_hardware.control.policy_runner import load_policy
+from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.model_file import write_model
 from tendon_newton.errors import InvalidPolicyFile
@@ -15,7 +16,6 @@ from tendon_newton.workflows.refreshing import new_policy, train_policy_on
 from tendon_train.policy.runs.policy_checkpoint import load_start
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import make_runner
-from tendon_train.refresh.refresh_outcome import Ledger
 from tendon_train.refresh.retraining import find_training, retrain
 from tests.hardware.silent_operator import SilentOperator
 from tests.physics.runs import ideal_model

@@ -1,64 +1,19 @@
-"""A refresh: its settings and state, so that it can go on, and its findings on one page."""
+"""Findings of a refresh, on one page."""
 
 import base64
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.checked_table import read_checked
-from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.parameters import with_unit
 from tendon_newton.diagnosis.in_time.changes_report import CHANGES
 from tendon_newton.diagnosis.in_time.walks import walk_of
 from tendon_newton.diagnosis.reporting.page import write_page as fill_page
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.errors import InvalidDiagnosis, InvalidOutput
+from tendon_newton.errors import InvalidDiagnosis
 from tendon_train.refresh.slip import SLIP, SLIPS
-
-LEDGER_PROMISE = "a refresh keeps how far it came in a JSON file"
-
-
-class Ledger:
-    """Results of the stages that are done, on disk after each.
-
-    Args:
-        path: The file; it is read where it is there.
-        inputs: All that decides the results: settings, and a hash of each file that is read.
-
-    Raises:
-        InvalidOutput: The file belongs to a refresh with other inputs.
-    """
-
-    def __init__(self, path: Path, inputs: Mapping[str, Any]) -> None:
-        self.path = path
-        self.inputs: dict[str, Any] = json.loads(json.dumps(dict(inputs)))
-        self._stages: dict[str, Any] = {}
-        if path.exists():
-            table = read_json(path, InvalidOutput, LEDGER_PROMISE)
-            self._refuse_other(table.get("inputs"))
-            stages = table.get("stages")
-            self._stages = stages if isinstance(stages, dict) else {}
-
-    def done(self, stage: str) -> Any:
-        """Return the result of a stage, None where it is still to be done."""
-        return self._stages.get(stage)
-
-    def finish(self, stage: str, result: Any) -> None:
-        """Keep the result of a stage; the file is written whole or not at all."""
-        self._stages[stage] = json.loads(json.dumps(result))
-        write_json(self.path, {"inputs": self.inputs, "stages": self._stages})
-
-    def _refuse_other(self, saved: Any) -> None:
-        saved = saved if isinstance(saved, dict) else {}
-        for key, value in self.inputs.items():
-            if saved.get(key) != value:
-                raise InvalidOutput(
-                    f"{self.path}: this refresh began with {key} = {saved.get(key)!r}, and now it "
-                    f"is {value!r}; use another folder"
-                )
-
 
 PROMISE = "what diagnose --against says is a JSON file"
 TEMPLATE = "refresh.html.jinja"

@@ -1,10 +1,8 @@
 """Force networks of every bench, or of a part of its recordings, trained and written as models."""
 
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from shutil import rmtree
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from tendon_lab.reproduction.outcome import Outcome
 from tendon_lab.reproduction.physical import SPOOL_RADIUS
@@ -12,11 +10,9 @@ from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_lab.reproduction.unit import Unit
 from tendon_lab.reproduction.unit_correction import train_correction
 from tendon_newton.data.model_file import Model, NamedValues, write_model
-from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
 from tendon_train.actuator.fitting.run import train_to_file
 from tendon_train.actuator.training_config import Kind, Purpose
 
-Result = TypeVar("Result")
 Aim = Literal["prediction", "simulation", "correction"]
 """What a network is for: the force along measured motion, in the loop of a simulation, or what a
 servo with friction lacks there."""
@@ -65,19 +61,11 @@ def train(reproduction: Reproduction, unit: Unit, kind: Kind, aim: Aim) -> dict[
     config = reproduction.settings.training(kind, "prediction" if aim == "prediction" else IN_LOOP)
     if aim == "correction":
         reproduction.tell(f"  {unit.name}: {config.name} on what a servo with friction lacks")
-        made = anew_if_other(
-            folder / f"hybrid-{config.name}.checkpoint",
-            lambda: train_correction(unit.dataset, config, folder),
-            reproduction.tell,
-        )
+        made = train_correction(unit.dataset, config, folder)
         write_model(reproduction.model_file(unit, "servo"), made.model)
         return {**asdict(made.servo), "share": made.share, "bound_n": made.bound}
     reproduction.tell(f"  {unit.name}: {config.name}")
-    exported = anew_if_other(
-        folder / f"{config.name}.checkpoint",
-        lambda: train_to_file(unit.dataset, config, folder, report=lambda progress: None),
-        reproduction.tell,
-    )
+    exported = train_to_file(unit.dataset, config, folder, report=lambda progress: None)
     assert exported is not None
     if aim == IN_LOOP:
         model = learned_model(exported.torchscript)
@@ -90,24 +78,3 @@ def learned_model(network: Path) -> Model:
     """Return the model in which a network pulls the nominal mechanism, as in the paper."""
     values = {"file": str(network.resolve()), "spool_radius": SPOOL_RADIUS}
     return Model(actuator=NamedValues(name="learned", values=values))
-
-
-def anew_if_other(begun: Path, train: Callable[[], Result], tell: Callable[[str], None]) -> Result:
-    """Train, or go on; from the start where a checkpoint is damaged or of other data or settings.
-
-    Args:
-        begun: The checkpoint that the training goes on from, or the folder of its checkpoints.
-        train: Trains, and refuses a checkpoint that is not its own.
-        tell: Told why it began anew.
-    """
-    try:
-        return train()
-    except (InvalidNetworkFile, InvalidPolicyFile) as error:
-        if not begun.exists():
-            raise
-        tell(f"  begins anew: {str(error).removesuffix('; use another folder')}")
-        if begun.is_dir():
-            rmtree(begun)
-        else:
-            begun.unlink()
-        return train()

@@ -12,7 +12,6 @@ import warp as wp
 from tendon_lab.reproduction.outcome import Outcome, Row, mean_text, reductions, row
 from tendon_lab.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 from tendon_lab.reproduction.settings import POLICIES, POLICY_STEPS, PolicyEffort
-from tendon_lab.reproduction.steps.network_stage import anew_if_other
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.policy_export import export_policy
@@ -96,11 +95,7 @@ def trained(reproduction: Reproduction, item: tuple[int, str, int]) -> str:
     config = training_of(effort, model, force, seed, own_device(effort.device, number))
     folder = reproduction.folder("policies", model, f"seed_{seed}")
     with wp.ScopedDevice(config.device):
-        done = anew_if_other(
-            folder / "checkpoints",
-            lambda: train_policy(config, folder, report=lambda progress: None),
-            reproduction.tell,
-        )
+        done = train_policy(config, folder, report=lambda progress: None)
         return str(export_policy(folder, done, config).onnx)
 
 

@@ -67,8 +67,10 @@ def run_stages(
 
     Raises:
         UnknownName: No such stage.
+        InvalidOutput: The folder is another reproduction's.
     """
     wanted = {RECORDINGS} | with_needs(only or tuple(stages), stages)
+    reproduction.begin()
     found = asyncio.run(settled(reproduction, wanted, stages))
     return {name: outcome for name, outcome in found.items() if outcome is not None}
 
