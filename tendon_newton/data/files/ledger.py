@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.json_file import read_json, write_json
+from tendon_newton.data.files.values import is_table
 from tendon_newton.errors import InvalidOutput, shown
 
 PROMISE = "how far the work in a folder has come stands in a JSON file"
@@ -30,7 +31,7 @@ class Ledger:
             table = read_json(path, InvalidOutput, PROMISE)
             self._refuse_other(table.get("inputs"))
             stages = table.get("stages")
-            self._stages = stages if isinstance(stages, dict) else {}
+            self._stages = stages if is_table(stages) else {}
 
     def done(self, stage: str) -> Any:
         """Return the result of a stage, None where it is still to be done."""
@@ -42,7 +43,7 @@ class Ledger:
         write_json(self.path, {"inputs": self.inputs, "stages": self._stages})
 
     def _refuse_other(self, saved: Any) -> None:
-        saved = saved if isinstance(saved, dict) else {}
+        saved = saved if is_table(saved) else {}
         for key, value in self.inputs.items():
             if saved.get(key) != value:
                 raise InvalidOutput(

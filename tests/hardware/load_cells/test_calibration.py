@@ -13,6 +13,7 @@ from tendon_hardware.load_cells.calibrating import CalibrationPlan, is_steady, t
 from tendon_hardware.load_cells.calibration import (
     STANDARD_GRAVITY,
     CalibrationPoint,
+    Direction,
     LoadCellCalibration,
     fit_calibration,
     load_calibration,
@@ -31,8 +32,8 @@ def points(
     *, masses: tuple[float, ...] = MASSES, slope: float = SLOPE, hysteresis: float = 0.0
 ) -> list[CalibrationPoint]:
     """Return the points of a cell with a known line; hysteresis in newtons."""
-    up = [(mass, "up") for mass in masses]
-    down = [(mass, "down") for mass in masses[-2::-1]]
+    up: list[tuple[float, Direction]] = [(mass, "up") for mass in masses]
+    down: list[tuple[float, Direction]] = [(mass, "down") for mass in masses[-2::-1]]
     return [
         CalibrationPoint(
             mass=mass,

@@ -60,11 +60,9 @@ def test_wear_is_named_with_its_size(worn: Model, name: str, number: float) -> N
     drift = judge_drift(diagnosis)
     assert drift.verdict == WORN
     assert [cause.name for cause in drift.causes] == [name]
-    (estimate,) = diagnosis.effects[0].parameters.values()
+    ((parameter, estimate),) = diagnosis.effects[0].parameters.items()
     assert estimate.value == pytest.approx(number, rel=0.05)  # noise, and steps of 1 ms
-    drawn = diagnosis.posterior.sample(500, 0)[
-        diagnosis.effects[0].name, *diagnosis.effects[0].parameters
-    ]
+    drawn = diagnosis.posterior.sample(500, 0)[diagnosis.effects[0].name, parameter]
     assert float(np.median(drawn)) == pytest.approx(number, rel=0.05)
     assert drift.corrected_theta_rmse < 0.3 * drift.theta_rmse
     assert judge_drift(diagnosis, grown=1.25).verdict == AGREES  # it always was so

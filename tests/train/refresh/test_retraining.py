@@ -87,10 +87,10 @@ def test_a_retraining_that_was_interrupted_goes_on(earlier, model, tmp_path) -> 
                 device="cpu",
                 report=lambda progress: None,
             )
+            assert exported.card.training.force == "model.toml"
+            assert exported.card.model == content_hash(model.read_bytes())
         checkpoint = tmp_path / folder / "checkpoints" / "000004.pt"
         learned.append(torch.load(checkpoint, weights_only=True)["algorithm"])
-        assert exported.card.training.force == "model.toml"
-        assert exported.card.model == content_hash(model.read_bytes())
     for part in ("actor_state_dict", "critic_state_dict"):
         for name, value in learned[0][part].items():
             assert torch.equal(value, learned[1][part][name])
