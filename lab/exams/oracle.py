@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from lab.exams.enumeration import STEPS, bench_of
 from lab.exams.fresh import say, truth_path
 from lab.exams.rich import set_of, take
 from tendon_lab.exam.exam_score import Truth, judge
@@ -22,20 +23,11 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.search.decide.decision import fit_replacements, tested
-from tendon_newton.diagnosis.search.decide.find_causes import MOST_CAUSES, part_of
-from tendon_newton.diagnosis.search.decide.rule import PRICE
-from tendon_newton.diagnosis.search.floors import floors_of
-from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import prune
 from tendon_newton.diagnosis.search.refit import refit, start_fits
-from tendon_newton.diagnosis.search.search_spans import deciding
-from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
-from tendon_newton.effects import EFFECTS, are_related
-from tendon_newton.identification.study import Study
-from tendon_newton.identification.testable import testable_effects
+from tendon_newton.effects import are_related
 from tendon_newton.scheduler import JobOptions, completed
 
-STEPS = 12  # Steps of a refit at most
 Causes = Mapping[str, Mapping[str, float]]  # Their numbers by name
 
 
@@ -48,15 +40,9 @@ def kept(folder: Path, true: Causes, said: Causes) -> tuple[str, ...]:
         said: Causes of the answer with their numbers.
     """
     dataset, model = load_dataset(folder), load_model(folder / "model.toml")
-    study = Study(
-        dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
-    )
-    testable = testable_effects(study)
-    chosen = deciding(dataset.train, whole=study.kinematic)
-    worlds = SearchWorlds(part_of(study, chosen, model))
-    floors = floors_of(worlds, tuple(true))
-    pool = Pool(worlds=worlds, floors=floors, price=PRICE, most=MOST_CAUSES)
-    base = {c: study.base_value(c) for c in (*study.fit_columns(model), *worlds.built_columns)}
+    bench = bench_of(dataset.train, model, tuple(true))
+    pool, worlds, testable = bench.pool, bench.pool.worlds, bench.testable
+    study = worlds.study
 
     def add(causes: Causes) -> frozenset[str]:
         names = list[str]()
@@ -68,7 +54,7 @@ def kept(folder: Path, true: Causes, said: Causes) -> tuple[str, ...]:
             for name in names
             for c in study.table.columns(name)
         }
-        start = (tuple(names), worlds.in_seconds({**base, **own}, -1))
+        start = (tuple(names), worlds.in_seconds({**bench.start, **own}, -1))
         begun = start_fits(worlds, [start], pool.floors, near=True)
         pool.add(refit(worlds, begun, pool.floors, iterations=STEPS, coarse=0))
         return frozenset(names)

@@ -1,0 +1,208 @@
+"""How much better a set the search could have chosen: ``python -m lab.exams.regret OUT --jobs 64``.
+
+Each set of logs is diagnosed, and all sets of at most three causes of a list are scored on the rows
+that decided (`lab.exams.enumeration`). *Regret* is the cost of the answer there, in the answer's
+own currency, less that of the best enumerated set [prices]. It is negative where the answer is
+better.
+
+OUT/sets has 60 drawn sets (``--cases``, ``--seed``). ``--sets FOLDER ...`` adds folders of datasets
+with a model.toml each, ``--data DATA`` the real splits of ``examples.studies.comparison`` in its
+folders xl330, sts3215 and so101: those with the same training logs count once. Writes
+OUT/answers/NAME.json, OUT/regret/NAME.json and OUT/regret.json. A run that broke off goes on.
+"""
+
+import argparse
+import json
+import re
+import tarfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from examples.studies.comparison.splits import splits_of
+from lab.exams.draw import write_exam
+from lab.exams.enumeration import LAWS, STEPS, Bench, bench_of, enumerate_sets, may_win
+from lab.exams.exam_draws import ExamPlan
+from lab.exams.fresh import say
+from tendon_newton.data.dataset import Dataset, load_dataset
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.origin import git_commit
+from tendon_newton.data.model_file import Model, load_model
+from tendon_newton.diagnosis.diagnose import diagnose
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
+from tendon_newton.scheduler import JobOptions, completed
+
+SEED, CASES = 800_000, 60  # Of the drawn sets
+BEST = 12  # Sets of each round that are refitted to their end
+
+
+@dataclass(frozen=True, kw_only=True)
+class Logs:
+    """What is diagnosed, and where what is found of it is kept."""
+
+    name: str  # Of its files
+    kind: str  # Drawn, or the servo of a real split
+    dataset: Dataset
+    model: Model
+    out: Path
+
+
+def answered(logs: Logs) -> dict[str, Any]:
+    """Return the causes of a diagnosis and all numbers of the model that it writes."""
+    file = logs.out / "answers" / f"{logs.name}.json"
+    if not file.is_file():
+        diagnosis, evidence = diagnose(logs.dataset, logs.model)
+        owners = evidence.train.table.owners
+        told = {
+            f"{owners[c][0]}.{owners[c][1].name}": float(v) for c, v in evidence.extended.items()
+        }
+        written = {cause.rpartition(".")[0] for cause in told}
+        causes = [e.name for e in (*diagnosis.effects, *diagnosis.suspected) if e.name in written]
+        write_json(file, {"verdict": diagnosis.verdict, "causes": causes, "numbers": told})
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def regret_of(
+    bench: Bench, causes: Sequence[str], numbers: Mapping[str, float], best: int = BEST
+) -> dict[str, Any]:
+    """Hold an answer against all sets of at most three causes.
+
+    Args:
+        bench: Rows, floors and price of the decision.
+        causes: Causes of the answer that the written model has.
+        numbers: Numbers of that model in seconds, OWNER.NUMBER -> value; others are as stated.
+        best: Sets of each round that are refitted to their end.
+    """
+    pool, worlds = bench.pool, bench.pool.worlds
+    table = worlds.study.table
+    values = dict(bench.start)
+    for c in (*values, *(c for name in causes for c in table.columns(name))):
+        owner, number = table.owners[c]
+        values[c] = numbers.get(f"{owner}.{number.name}", worlds.study.base_value(c))
+    start = (tuple(causes), worlds.in_seconds(values, -1))
+    (told,) = start_fits(worlds, [start], pool.floors, near=True)
+    pool.add(refit(worlds, [told], pool.floors, iterations=STEPS, coarse=0))
+    own = pool.fits.get(frozenset(causes), told)
+    enumerate_sets(bench, tuple(dict.fromkeys((*LAWS, *causes))), best)
+    found = sorted((f for f in pool.fits.values() if may_win(pool, f)), key=pool.cost)
+    wins = min(found, key=pool.cost, default=own)
+    return {
+        "regret": (pool.cost(told) - pool.cost(wins)) / pool.price,
+        "regret_refitted": (pool.cost(own) - pool.cost(wins)) / pool.price,
+        "answer": row(pool, told),
+        "wins": row(pool, wins),
+        "sets": [row(pool, fit) for fit in found],
+    }
+
+
+def row(pool: Pool, fit: Fit) -> dict[str, Any]:
+    """Return a set with its cost and its score [nat per row]."""
+    return {"causes": list(fit.names), "cost": pool.cost(fit), "score": fit.score}
+
+
+def take(logs: Logs) -> dict[str, Any]:
+    """Return the regret of one answer, and keep it."""
+    from tendon_newton.device_code.quiet import quiet_warp
+
+    quiet_warp()
+    file = logs.out / "regret" / f"{logs.name}.json"
+    if not file.is_file():
+        answer = answered(logs)
+        bench = bench_of(logs.dataset.train, logs.model, answer["causes"])
+        found = regret_of(bench, answer["causes"], answer["numbers"])
+        told = {"name": logs.name, "kind": logs.kind, "verdict": answer["verdict"]}
+        write_json(file, {**told, **found})
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def folders(out: Path, chosen: Sequence[Path]) -> Iterator[Logs]:
+    """Return the datasets of folders; a folder may be a dataset, or hold some."""
+    for folder in chosen:
+        own = [folder] if (folder / "dataset.toml").is_file() else sorted(folder.glob("*/"))
+        for each in own:
+            if (each / "dataset.toml").is_file():
+                yield Logs(
+                    name=f"{folder.name}_{each.name}",
+                    kind=folder.name,
+                    dataset=load_dataset(each),
+                    model=load_model(each / "model.toml"),
+                    out=out,
+                )
+
+
+def real_splits(out: Path, data: Path) -> Iterator[Logs]:
+    """Return the real splits whose logs a folder has; of equal training logs the first."""
+    sts3215 = data / "sts3215"
+    for packed in sts3215.glob("*.tar.xz"):
+        sts3215 = out / "sts3215"
+        if not sts3215.is_dir():
+            with tarfile.open(packed) as archive:
+                archive.extractall(sts3215, filter="data")
+    there = [p if p.is_dir() else None for p in (data / "xl330", sts3215, data / "so101")]
+    seen = set[tuple[str, ...]]()
+    for split in splits_of(*there):
+        train = tuple(log.recording for log in split.train)
+        key = (split.servo, *(recording.name for recording in train))
+        if key not in seen:
+            seen.add(key)
+            test = tuple(log.recording for log in split.test)
+            yield Logs(
+                name=re.sub(r"\W+", "_", split.key),
+                kind=split.servo,
+                dataset=Dataset(path=Path(split.name), train=train, test=test),
+                model=split.start,
+                out=out,
+            )
+
+
+def summary(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return by kind how many answers another set would beat by more than a price."""
+    kinds = dict.fromkeys(each["kind"] for each in found)
+    total: dict[str, Any] = {"commit": git_commit(), "laws": LAWS}
+    for kind in kinds:
+        own = sorted((f for f in found if f["kind"] == kind), key=lambda f: -f["regret"])
+        total[kind] = {
+            "sets": len(own),
+            "above_a_price": sum(each["regret"] > 1.0 for each in own),
+            "above_a_price_refitted": sum(each["regret_refitted"] > 1.0 for each in own),
+            "rows": [
+                {key: each[key] for key in ("name", "verdict", "regret", "regret_refitted")}
+                | {who: each[who]["causes"] for who in ("answer", "wins")}
+                for each in own
+            ],
+        }
+    return total
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the regret of each answer, and write what they come to."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--sets", type=Path, nargs="+", default=[], help="folders of datasets")
+    parser.add_argument("--data", type=Path, help="folder with xl330, sts3215 and so101")
+    parser.add_argument("--cases", type=int, default=CASES, help="drawn sets; 0 draws none")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--jobs", type=int, default=1)
+    chosen = parser.parse_args(arguments)
+    for name in ("answers", "regret"):
+        (chosen.out / name).mkdir(parents=True, exist_ok=True)
+    planted = chosen.out / "sets"
+    if chosen.cases and not planted.is_dir():
+        write_exam(planted, ExamPlan(cases=chosen.cases, seed=chosen.seed))
+    drawn = [planted] if chosen.cases else []
+    logs = list(folders(chosen.out, [*drawn, *chosen.sets]))
+    if chosen.data is not None:
+        logs += real_splits(chosen.out, chosen.data)
+    found: list[dict[str, Any]] = []
+    for _, each in completed(take, logs, JobOptions(jobs=chosen.jobs)):
+        found.append(each)
+        wins = ", ".join(each["wins"]["causes"]) or "nothing"
+        said = ", ".join(each["answer"]["causes"]) or "nothing"
+        say(f"{each['regret']:8.2f} {each['name']}: {said}; best: {wins}")
+    write_json(chosen.out / "regret.json", summary(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+"""All sets of a few laws beside an answer: what an answer misses is seen, and nothing else is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lab.exams.enumeration import SIZE, Bench, all_sets, bench_of
+from lab.exams.regret import regret_of, summary
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.choice import Chooser
+from tendon_newton.diagnosis.search.refit import refit, start_fits
+from tendon_newton.diagnosis.search.survey import survey
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tests.effect_bench import commanded, steps_and_waves
+from tests.physics.runs import ideal_model
+
+PLANTED = {"command_delay": {"delay": 0.03}, "viscous_friction": {"coefficient": 1.2}}
+NUMBERS = {"command_delay.delay": 0.03, "viscous_friction.coefficient": 1.2}
+LAWS = (*PLANTED, "actuator_lag", "gain_error")
+
+
+def log(seed: int) -> Recording:
+    """What a weak spring logs whose servo hears late and runs in grease."""
+    rng = np.random.default_rng(seed)
+    asked = replace(commanded((0.6 + 0.2 * seed) * steps_and_waves()), force=np.zeros((160, 1)))
+    (out,) = replay([asked], ideal_model(**PLANTED), time_step=1.0e-3)
+    found = simulated_recording(asked, out)
+    noise = rng.normal(0.0, 5.0e-4, found.motor_position.shape)
+    return replace(found, name=f"log_{seed}", motor_position=found.motor_position + noise)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Two such logs, as a decision that named nothing sees them."""
+    return bench_of([log(0), log(1)], ideal_model(), ())
+
+
+@pytest.fixture(autouse=True)
+def few_laws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four laws in place of seventeen."""
+    monkeypatch.setattr("lab.exams.regret.LAWS", LAWS)
+
+
+def test_the_right_set_has_no_regret_and_half_of_it_has(bench: Bench) -> None:
+    """Named both, nothing is better by half a price; named one of them, the other is worth many."""
+    right = regret_of(bench, tuple(PLANTED), NUMBERS, best=2)
+    assert right["regret"] < 0.5
+    assert set(right["wins"]["causes"]) == set(PLANTED)
+    half = regret_of(bench, ("viscous_friction",), NUMBERS, best=2)
+    assert half["regret"] > 5.0
+    assert set(half["wins"]["causes"]) == set(PLANTED)
+    told = [{**each, "name": "", "kind": "drawn", "verdict": ""} for each in (right, half)]
+    assert summary(told)["drawn"]["above_a_price"] == 1
+
+
+def test_all_sets_are_scored_once(bench: Bench) -> None:
+    """Of four laws that exclude nothing there are 4 + 6 + 4 sets, around a set with one of them."""
+    pool, (viscous,) = bench.pool, bench.pool.worlds.study.table.columns("viscous_friction")
+    begun = (("viscous_friction",), {**bench.start, viscous: 1.2})
+    fit = refit(pool.worlds, start_fits(pool.worlds, [begun], pool.floors), pool.floors,
+                iterations=1)[0]  # fmt: skip
+    chooser = Chooser(survey(pool.worlds, fit, LAWS, pool.floors, 1.0), pool.price, SIZE)
+    sets = [frozenset(chooser.names(trial)) for trial in all_sets(chooser, LAWS)]
+    assert len(sets) == len(set(sets)) == 14
