@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+from tendon_lab.exam.constant_answers import reached
 from tendon_lab.exam.exam_rates import at_least
+from tendon_newton.effects import EFFECTS
 
 Truth = Mapping[str, Sequence[Mapping[str, float]]]
 """Effect -> its numbers on each bench of the plant."""
@@ -67,6 +69,7 @@ class Mark:
     """Faults that matter -> share of the squared error that each is worth [1]."""
     held: int  # Numbers of the plant that lie inside their 95 % interval
     asked: int  # Numbers that have an interval and that the plant states
+    right: str  # Names that stand for something in the plant, joined by a blank
 
     def recalled(self, names: Iterable[Name]) -> list[str]:
         """Return the faults that matter and that some names or their classes stand for."""
@@ -121,6 +124,7 @@ def mark(
         material={fault: share for fault, share in worth.items() if share > MATTERS},
         held=sum(inside),
         asked=len(inside),
+        right=" ".join(name for name in EFFECTS if not heard_as(name).isdisjoint(truth)),
     )
 
 
@@ -193,6 +197,7 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
                 sum(len(m.recalled((*m.named, *m.suspected))) for m in marks), material
             ),
         },
+        "constant": reached([m.right.split() for m in marks], [[*m.material] for m in marks]),
         "intervals_hold": rate(sum(m.held for m in marks), sum(m.asked for m in marks)),
         "gear_by_one_name": rate(
             max((sum(name in gear for gear in geared) for name in GEAR), default=0), len(geared)

@@ -3,11 +3,15 @@
 ``python -m lab.exams.fresh OUT --jobs 30`` draws every set that has no answer, diagnoses it and
 writes OUT/rates.json. A run that broke off goes on. ``--part 3 16`` does the third of sixteen
 shares; folders ``truth`` and ``answers`` of several machines may be put together in one OUT.
+``--score`` counts the answers that are there. The file says how many sets of each section there
+would be, and what constant answers reach (`tendon_lab.exam.constant_answers`): fixed names are
+chosen on draws of other seeds.
 """
 
 import argparse
 import json
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,8 +19,9 @@ from typing import Any
 from lab.exams.draw import told
 from lab.exams.exam_draws import ExamPlan, recipes
 from lab.exams.other_sets import make_other, other_recipes
+from tendon_lab.exam.constant_answers import Drawn
 from tendon_lab.exam.exam_rates import rates
-from tendon_lab.exam.exam_score import Mark, judge
+from tendon_lab.exam.exam_score import Family, Mark, judge
 from tendon_lab.exam.run_exam import ANSWER, answer_one, read_answer
 from tendon_lab.exam.truth_file import read_truth
 from tendon_lab.verbs.exam import line
@@ -27,6 +32,7 @@ from tests.planted.sets.draws import EFFECTS
 
 SEED = 300_000  # First of all seeds; those below 105,000 were used before
 APART = 1_000  # Seeds of a section
+ELSEWHERE = 10_000_000  # How far away the seeds of the draws are on which fixed answers are chosen
 WITHOUT_CELL = tuple(name for name in EFFECTS if not name.startswith("load_cell"))
 SECTIONS: dict[str, ExamPlan] = {
     "single": ExamPlan(cases=63, families=("single",)),
@@ -53,6 +59,27 @@ def sets_of(seed: int) -> dict[str, Maker]:
         makers |= {f"{name}{k:03d}": partial(make_first, recipe=r) for k, r in enumerate(own)}
     others = other_recipes(seed + APART * len(SECTIONS), **OTHER)
     return makers | {f"other{k:03d}": partial(make_other, recipe=r) for k, r in enumerate(others)}
+
+
+def drawn_elsewhere(seed: int) -> dict[str, Drawn]:
+    """Return what other draws of each section plant, by family: nothing of them is simulated."""
+    seed += ELSEWHERE
+    causes = {
+        name: [r.effects for r in recipes(ExamPlan(**{**vars(plan), "seed": seed}))]
+        for name, plan in SECTIONS.items()
+    }
+    causes["other"] = [r.effects for r in other_recipes(seed, **OTHER)]
+    return {name: by_family(own) for name, own in causes.items()}
+
+
+def by_family(causes: Sequence[Sequence[str]]) -> Drawn:
+    """Return the causes of the catalogue that sets have, by family."""
+    out: dict[Family, list[Sequence[str]]] = {}
+    for names in causes:
+        known = [name for name in names if name in EFFECTS]
+        family: Family = ("clean", "single", "pair")[len(known)] if len(known) < 3 else "many"
+        out.setdefault("outside" if len(known) < len(names) else family, []).append(known)
+    return out
 
 
 def make_first(out: Path, recipe: Recipe) -> dict[str, Any]:
@@ -89,16 +116,24 @@ def truth_path(out: Path, name: str) -> Path:
     return out / "truth" / f"{name}.json"
 
 
+def section_of(name: str) -> str:
+    """Return the section of a set's name."""
+    return name.rstrip("0123456789")
+
+
 def summary(marks: dict[str, Mark], seed: int) -> dict[str, Any]:
     """Return rates by section, and all answers that are not right."""
-    sections = dict.fromkeys(name.rstrip("0123456789") for name in marks)
+    sections, others = dict.fromkeys(map(section_of, marks)), drawn_elsewhere(seed)
     return {
         "seed": seed,
         "sets": len(marks),
+        "drawn": Counter(map(section_of, sets_of(seed))),
         "sections": {
             section: {
                 rate.name: vars(rate)
-                for rate in rates([m for n, m in marks.items() if n.startswith(section)])
+                for rate in rates(
+                    [m for n, m in marks.items() if section_of(n) == section], others[section]
+                )
             }
             for section in sections
         },
@@ -113,8 +148,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--part", type=int, nargs=2, metavar=("K", "N"), help="the K-th of N")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--score", action="store_true", help="count what is there, do nothing anew")
     chosen = parser.parse_args()
     makers = sets_of(chosen.seed)
+    if chosen.score:
+        answers = chosen.out / "answers"
+        makers = {n: m for n, m in makers.items() if read_answer(answers / n / ANSWER) is not None}
     if chosen.part:
         first, step = chosen.part
         makers = dict(list(makers.items())[first - 1 :: step])

@@ -36,6 +36,7 @@ from tendon_newton.scheduler import JobOptions, completed
 
 SEED, CASES = 800_000, 60  # Of the drawn sets
 BEST = 12  # Sets of each round that are refitted to their end
+TOLD = 30  # Best sets of each answer that are listed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +94,7 @@ def regret_of(
         "regret_refitted": (pool.cost(own) - pool.cost(wins)) / pool.price,
         "answer": row(pool, told),
         "wins": row(pool, wins),
-        "sets": [row(pool, fit) for fit in found],
+        "sets": [row(pool, fit) for fit in found[:TOLD]],
     }
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from examples.studies.unit_score import Mark, mark, rate, summary
 from lab.exams.exam_draws import are_alike
 from lab.exams.other_sets import BENCHES, DRAWS, ON_FINGER, Draw, OtherRecipe, drawn, one, write_set
+from tendon_lab.exam.constant_answers import reached
 from tendon_lab.exam.run_exam import ANSWER, answer_one, read_answer
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.scheduler import JobOptions, completed
@@ -113,6 +114,8 @@ def main() -> None:
         print(f"{each.text}; planted found: {', '.join(planted) or 'none'}", flush=True)  # noqa: T201
     marks.sort(key=lambda each: each.unit)
     total = {**summary(marks), "planted_found": rate(found, 2 * len(marks))}
+    planted = [set_of(chosen.out, each.unit)["planted"] for each in marks]
+    total["constant_planted"] = reached([m.right.split() for m in marks], planted)["faults"]
     write_json(chosen.out / "rich.json", {"summary": total, "sets": [asdict(m) for m in marks]})
     print(json.dumps(total, indent=1))  # noqa: T201
 

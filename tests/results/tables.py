@@ -186,22 +186,46 @@ def mechanics(record: Record, worlds: Sequence[int]) -> str:
     return table(("engine", "step", "error", *counts), lines)
 
 
+BESIDE = {
+    "in_plant_or_class": ("constant", "in_plant"),
+    "material_faults_named": ("constant", "faults"),
+    "planted_found": ("constant_planted",),
+}
+"""Where a summary has what constant answers reach of a rate."""
+
+
 def strict_rates(kept: Records) -> str:
     """Return how often names and intervals on benches with many faults are right."""
     totals = [kept[name].figures["summary"] for name in ("units", "rich")]
     lines = [
-        (words, *(of_rate(total.get(name)) for total in totals)) for name, words in RATES.items()
-    ]
+        (words, *(cell for total in totals for cell in
+                  (of_rate(total.get(name)), constant(total, name))))
+        for name, words in RATES.items()
+    ]  # fmt: skip
     lines += [
-        ("deserved names of a bench", *(f"{total['deserved_a_unit']:.1f}" for total in totals)),
-        ("answers that are *unexplained*", *(total["unexplained"] for total in totals)),
+        ("deserved names of a bench", *paired(f"{t['deserved_a_unit']:.1f}" for t in totals)),
+        ("answers that are *unexplained*", *paired(t["unexplained"] for t in totals)),
         ("squared error gone: median, least",
-         *(f"{total['gone_median']:.1%}, {total['gone_least']:.1%}" for total in totals)),
+         *paired(f"{t['gone_median']:.1%}, {t['gone_least']:.1%}" for t in totals)),
     ]  # fmt: skip
     units, rich = (total["units"] for total in totals)
-    return table(
-        ("rate (at least, 95 %)", f"{units} virtual units", f"{rich} of the second plant"), lines
-    )
+    heads = ("rate (at least, 95 %)", f"{units} virtual units", "constant")
+    return table((*heads, f"{rich} of the second plant", "constant"), lines)
+
+
+def paired(cells: Iterable[Any]) -> list[Any]:
+    """Return cells with an empty one behind each."""
+    return [each for cell in cells for each in (cell, "")]
+
+
+def constant(total: Mapping[str, Any], name: str) -> str:
+    """Return what a fixed answer and random ones reach of a rate, where it means something."""
+    found: Any = total if name in BESIDE else {}
+    for key in BESIDE.get(name, ()):
+        found = found.get(key, {})
+    words = {"fixed": "fixed", "random": "random", "class": "class of three"}
+    told = [f"{words[key]} {share(value)}" for key, value in found.items() if value is not None]
+    return ", ".join(told)
 
 
 def of_rate(rate: Mapping[str, Any] | None) -> str:
@@ -231,33 +255,57 @@ SHOWN = (
     ("other", "single: true cause first or in its class"),
     ("other", "single: nothing else named"),
     ("weak", "single: true cause first or in its class"),
+    ("weak", "weak: true cause first or in its class"),
     ("pair", "pair: both found"),
     ("many", "many: recall"),
     ("many", "many: precision"),
-    ("single", "parameters: 95 % interval holds the truth"),
-    ("pair", "parameters: 95 % interval holds the truth"),
-    ("many", "parameters: 95 % interval holds the truth"),
     ("clean", "clean: no cause named"),
     ("other", "clean: no cause named"),
     ("outside", "outside: no wrong name"),
-)
+    *((part, "parameters: 95 % interval holds the truth")
+      for part in ("single", "cell", "form", "other", "weak", "pair", "many")),
+)  # fmt: skip
 """Rates of the exam that its users read first: a section, and what is counted there."""
+TOO_WEAK = ", below what is expected to be seen"
 
 
 def exam_rows(kept: Records) -> str:
-    """Return rates of the exam with their lower bounds."""
-    sections = kept["exam"].figures["sections"]
-    rows = [
-        (
-            SECTIONS[section],
-            name.split(": ")[-1],
-            f"{round(rate['value'] * rate['cases'])} of {rate['cases']}: "
-            f"{rate['value']:.0%} ({rate['at_least']:.0%})",
-        )
-        for section, name in SHOWN
-        if (rate := sections.get(section, {}).get(name)) and rate["at_least"] is not None
+    """Return rates of the exam with their lower bounds, beside those of constant answers."""
+    figures = kept["exam"].figures
+    rows = []
+    for section, name in SHOWN:
+        rate = figures["sections"].get(section, {}).get(name)
+        if not rate or rate["at_least"] is None:
+            continue
+        kind, said = name.split(": ")
+        constant = (share(rate.get("fixed")), share(rate.get("random")))
+        found = of_rate({**rate, "hits": round(rate["value"] * rate["cases"]),
+                         "of": rate["cases"], "rate": rate["value"]})  # fmt: skip
+        words = SECTIONS[section] + (TOO_WEAK if kind == "weak" else "")
+        rows.append((words, said, found, *constant))
+    heads = ("sets", "right is", "rate (at least, 95 %)", "fixed answer", "random answer")
+    return f"{table(heads, rows)}\n\n{missing(figures)}"
+
+
+def missing(figures: Mapping[str, Any]) -> str:
+    """Say how many of the drawn sets have an answer."""
+    told = [
+        f"{count - answered} of {count} sets of {SECTIONS[section]}"
+        for section, count in figures["drawn"].items()
+        if (answered := figures["sections"][section][TIMED]["cases"]) < count
     ]
-    return table(("sets", "right is", "rate (at least, 95 %)"), rows)
+    drawn = sum(figures["drawn"].values())
+    return f"{figures['sets']} of {drawn} sets are answered" + (
+        f"; missing: {', '.join(told)}." if told else "."
+    )
+
+
+TIMED = "seconds per dataset, median"  # The figure that counts all answers of a section
+
+
+def share(value: float | None) -> str:
+    """Return a share in percent; nothing where it means nothing."""
+    return "" if value is None else f"{value:.0%}"
 
 
 def own_logs(record: Record) -> str:

@@ -1,12 +1,13 @@
 """Rates at which the diagnosis is right, over all answers of an exam."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import sqrt
 from statistics import median
 from typing import Any
 
+from tendon_lab.exam.constant_answers import Drawn, fixed_marks, random_marks
 from tendon_lab.exam.exam_score import Mark
 
 STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
@@ -23,6 +24,8 @@ class Rate:
     value: float
     cases: int  # Number of cases behind the figure
     at_least: float | None = None  # Lower bound of a share at 95 %, one-sided (Wilson) [1]
+    fixed: float | None = None  # The same share of an answer that is always the same
+    random: float | None = None  # The same share of answers at random
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,8 +41,35 @@ class StrengthBin:
     wrong: float  # Share with one cause named, and wrongly
 
 
-def rates(marks: Sequence[Mark]) -> tuple[Rate, ...]:
-    """Return every figure that there are cases for."""
+def rates(marks: Sequence[Mark], others: Drawn | None = None) -> tuple[Rate, ...]:
+    """Return every figure that there are cases for, beside those of constant answers.
+
+    Args:
+        marks: All answers.
+        others: Other truths of the same families, on which the fixed answer is chosen. By default
+            it is chosen on these very truths: no fixed answer reaches more.
+    """
+    truths = [m.truth for m in marks]
+    if others is None:
+        families = dict.fromkeys(truth.family for truth in truths)
+        others = {f: [t.effects for t in truths if t.family == f] for f in families}
+    fixed, random = (
+        {rate.name: rate.value for rate in shares(made(truths, others))}
+        for made in (fixed_marks, random_marks)
+    )
+    return tuple(
+        replace(rate, fixed=fixed.get(rate.name), random=random.get(rate.name))
+        for rate in figures_of(marks)
+    )
+
+
+def shares(marks: Sequence[Mark]) -> list[Rate]:
+    """Return the figures that are shares."""
+    return [rate for rate in figures_of(marks) if rate.at_least is not None]
+
+
+def figures_of(marks: Sequence[Mark]) -> tuple[Rate, ...]:
+    """Return every figure of some answers that there are cases for."""
     single = [m for m in marks if m.truth.family == "single" and not m.truth.weak]
     weak = [m for m in marks if m.truth.family == "single" and m.truth.weak]
     pairs = [m for m in marks if m.truth.family == "pair"]

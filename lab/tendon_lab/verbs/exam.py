@@ -56,7 +56,10 @@ def main(config: ExamConfig) -> None:
         print(f"{len(marks):4d}/{total}  {line(mark)}{end}", flush=True)
     print(table(marks))
     record = {
-        "rates": {r.name: {"rate": r.value, "cases": r.cases} for r in rates(marks)},
+        "rates": {
+            r.name: {"rate": r.value, "cases": r.cases, "fixed": r.fixed, "random": r.random}
+            for r in rates(marks)
+        },
         "by_strength": [vars(row) for row in by_strength(marks)],
         "confusion": confusion(marks),
     }
@@ -81,7 +84,11 @@ def table(marks: Sequence[Mark]) -> str:
     """Return the figures as tables."""
     from tendon_lab.exam.exam_rates import by_strength, rates
 
-    rows = [f"  {r.name:46s} {r.value:9.3f}   of {r.cases}" for r in rates(marks)]
+    rows = [
+        f"  {r.name:46s} {r.value:9.3f}   of {r.cases:<5d}"
+        + ("" if r.fixed is None else f"  fixed {r.fixed:.3f}, random {r.random:.3f}")
+        for r in rates(marks)
+    ]
     bins = [
         f"  {f'{b.low:g} to {b.high:g}':14s} {b.cases:5d} {b.first:7.2f} {b.in_class:9.2f} "
         f"{b.silent:8.2f} {b.wrong:7.2f}"
