@@ -4,8 +4,8 @@
 writes OUT/rates.json. A run that broke off goes on. ``--part 3 16`` does the third of sixteen
 shares; folders ``truth`` and ``answers`` of several machines may be put together in one OUT.
 ``--score`` counts the answers that are there. The file says how many sets of each section there
-would be, and what constant answers reach (`tendon_lab.exam.constant_answers`): fixed names are
-chosen on draws of other seeds.
+would be, and what constant answers reach (`constant_answers` in `lab/tendon_lab/exam`): fixed
+names are chosen on draws of other seeds.
 """
 
 import argparse

@@ -104,7 +104,8 @@ def reached(plants: Sequence[Collection[str]], faults: Sequence[Collection[str]]
 
 def standing_for(faults: Sequence[Collection[str]]) -> list[str]:
     """Return the names that stand for most faults, one after the other."""
-    left, names = [set(fault.split()) for own in faults for fault in own], list[str]()
+    left: list[set[str]] = [set(fault.split()) for own in faults for fault in own]
+    names: list[str] = []
     while left and len(names) < NAMES:
         seen = Counter(name for fault in left for name in fault)
         names.append(max(filter(seen.__contains__, EFFECTS), key=seen.__getitem__))

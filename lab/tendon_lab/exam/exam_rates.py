@@ -5,14 +5,15 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import sqrt
 from statistics import median
-from typing import Any
+from typing import Any, get_args
 
 from tendon_lab.exam.constant_answers import Drawn, fixed_marks, random_marks
-from tendon_lab.exam.exam_score import Mark
+from tendon_lab.exam.exam_score import Family, Mark
 
 STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 """Edges of the bins of strength [noise floors]; what is below or above counts in the end bins."""
 
+FAMILIES: tuple[Family, ...] = get_args(Family)
 NORMAL = 1.645  # Quantile of a one-sided bound at 95 %
 
 
@@ -50,11 +51,9 @@ def rates(marks: Sequence[Mark], others: Drawn | None = None) -> tuple[Rate, ...
             it is chosen on these very truths: no fixed answer reaches more.
     """
     truths = [m.truth for m in marks]
-    if others is None:
-        families = dict.fromkeys(truth.family for truth in truths)
-        others = {f: [t.effects for t in truths if t.family == f] for f in families}
+    drawn: Drawn = others or {f: [t.effects for t in truths if t.family == f] for f in FAMILIES}
     fixed, random = (
-        {rate.name: rate.value for rate in shares(made(truths, others))}
+        {rate.name: rate.value for rate in shares(made(truths, drawn))}
         for made in (fixed_marks, random_marks)
     )
     return tuple(

@@ -17,7 +17,7 @@ FIRST = "single: true cause first or in its class"
 def silent(*names: str) -> Mark:
     """An answer of nothing to a set with some causes."""
     family = ("clean", "single", "pair")[len(names)]
-    return judge(truth("t", family, *names), answer("no_gap"))  # type: ignore[arg-type]
+    return judge(truth("t", family, *names), answer("no_gap"))
 
 
 def constant(marks: list[Mark], **others: list[tuple[str, ...]]) -> dict[str, tuple[float, ...]]:
