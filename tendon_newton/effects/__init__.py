@@ -1,7 +1,5 @@
 """The catalogue of physical effects: one file each, one line each in the table."""
 
-import re
-from functools import cache
 from importlib import import_module
 
 from tendon_newton.data.servo_names import effect_of, name_of, servo_of
@@ -86,19 +84,6 @@ def special_cases(cause: str) -> tuple[str, ...]:
     return tuple(name_of(special, servo) for special in law_of(cause).includes)
 
 
-@cache
-def confused_with(effect: str) -> frozenset[str]:
-    """Return the effects that are easily taken for one, as its docstring or theirs says."""
-    own = frozenset(mentioned(effect))
-    return own | {other for other in EFFECTS if effect in mentioned(other)}
-
-
-def mentioned(effect: str) -> list[str]:
-    """Return the effects that stand in the part `Confused with` of an effect's docstring."""
-    _, _, part = (find_effect(effect).__doc__ or "").partition("Confused with:")
-    return [other for other in EFFECTS if other != effect and re.search(rf"\b{other}\b", part)]
-
-
 def are_one_friction(one: str, other: str) -> bool:
     """Tell whether two causes are forms of one friction: dry, or in proportion to a gear's load."""
     pair = {effect_of(one), effect_of(other)}
@@ -118,7 +103,8 @@ def are_one_law(one: str, other: str) -> bool:
 
 def are_confused(one: str, other: str) -> bool:
     """Tell whether two causes, of the same servo or of all, are easily taken for each other."""
-    return effect_of(other) in confused_with(effect_of(one)) and servo_of(one) == servo_of(other)
+    named = effect_of(other) in law_of(one).confused or effect_of(one) in law_of(other).confused
+    return named and servo_of(one) == servo_of(other)
 
 
 def are_related(one: str, other: str) -> bool:

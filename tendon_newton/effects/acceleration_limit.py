@@ -63,6 +63,7 @@ class AccelerationLimit(Effect):
     """
 
     side = "actuator"
+    confused = ("command_rate_limit", "actuator_lag")
     memory = Stage.ERROR
     includes = ("command_rate_limit",)
     parameters = (

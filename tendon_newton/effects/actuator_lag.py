@@ -21,6 +21,7 @@ class ActuatorLag(Effect):
     """
 
     side = "actuator"
+    confused = ("command_delay", "viscous_friction")
     memory = Stage.MOTOR_FORCE
     parameters = (
         Parameter("time_constant", "s", null=0.0, nominal=0.02, lower=0.0, upper=0.5).since(

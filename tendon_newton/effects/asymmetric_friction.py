@@ -18,6 +18,7 @@ class AsymmetricFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("coulomb_friction", "gravity_misalignment", "load_cell_bias")
     dry = ("winding", "unwinding")
     includes = ("coulomb_friction",)
     parameters = (

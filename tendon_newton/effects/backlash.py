@@ -19,6 +19,7 @@ class Backlash(Effect):
     """
 
     side = "transmission"
+    confused = ("deadband", "coulomb_friction", "hysteresis")
     undamped = True
     parameters = (
         Parameter("width", "rad", null=0.0, nominal=0.02, lower=0.0, upper=0.5).since(

@@ -85,6 +85,8 @@ class Effect(DeviceCode):
     """Whether what damps its contact or its string is left out, or is known in one form alone."""
     switches: ClassVar[tuple[str, ...]] = ()
     """Parameters that decide when a force jumps, so that no slope tells where they are best."""
+    confused: ClassVar[tuple[str, ...]] = ()
+    """Effects that leave much the same residual: a search tries one in the place of the other."""
     includes: ClassVar[tuple[str, ...]] = ()
     """Effects that are special cases of this one: the simpler is named if both explain the data."""
     needs_string: ClassVar[bool] = False

@@ -18,6 +18,7 @@ class CommandDelay(Effect):
     """
 
     side = "actuator"
+    confused = ("actuator_lag", "viscous_friction")
     parameters = (
         Parameter("delay", "s", null=0.0, nominal=0.02, lower=0.0, upper=0.4).since(
             "twice the longest seen"

@@ -33,6 +33,7 @@ class CommandRateLimit(Effect):
     """
 
     side = "actuator"
+    confused = ("command_delay", "actuator_lag", "speed_limit")
     memory = Stage.ERROR
     parameters = (
         Parameter("limit", "rad/s", null=math.inf, nominal=5.0, lower=0.2, upper=100.0).since(

@@ -17,6 +17,7 @@ class CoulombFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("stribeck_friction", "load_dependent_friction", "joint_dry_friction")
     dry = ("force",)
     parameters = (
         Parameter("force", "N", null=0.0, nominal=0.5, lower=0.0, upper=8.0).since(

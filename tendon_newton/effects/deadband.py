@@ -17,6 +17,7 @@ class Deadband(Effect):
     """
 
     side = "actuator"
+    confused = ("position_offset", "load_cell_bias")
     parameters = (
         Parameter("width", "rad", null=0.0, nominal=0.05, lower=0.0, upper=1.0).since(
             "firmware bands are below 0.1 rad; worn ones are wider"

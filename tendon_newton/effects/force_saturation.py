@@ -27,6 +27,7 @@ class ForceSaturation(Effect):
     """
 
     side = "actuator"
+    confused = ("speed_limit", "obstruction")
     parameters = (
         Parameter("limit", "N", null=math.inf, nominal=10.0, lower=0.5, upper=100.0).since(
             "from a tenth to five times what a small servo gives"

@@ -16,6 +16,7 @@ class GainDrift(Effect):
     """
 
     side = "actuator"
+    confused = ("gain_error", "load_cell_drift")
     parameters = (
         Parameter("rate", "1/s", null=0.0, nominal=0.005, lower=-0.05, upper=0.05).since(
             "a half of the gain in ten seconds is a fault of another kind"

@@ -25,6 +25,7 @@ class GearLoadFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("load_dependent_friction",)
     dry = ("coefficient",)
     parameters = (
         Parameter("coefficient", "1", null=0.0, nominal=0.1, lower=0.0, upper=0.8).since(

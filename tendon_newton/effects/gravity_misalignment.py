@@ -18,6 +18,7 @@ class GravityMisalignment(Effect):
     """
 
     side = "mechanism"
+    confused = ("tendon_slack", "joint_stiffness_error")
     parameters = (
         Parameter(
             "angle", "rad", null=0.0, nominal=0.0, lower=-1.6, upper=1.6, absolute=True

@@ -18,6 +18,7 @@ class HoldingFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("gain_error", "load_dependent_friction")
     dry = ("share",)
     parameters = (
         Parameter("share", "1", null=0.0, nominal=0.1, lower=0.0, upper=0.9).since(

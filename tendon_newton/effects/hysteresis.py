@@ -66,6 +66,7 @@ class Hysteresis(Effect):
     """
 
     side = "actuator"
+    confused = ("backlash", "coulomb_friction", "viscoelastic_spring")
     memory = Stage.TENSION
     includes = ("coulomb_friction",)
     parameters = (

@@ -16,6 +16,7 @@ class JointDryFriction(Effect):
     """
 
     side = "mechanism"
+    confused = ("routing_friction",)
     parameters = (
         Parameter("fraction", "1", null=0.0, nominal=0.05, lower=0.0, upper=0.8).since(
             "a spring must still bring its joint back"

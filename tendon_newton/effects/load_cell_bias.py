@@ -15,6 +15,7 @@ class LoadCellBias(Effect):
     """
 
     side = "sensor"
+    confused = ("position_offset", "deadband")
     parameters = (
         Parameter(
             "offset", "N", null=0.0, nominal=0.0, lower=-10.0, upper=10.0, tolerance=0.05

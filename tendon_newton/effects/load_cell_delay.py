@@ -16,6 +16,7 @@ class LoadCellDelay(Effect):
     """
 
     side = "sensor"
+    confused = ("command_delay", "load_cell_lag")
     parameters = (
         Parameter("delay", "s", null=0.0, nominal=0.03, lower=0.0, upper=0.5).since(
             "ten readings of a slow cell"

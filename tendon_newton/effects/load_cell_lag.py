@@ -16,6 +16,7 @@ class LoadCellLag(Effect):
     """
 
     side = "sensor"
+    confused = ("actuator_lag", "load_cell_delay")
     parameters = (
         Parameter("time_constant", "s", null=0.0, nominal=0.03, lower=0.0, upper=0.5).since(
             "ten readings of a slow cell"

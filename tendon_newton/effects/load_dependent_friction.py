@@ -19,6 +19,7 @@ class LoadDependentFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("coulomb_friction", "gear_load_friction", "routing_friction")
     dry = ("coefficient",)
     parameters = (
         Parameter("coefficient", "1", null=0.0, nominal=0.1, lower=0.0, upper=0.8).since(

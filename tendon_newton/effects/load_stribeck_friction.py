@@ -21,6 +21,7 @@ class LoadStribeckFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("gear_load_friction",)
     dry = ("coefficient", "static_coefficient")
     includes = ("gear_load_friction",)
     parameters = (

@@ -21,6 +21,7 @@ class Obstruction(Effect):
     """
 
     side = "mechanism"
+    confused = ("joint_stiffness_error", "spring_stiffening")
     undamped = True
     parameters = (
         Parameter("stiffness", "N/m", null=0.0, nominal=500.0, lower=0.0, upper=20000.0).since(

@@ -22,6 +22,7 @@ class OverloadCut(Effect):
     """
 
     side = "actuator"
+    confused = ("force_saturation", "torque_fade")
     memory = Stage.DUTY
     switches = ("duty", "time")
     parameters = (

@@ -16,6 +16,7 @@ class PositionOffset(Effect):
     """
 
     side = "sensor"
+    confused = ("tendon_slack", "gravity_misalignment")
     parameters = (
         Parameter("angle", "rad", null=0.0, nominal=0.0, lower=-1.0, upper=1.0).since(
             "a tooth of a 25-tooth spline is 0.25 rad"

@@ -22,6 +22,7 @@ class RoutingFriction(Effect):
     """
 
     side = "transmission"
+    confused = ("load_dependent_friction", "joint_dry_friction")
     needs_string = True
     dry = ("exponent",)
     parameters = (

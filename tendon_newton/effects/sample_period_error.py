@@ -16,6 +16,7 @@ class SamplePeriodError(Effect):
     """
 
     side = "sensor"
+    confused = ("viscous_friction", "joint_damping_error")
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.8, upper=1.25).since(
             "a clock that is off by more than a quarter is seen without a model"

@@ -21,6 +21,7 @@ class SpeedLimit(Effect):
     """
 
     side = "actuator"
+    confused = ("actuator_lag", "viscous_friction")
     parameters = (
         Parameter("limit", "rad/s", null=math.inf, nominal=8.0, lower=0.5, upper=100.0).since(
             "hobby servos turn at 3 to 12 rad/s"

@@ -18,6 +18,7 @@ class SpoolRadiusError(Effect):
     """
 
     side = "transmission"
+    confused = ("tendon_compliance", "obstruction", "joint_stiffness_error")
     needs_string = True
     parameters = (
         Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.5, upper=2.0, tolerance=0.015).since(

@@ -16,6 +16,7 @@ class SpringStiffening(Effect):
     """
 
     side = "mechanism"
+    confused = ("obstruction", "joint_stiffness_error")
     parameters = (
         Parameter("beta", "1", null=0.0, nominal=0.5, lower=-0.8, upper=5.0).since(
             "softer than a fifth or six times as stiff at the end"

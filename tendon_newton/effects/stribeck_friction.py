@@ -19,6 +19,7 @@ class StribeckFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("coulomb_friction",)
     dry = ("coulomb_force", "static_force")
     includes = ("coulomb_friction",)
     parameters = (

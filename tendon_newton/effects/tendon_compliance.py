@@ -28,6 +28,7 @@ class TendonCompliance(Effect):
     """
 
     side = "transmission"
+    confused = ("spool_radius_error", "joint_stiffness_error")
     undamped = True
     needs_string = True
     memory = Stage.SPOOL_FORCE

@@ -22,6 +22,7 @@ class TendonSlack(Effect):
     """
 
     side = "transmission"
+    confused = ("gravity_misalignment",)
     undamped = True
     needs_string = True
     spool_stages = (Stage.ENCODER,)

@@ -53,6 +53,7 @@ class TorqueFade(Effect):
     """
 
     side = "actuator"
+    confused = ("gain_drift", "force_saturation", "voltage_sag")
     memory = Stage.MOTOR_FORCE
     parameters = (
         Parameter("fade", "1/N2", null=0.0, nominal=0.003, lower=0.0, upper=0.5).since(

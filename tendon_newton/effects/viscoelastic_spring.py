@@ -19,6 +19,7 @@ class ViscoelasticSpring(Effect):
     """
 
     side = "mechanism"
+    confused = ("joint_damping_error",)
     memory = Stage.SPRING
     parameters = (
         Parameter("stiffness_ratio", "1", null=0.0, nominal=0.3, lower=0.0, upper=3.0).since(

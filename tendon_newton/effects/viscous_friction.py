@@ -17,6 +17,7 @@ class ViscousFriction(Effect):
     """
 
     side = "actuator"
+    confused = ("command_delay", "actuator_lag", "joint_damping_error")
     parameters = (
         Parameter("coefficient", "N s/rad", null=0.0, nominal=0.5, lower=0.0, upper=20.0).since(
             "a hobby servo loses its 21 N at 3-10 rad/s"

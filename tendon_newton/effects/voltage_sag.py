@@ -18,6 +18,7 @@ class VoltageSag(Effect):
     """
 
     side = "actuator"
+    confused = ("gain_error", "force_saturation")
     parameters = (
         Parameter("sag", "1/N", null=0.0, nominal=0.01, lower=0.0, upper=0.2).since(
             "a supply that halves the force at 5 N is not usable"

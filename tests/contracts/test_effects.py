@@ -2,6 +2,7 @@
 
 import importlib
 import math
+import re
 
 import numpy as np
 import pytest
@@ -73,6 +74,8 @@ def test_an_effect_says_what_it_is(name: str) -> None:
     module = importlib.import_module(f"tendon_newton.effects.{name}")
     assert effect.__module__ == module.__name__
     assert effect.name == name
+    assert all(re.search(rf"\b{other}\b", doc.partition("Confused with:")[2])
+               and other in EFFECTS and other != name for other in effect.confused)  # fmt: skip
     assert any(effect.hook(stage) for stage in Stage)
     assert (effect.memory is None) == (not effect.renewals())
 
