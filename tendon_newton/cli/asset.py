@@ -22,8 +22,8 @@ class Import:
 
     With --moment-arm it is a finger that one tendon closes; else each joint has a servo of its own.
     Newton reads the file; links.usda gets what it says, tendon.usda above it what it cannot say.
-    The base is fixed, fixed joints are merged, and of shapes one bone per link is drawn. An end
-    stop that the file does not describe becomes that of the nominal finger.
+    The base is fixed, fixed joints are merged, and of shapes one bone per link is drawn; meshes are
+    not read. An end stop that the file does not describe becomes that of the nominal finger.
     """
 
     file: tyro.conf.Positional[Path]  # MJCF (.xml) or URDF (.urdf).
@@ -58,9 +58,10 @@ def import_asset(config: Import) -> None:
     from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 
     check_new_name(config.name)
+    source = read_foreign(config.file)
     plan = plan_foreign(
         config.name,
-        read_foreign(config.file),
+        source,
         moment_arm=config.moment_arm,
         stiffness=config.stiffness,
         tip=config.tip,
@@ -69,6 +70,8 @@ def import_asset(config: Import) -> None:
         force_limit=config.force_limit,
     )
     path = write_foreign(config.folder, plan)
+    if source.meshes:
+        print(f"left out, since no mesh is read: {_count(source.meshes, 'shape')} from files")
     print_next(path, f"what drives it in {path.parent / 'tendon.usda'}")
 
 

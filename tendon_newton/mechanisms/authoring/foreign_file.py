@@ -1,6 +1,5 @@
 """MJCF and URDF files, read by Newton."""
 
-import os
 import re
 import warnings
 from dataclasses import dataclass
@@ -9,19 +8,16 @@ from pathlib import Path
 import newton
 import numpy as np
 
-from tendon_newton.data.files.text_file import read_text
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidAsset, listed, shown
-from tendon_newton.mechanisms.asset_library import is_file
+from tendon_newton.errors import InvalidAsset, listed
 from tendon_newton.mechanisms.authoring.asset_plan import NAME
+from tendon_newton.mechanisms.authoring.foreign_text import closed_text
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.usd.stage_file import REASON_LENGTH
 from tendon_newton.mechanisms.usd.usd_asset import read_gravity, read_joints
 from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
-INCLUDE = re.compile(r"""<\s*include\b[^>]*?\bfile\s*=\s*["']([^"']*)""", re.IGNORECASE)
-SIZE_LIMIT = 8_000_000  # Bytes of a file of joints and links; meshes lie beside it
 TAKEN = ("base", "joints", "tendons", "scene")  # Names that prims of every imported asset have
 
 
@@ -35,6 +31,7 @@ class ForeignFinger:
     gravity: Array
     # Joint whose link has the site named ``tip``, and its place there [m]
     tip: tuple[int, Array] | None
+    meshes: int  # Shapes that were left out, since they come from other files
 
 
 def read_foreign(path: Path) -> ForeignFinger:
@@ -47,54 +44,43 @@ def read_foreign(path: Path) -> ForeignFinger:
         raise InvalidAsset(f"{path}: a file to import ends with {listed(SUFFIXES)}")
     if not path.is_file():
         raise InvalidAsset(f"{path}: an MJCF or URDF file is imported; there is none")
-    refuse_foreign_includes(path)
+    source = closed_text(path)
     builder = newton.ModelBuilder()
     register_tendon_attributes(builder)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of parts that are not imported anyway, such as meshes
+        warnings.simplefilter("ignore")  # of parts that are not imported anyway
         try:
             if path.suffix == ".urdf":
-                builder.add_urdf(str(path), floating=False, collapse_fixed_joints=True)
+                builder.add_urdf(source.text, floating=False, collapse_fixed_joints=True)
             else:
-                builder.add_mjcf(str(path), collapse_fixed_joints=True)
+                builder.add_mjcf(source.text, parse_meshes=False, collapse_fixed_joints=True)
         except Exception as error:  # Newton raises whatever its code meets in a strange file
             reason = " ".join(str(error).split())[:REASON_LENGTH]
             raise InvalidAsset(f"Newton cannot read {path}: {reason}") from error
     joints = read_joints(builder, path)
     if not joints:
         raise InvalidAsset(f"{path}: a finger has joints; Newton found none")
+    refuse_no_numbers(path, joints)
     return ForeignFinger(
         source=path,
         joints=joints,
         links=unique([word(label) for label in builder.body_label], TAKEN),
         gravity=read_gravity(builder),
         tip=site_named_tip(builder),
+        meshes=source.meshes,
     )
 
 
-def refuse_foreign_includes(path: Path) -> None:
-    """Refuse a file that would read files outside its own folder, itself or by what it includes.
-
-    Raises:
-        InvalidAsset: It names such a file, or one that cannot be read.
-    """
-    home, waiting, seen = os.path.realpath(path.parent), [path], {path}
-    while waiting:
-        file = waiting.pop()
-        promise = "an MJCF or URDF file includes such files"
-        text = read_text(file, InvalidAsset, promise, size_limit=SIZE_LIMIT)
-        for name in INCLUDE.findall(text):
-            below = path.parent / name
-            if os.path.commonpath((home, os.path.realpath(below))) != home:
-                raise InvalidAsset(
-                    f"{file}: an included file must lie in the folder of {path.name}; it is "
-                    f"{shown(name)}: copy it there"
-                )
-            if not is_file(below):
-                raise InvalidAsset(f"{file}: an included file must be there; {shown(name)} is not")
-            if below not in seen:
-                seen.add(below)
-                waiting.append(below)
+def refuse_no_numbers(path: Path, joints: tuple[Joint, ...]) -> None:
+    """Refuse joints with numbers that are none; ranges may be without an end."""
+    for joint in joints:
+        for name, value in vars(joint).items():
+            if isinstance(value, float | tuple | np.ndarray) and not np.all(
+                ~np.isnan(value) if name == "limits" else np.isfinite(value)
+            ):
+                raise InvalidAsset(f"{path}: {joint.name}: {name} must be finite; it is {value}")
+        if not np.any(joint.axis):
+            raise InvalidAsset(f"{path}: {joint.name}: its axis must be a direction")
 
 
 def site_named_tip(builder: newton.ModelBuilder) -> tuple[int, Array] | None:

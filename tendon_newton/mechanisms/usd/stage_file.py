@@ -7,16 +7,17 @@ An asset with such a layer is therefore first opened in a process of its own.
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
+import os
 import re
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.guarded import TooMuch, guarded
-from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.asset_library import is_file
+from tendon_newton.errors import InvalidAsset, shown
+from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_folders, is_file
 
 # Bytes that opening an asset with binary layers may take; those of a hand take a tenth
 MEMORY = 1 << 29
@@ -29,15 +30,28 @@ def open_stage(path: Path) -> Any:
     """Open a USD stage, or say why it cannot be read."""
     if not check_layers(path):
         try:
-            guarded(try_open, str(path.absolute()), memory=MEMORY)
+            guarded(try_open, path.absolute(), places_of(path), memory=MEMORY)
         except TooMuch as error:
             raise InvalidAsset(f"An asset must be a USD file; opening {path} {error}.") from error
     return opened(path)
 
 
-def try_open(path: str) -> None:
-    """Open a stage, for the errors that come of it."""
-    opened(Path(path))
+def try_open(path: Path, places: Sequence[str]) -> None:
+    """Open a stage and all its layers, binary ones too, for the errors that come of it."""
+    from pxr import UsdUtils
+
+    waiting, seen = [path], set[Path]()
+    while waiting:
+        layer = waiting.pop()
+        if layer in seen or not is_file(layer):
+            continue
+        seen.add(layer)
+        if len(seen) > LAYER_LIMIT:
+            raise InvalidAsset(f"An asset has at most {LAYER_LIMIT} layers; {path} has more.")
+        with usd_errors(layer):
+            kinds = UsdUtils.ExtractExternalReferences(str(layer))
+        waiting += [below_of(layer, name, path, places) for names in kinds for name in names]
+    opened(path)
 
 
 def opened(path: Path) -> Any:
@@ -50,7 +64,51 @@ def opened(path: Path) -> Any:
     if sum(1 for _ in islice(stage.Traverse(), PRIM_LIMIT + 1)) > PRIM_LIMIT:
         raise InvalidAsset(f"An asset has at most {PRIM_LIMIT} prims; {path} has more.")
     refuse_other_text(stage)
+    refuse_urls(stage, path)
     return stage
+
+
+def refuse_urls(stage: Any, path: Path) -> None:
+    """Refuse values that name what Newton would fetch from elsewhere, such as pictures."""
+    from pxr import Usd
+
+    every = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
+    for attribute in (each for prim in every for each in prim.GetAuthoredAttributes()):
+        if attribute.GetTypeName().scalarType not in ("string", "token", "asset"):
+            continue
+        value = attribute.Get()
+        for one in [value] if attribute.GetTypeName().isScalar else value or ():
+            name = getattr(one, "path", one)
+            if name and URL.match(name):
+                raise elsewhere(path, str(attribute.GetPath()), name)
+
+
+def places_of(asset: Path) -> tuple[str, ...]:
+    """Return the folders in which an asset's layers may lie."""
+    places = (asset.absolute().parent / "..", Path.cwd(), *asset_folders())
+    return tuple(os.path.realpath(place) for place in places)
+
+
+def below_of(layer: Path, name: str, asset: Path, places: Sequence[str]) -> Path:
+    """Return the file that a layer names.
+
+    Raises:
+        InvalidAsset: The name is a URL, or leads out of the places.
+    """
+    below = layer.parent / name.partition("[")[0]  # of a file in an archive, the archive
+    real = os.path.realpath(below)
+    inside = any(os.path.commonpath((place, real)) == place for place in places)
+    if URL.match(name) or "`" in name or not inside:  # an expression may give any name
+        raise elsewhere(asset, str(layer), name)
+    return below
+
+
+def elsewhere(asset: Path, where: str, name: str) -> InvalidAsset:
+    """Build the error for a name that leads away."""
+    return InvalidAsset(
+        f"What an asset names lies in the folder above its own, the current one, or one in "
+        f"{FOLDERS_VARIABLE}; in {asset} {where} names {shown(name)}: copy it there."
+    )
 
 
 def refuse_other_text(stage: Any) -> None:
@@ -98,7 +156,8 @@ BRACE_LIMIT = 20_000
 # belongs into a binary layer.
 TEXT_LIMIT = 8_000_000
 LAYER_LIMIT = 200  # Layers of one asset that are looked at
-REFERENCE = re.compile(rb"@([^@\n]{1,1000})@")
+REFERENCE = re.compile(rb"@([^@\n]+)@")
+URL = re.compile(r"\s*(?:[A-Za-z][A-Za-z0-9+.-]*://|file:|data:)", re.IGNORECASE)
 
 
 def check_layers(path: Path) -> bool:
@@ -110,7 +169,7 @@ def check_layers(path: Path) -> bool:
     Raises:
         InvalidAsset: A layer cannot be read, is empty, or has more prims than any bench.
     """
-    waiting, seen = [path], {path}
+    waiting, seen, places = [path], {path}, places_of(path)
     all_text, size = True, 0
     while waiting and len(seen) < LAYER_LIMIT:
         layer = waiting.pop()
@@ -132,7 +191,7 @@ def check_layers(path: Path) -> bool:
                 f"{text.count(b'{')} braces."
             )
         for name in REFERENCE.findall(text):
-            below = layer.parent / name.decode("utf-8", "replace")
+            below = below_of(layer, name.decode("utf-8", "replace"), path, places)
             if below not in seen and is_file(below):
                 seen.add(below)
                 waiting.append(below)
