@@ -1,5 +1,8 @@
 """Files of robots and benches: no name in them leads to another computer or out of their place."""
 
+# The stubs of pxr leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer

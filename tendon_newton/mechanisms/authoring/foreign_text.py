@@ -56,7 +56,7 @@ def closed_text(path: Path) -> ForeignText:
         meshes = leave_out(root)
         return ForeignText(text=ET.tostring(root, encoding="unicode"), meshes=meshes)
     except (ET.ParseError, RecursionError) as error:
-        raise InvalidAsset(f"{path}: an MJCF or URDF file is XML; it is not: {error}") from error
+        raise InvalidAsset(f"Newton cannot read {path}: it is no XML: {error}") from error
 
 
 def read_tree(main: Path, file: Path, left: list[int], above: tuple[Path, ...] = ()) -> ET.Element:
