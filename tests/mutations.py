@@ -45,6 +45,7 @@ SETS = "tests/diagnosis/search/test_sets.py -k"
 CHANGES = "tests/diagnosis/in_time/test_changes.py -k"
 EVENTS = "tests/diagnosis/in_time/test_log_events.py -k"
 NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
+VERDICTS = "tests/diagnosis/search/test_verdicts.py -k"
 TURNING = "tests/train/policy/test_turning_parts.py -k"
 
 MUTATIONS: tuple[Mutation, ...] = (
@@ -151,7 +152,20 @@ MUTATIONS: tuple[Mutation, ...] = (
         "if not key & set(refused)", "if True", f"{SETS} as_probable"),
     Mutation("named-though-unseen-parts-refuse-it",
         "tendon_newton/diagnosis/search/decide/decision.py",
-        "if not ended and worths[worst] >= 1.0:", "if not ended:", f"{NOT_NAMED} contradict"),
+        "if not ended and worths[worst] >= 1.0:", "if not ended:", f"{VERDICTS} beside_one"),
+    Mutation("nothing-named-is-no-gap", "tendon_newton/diagnosis/search/decide/find_causes.py",
+        'return "no_gap" if leaves_nothing_at_any_step(decisive, final) else "unexplained"',
+        'return "no_gap"', f"{VERDICTS} neither_named"),
+    Mutation("a-fifth-of-a-gap-suffices", "tendon_newton/diagnosis/search/decide/rule.py",
+        "LEAST_EXPLAINED = 0.8", "LEAST_EXPLAINED = 0.2", f"{VERDICTS} most_of_a_gap"),
+    Mutation("ten-prices-are-nothing", "tendon_newton/diagnosis/search/pool.py",
+        "if self.excess(fit) >= self.price:", "if self.excess(fit) >= 10.0 * self.price:",
+        f"{VERDICTS} little_is_left"),
+    Mutation("form-hides-what-noise-tells", "tendon_newton/diagnosis/search/decide/decision.py",
+        "floors = sharp(pool)", "floors = pool.floors", f"{VERDICTS} no_class"),
+    Mutation("blocks-tell-sets-apart-in-full",
+        "tendon_newton/diagnosis/search/decide/fitted_sets.py", " / SHARED_FORM**2", "",
+        f"{SETS} blocks_share"),
     Mutation("named-at-the-edge-of-its-range", "tendon_newton/diagnosis/search/decide/decision.py",
         "ended = [n for n in final.names if at_bound(decisive, final, n)]",
         "ended: list[str] = []", f"{NOT_NAMED} edge"),

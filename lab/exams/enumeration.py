@@ -59,7 +59,7 @@ def bench_of(recordings: Sequence[Recording], model: Model, names: Collection[st
     worlds = SearchWorlds(part_of(study, chosen, model))
     floors = floors_of(worlds, tuple(names))
     return Bench(
-        pool=Pool(worlds=worlds, floors=floors, price=PRICE, most=MOST_CAUSES),
+        pool=Pool(worlds, floors, PRICE, MOST_CAUSES),
         testable=tuple(testable_effects(study)),
         start={c: study.base_value(c) for c in (*study.fit_columns(model), *worlds.built_columns)},
     )
