@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_hardware.control.onnx_operators import refuse_operators
 from tendon_hardware.errors import PolicyFailure
 from tendon_newton.data.cards.policy_card import CARD_KEY, CARD_NAME, PolicyCard
 from tendon_newton.data.files.guarded import TooMuch, guarded
@@ -137,6 +138,7 @@ def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[A
             "one file with everything in it; some of its weights stand in another file: export "
             "with external_data=False"
         )
+    refuse_operators(content)
     try:
         # large, and only where there is a network; it has no types
         engine: Any = importlib.import_module("onnxruntime")
@@ -147,6 +149,8 @@ def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[A
         ) from error
     options = engine.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
+    # what was looked at above; it knows another format by its first bytes
+    options.add_session_config_entry("session.load_model_format", "ONNX")
     options.log_severity_level = 4  # what is wrong comes as an exception
     try:
         session = engine.InferenceSession(content, options, ["CPUExecutionProvider"])

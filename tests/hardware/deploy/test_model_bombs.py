@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import numpy as np
 import onnx
@@ -14,16 +15,20 @@ from onnx import TensorProto, helper, numpy_helper
 
 from tendon_hardware.control.goals import LineGoals, parse_goal, read_goals
 from tendon_hardware.control.keyboard import split_keys
+from tendon_hardware.control.onnx_operators import refuse_operators
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.safety_rules.force_estimate import load_estimate
 from tendon_hardware.virtual_bench import Faults
+from tendon_newton.actuators.networks.onnx_file import write_onnx
 from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile, TendonNewtonError
+from tendon_newton.force_networks import SETS, build_network, kinds_in
 from tests.bad_input.memory import peak_memory
 from tests.fuzz.mutations import flip
 from tests.hardware.deploy.policies import card_of
 from tests.hardware.deploy.runs import Flight
+from tests.train.actuator.network_files import card_of as force_card_of
 
 QUICK = 30.0  # Longest answer by the clock [s], on a busy machine; alone it takes 1 to 5 s
 MEMORY = 300 << 20  # Most that a refusal may take in the parent [bytes]
@@ -65,8 +70,8 @@ def constant_of_shape(path: Path) -> Path:
     return model_of(path, nodes, {"shape": np.array([50_000, 50_000], dtype=np.int64)})
 
 
-def endless_loop(path: Path) -> Path:
-    """A loop of a billion billion turns."""
+def turns(operator: str = "Loop") -> onnx.NodeProto:
+    """Return an operator with a graph of its own, which a count of turns may repeat."""
     body = helper.make_graph(
         [helper.make_node("Identity", ["on"], ["go"]), helper.make_node("Sin", ["x"], ["y"])],
         "body",
@@ -80,12 +85,60 @@ def endless_loop(path: Path) -> Path:
             helper.make_tensor_value_info("y", TensorProto.FLOAT, None),
         ],
     )
+    return helper.make_node(operator, ["count", "yes", "sum"], ["action"], body=body)
+
+
+def loop_of_an_angle(path: Path, operator: str = "Loop") -> Path:
+    """Billions of turns where the spool is somewhere else than in a trial."""
     nodes = [
         helper.make_node("ReduceSum", ["obs"], ["sum"]),
-        helper.make_node("Loop", ["count", "yes", "sum"], ["action"], body=body),
+        helper.make_node("Cast", ["sum"], ["count"], to=TensorProto.INT64),
+        turns(operator),
     ]
-    weights = {"count": np.array(10**18, dtype=np.int64), "yes": np.array(True)}
+    return model_of(path, nodes, {"yes": np.array(True)})
+
+
+def loop_in_a_function(path: Path) -> Path:
+    """A loop behind the name of a plain operator, whose definition the file brings along."""
+    model_of(path, [helper.make_node("Sigmoid", ["obs"], ["action"])], {})
+    model = onnx.load(path)
+    opsets = [helper.make_opsetid("", 17)]
+    named = ["count", "yes", "sum"]
+    model.functions.append(
+        helper.make_function("", "Sigmoid", named, ["action"], [turns()], opsets)
+    )
+    path.write_bytes(model.SerializeToString())
+    return path
+
+
+def operator_of_others(path: Path) -> Path:
+    """An operator that some build of onnxruntime may have."""
+    node = helper.make_node("Sigmoid", ["obs"], ["action"], domain="com.microsoft")
+    return model_of(path, [node], {})
+
+
+def size_of_an_angle(path: Path, operator: str) -> Path:
+    """A tensor as large as an angle says: made, repeated, or cut from one of ours."""
+    sliced = {"ConstantOfShape": ["size"], "Slice": ["row", "zero", "size"]}
+    given = sliced.get(operator, ["row", "size"])
+    nodes = [
+        helper.make_node("ReduceSum", ["obs", "axes"], ["sum"], keepdims=0),
+        helper.make_node("Cast", ["sum"], ["size"], to=TensorProto.INT64),
+        helper.make_node(operator, given, ["x"]),
+        helper.make_node("ReduceSum", ["x"], ["action"]),
+    ]
+    weights = {
+        "row": np.ones(40_000, dtype=np.float32),
+        "zero": np.zeros(1, dtype=np.int64),
+        "axes": np.array([1], dtype=np.int64),
+    }
     return model_of(path, nodes, weights)
+
+
+def other_format(path: Path) -> Path:
+    """A file that onnxruntime takes for one of its own format, by its first bytes."""
+    path.write_bytes(b"\x18\0\0\0ORTM" + bytes(100))
+    return path
 
 
 def foreign_weights(path: Path, place: str) -> Path:
@@ -105,7 +158,22 @@ def foreign_weights(path: Path, place: str) -> Path:
 BOMBS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "an outer product": (outer_product, "takes more than 1024 MiB of memory"),
     "a constant of a shape": (constant_of_shape, "takes more than 1024 MiB of memory"),
-    "a loop without end": (endless_loop, "takes more than 3 s of a core"),
+    "a loop of an angle": (loop_of_an_angle, "plain arithmetic.* 'Loop'"),
+    "a scan": (lambda path: loop_of_an_angle(path, "Scan"), "plain arithmetic.* 'Scan'"),
+    "a plain name with a graph": (
+        lambda path: loop_of_an_angle(path, "Identity"),
+        "plain arithmetic.* 'Identity'",
+    ),
+    "a loop in a function": (loop_in_a_function, "without functions of its own"),
+    "an operator of others": (operator_of_others, "plain arithmetic.* 'Sigmoid'"),
+    "another format": (other_format, "its bytes are no message|has no operators|it is cut off"),
+    **{
+        f"{operator} of an angle": (
+            lambda path, operator=operator: size_of_an_angle(path, operator),
+            f"those of {operator} do|'{operator}'",
+        )
+        for operator in ("ConstantOfShape", "Expand", "Slice", "Tile", "Reshape")
+    },
     "weights of a system file": (
         lambda path: foreign_weights(path, "/etc/passwd"),
         "weights stand in another file",
@@ -131,6 +199,17 @@ def test_a_model_bomb_ends_a_child_and_not_the_machine(case: str, tmp_path: Path
             load_estimate(path, 20.0)
     assert monotonic() - began < QUICK
     assert peak.size < MEMORY
+
+
+@pytest.mark.parametrize(("of_set", "kind"), [(s, k) for s in SETS for k in kinds_in(s)])
+def test_networks_that_we_write_are_plain_arithmetic(
+    of_set: str, kind: str, tmp_path: Path
+) -> None:
+    """Windows and streams of every kind; no list of operators may leave out one of ours."""
+    network = build_network(kind, of_set=of_set, window=30).eval()
+    for streaming in {False, hasattr(network, "initial_state")}:
+        write_onnx(tmp_path / "net.onnx", network, force_card_of(kind, streaming=streaming))
+        refuse_operators((tmp_path / "net.onnx").read_bytes())
 
 
 def test_broken_cards_are_refused_or_still_true() -> None:
@@ -197,7 +276,11 @@ def test_broken_serial_streams_never_move_the_spool_out_of_its_limits() -> None:
             bench.controls.set_faults(worst)
 
         flight = Flight(settings=DeploySettings(duration=2.0), fault=spoil, after=0.3)
-        flight.operator.show = lambda progress, angles=angles: angles.extend(progress.position)
+
+        def show(progress: Any, angles: list[float] = angles) -> None:
+            angles.extend(progress.position)
+
+        flight.operator.show = show
         flight.fly()
         assert not flight.torque_after or any("SUPPLY OFF" in t for t in flight.operator.told)
         assert -0.1 < flight.angle_after < 1.5
