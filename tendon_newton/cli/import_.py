@@ -57,6 +57,9 @@ class ImportConfig:
     """For lerobot: what the joints are in, rad, deg or percent; seen where they are radians."""
     calibration: Path | None = None
     """For lerobot: the arm's calibration file, which says what 100 percent are."""
+    mend: bool = False
+    """Leave out rows that were not read, and give wrapped and unsigned registers their values back:
+    what the findings say that --mend does."""
 
 
 def main(config: ImportConfig) -> None:
@@ -75,9 +78,10 @@ def main(config: ImportConfig) -> None:
         write_imported_model(model, config.source, config.out)
         print(f"{config.out / 'model.toml'}: {model.text}")
         return
-    from tendon_newton.workflows.importing import admit
+    from tendon_newton.workflows.importing import admit, mend
 
-    imported = admit(read(config, readers))
+    imported = read(config, readers)
+    imported = admit(mend(imported) if config.mend else imported)
     parts = imported.parts() if config.joint is None else {}
     outs = {config.out / name: part for name, part in parts.items()} or {config.out: imported}
     show({out: write(config, part, out) for out, part in outs.items()})
@@ -121,10 +125,11 @@ def write(config: ImportConfig, imported: Imported, out: Path) -> ImportReport:
     """Write a dataset."""
     from tendon_newton.data.importers.split import read_conditions, split_logs
     from tendon_newton.data.importers.writing import write_import
+    from tendon_newton.workflows.importing import known_bench
 
     test = read_conditions(config.test, "--test")
     train = read_conditions(config.train, "--train")
-    return write_import(imported, split_logs(imported.logs, test, train), out)
+    return write_import(imported, split_logs(imported.logs, test, train), out, known_bench)
 
 
 def show(reports: Mapping[Path, ImportReport]) -> None:

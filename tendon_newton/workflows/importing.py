@@ -6,14 +6,15 @@ Every importer's logs pass here. What needs no bench is checked with the recordi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.data.checks.bench_checks import BenchFacts
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.lint import mended
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter
@@ -24,10 +25,6 @@ if TYPE_CHECKING:
 
 FIRST_ROWS = 3  # before a servo answers a command that begins with the log
 AT_REST = 0.01  # [rad] from the friction-free rest; the slowest encoder's noise is a tenth of it
-PUSH = 0.1  # [N] mean below zero that no load cell's offset explains after taring
-STRONGER = 1.5  # [1] times the servo's limit, which no load cell misses by
-OVERSHOOT = 0.05  # [1] of the range, which no end stop gives way by
-REACH = 5.0  # [1] times the bench's range, which no spool misses by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,12 +51,33 @@ def admit(imported: Imported) -> Imported:
     for bench in {log.recording.bench for log in imported.logs}:
         check_bench(bench)
     passed = [admit_log(log, imported) for log in imported.logs]
-    found = [finding for log in imported.logs for finding in against(log.recording)]
     return replace(
         imported,
         logs=tuple(log for log, _ in passed),
-        findings=(*imported.findings, *found, *(told for _, told in passed if told is not None)),
+        findings=(*imported.findings, *(told for _, told in passed if told is not None)),
     )
+
+
+def mend(imported: Imported) -> Imported:
+    """Return logs after all mends that no reader would do otherwise, and what was mended."""
+    passed = [mended(log.recording) for log in imported.logs]
+    return replace(
+        imported,
+        logs=tuple(
+            replace(log, recording=recording)
+            for log, (recording, _) in zip(imported.logs, passed, strict=True)
+        ),
+        findings=(*imported.findings, *(finding for _, found in passed for finding in found)),
+    )
+
+
+def known_bench(recording: Recording) -> BenchFacts | None:
+    """Return what is known of a recording's bench, where something in it can be held against it."""
+    if recording.force is None and recording.bench_overrides.mass is None:
+        return None
+    from tendon_newton.mechanisms.bench_facts import facts_of  # loads Newton, for some seconds
+
+    return facts_of(recording.bench)
 
 
 def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Finding | None]:
@@ -103,6 +121,7 @@ def rest_of(
     bench: str, overrides: BenchOverrides, radius: float | str | None
 ) -> ImportedRest | None:
     """Return where a bench rests; None where that is not known."""
+    from tendon_newton.mechanisms.bench_facts import pulls_within_limits
     from tendon_newton.mechanisms.geometry.overrides import override_mechanism
     from tendon_newton.mechanisms.geometry.statics import closing_path
 
@@ -136,78 +155,3 @@ def check_bench(name: str) -> None:
     """Refuse a bench that nothing could simulate."""
     if name not in asset_files():
         raise unknown_asset("bench", name)
-
-
-def pulls_within_limits(mechanism: Mechanism) -> bool:
-    """Tell whether strings pull joints that have ends."""
-    ends = np.isfinite([joint.limits for joint in mechanism.joints]).all()
-    return bool(ends) and not any(tendon.direct for tendon in mechanism.tendons)
-
-
-def against(recording: Recording) -> Iterator[Finding]:
-    """Say what a recording holds that its bench cannot do."""
-    if recording.force is None:
-        return
-    mechanism = bench_of(recording.bench)
-    yield from too_strong(recording, recording.force, mechanism)
-    yield from beyond_rail(recording, mechanism)
-    if pulls_within_limits(mechanism):
-        yield from pushed(recording, recording.force)
-        yield from beyond_reach(recording, mechanism)
-
-
-def too_strong(recording: Recording, force: Array, mechanism: Mechanism) -> Iterator[Finding]:
-    """A force that is far beyond what the asset lets its servo give."""
-    limit = max(tendon.force_limit for tendon in mechanism.tendons)
-    most = float(np.abs(force).max())
-    if most > STRONGER * limit:
-        yield Examined(recording.name, "force").defect(
-            f"reaches {most:.4g}, and the servo of {mechanism.name} gives at most "
-            f"{limit:.4g} by its asset",
-            "a simulation stops at the asset's limit: raise tendon:forceLimit there "
-            "(--force-limit of asset new), or the force is in another unit",
-        )
-
-
-def beyond_rail(recording: Recording, mechanism: Mechanism) -> Iterator[Finding]:
-    """A cart that stands where its rail has ended."""
-    (joint, *others), (tendon, *_) = mechanism.joints, mechanism.tendons
-    if not tendon.direct or others or not np.isfinite(joint.limits).all():
-        return
-    place = recording.motor_position[:, 0] * tendon.spool_radius / float(tendon.moment_arm[0])
-    low, high = joint.limits
-    beyond = float(max(low - place.min(), place.max() - high))
-    if beyond > OVERSHOOT * (high - low):
-        yield Examined(recording.name, "theta").defect(
-            f"lies up to {beyond:.3g} m beyond the range of {mechanism.name}, "
-            f"{low:.3g} to {high:.3g} m",
-            "its zero is another one (offset in the mapping), or the range is (--range "
-            "of asset new)",
-        )
-
-
-def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
-    """A tension below zero: a string cannot push."""
-    mean = float(force.mean())
-    if mean < -PUSH:
-        share = float((force < 0.0).mean())
-        yield Examined(recording.name, "force").defect(
-            f"{mean:.2f} N on average, below zero in {100.0 * share:.0f} % of the rows",
-            "a string cannot push: its sign is the other one (sign = -1 in the "
-            "mapping), or its zero is off",
-        )
-
-
-def beyond_reach(recording: Recording, mechanism: Mechanism) -> Iterator[Finding]:
-    """A motor that turns much farther than its bench reaches."""
-    ends = np.array([joint.limits for joint in mechanism.joints])
-    reach = max(  # from one end of all joints to the other [rad]
-        float(np.abs(tendon.moment_arm) @ np.ptp(ends, axis=1)) / tendon.spool_radius
-        for tendon in mechanism.tendons
-    )
-    span = float(np.ptp(recording.motor_position, axis=0).max())
-    if span > REACH * reach:
-        yield Examined(recording.name, "theta").defect(
-            f"spans {span:.3g} rad, and the whole range of {mechanism.name} is {reach:.3g} rad",
-            'theta is in degrees (unit = "deg" in the mapping), or the bench is another one',
-        )

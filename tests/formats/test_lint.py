@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_newton.data.checks.finding import Finding, findings_text
+from tendon_newton.data.checks.finding import Examined, Finding, findings_text
+from tendon_newton.data.checks.following import play
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.recording import Recording
@@ -103,9 +104,15 @@ def test_single_rows_that_were_not_read_are_counted() -> None:
     theta[[100, 300, 500]] = -3.1401
     finding = only(lint_recording(log(motor_position=theta[:, None])))
     assert (finding.channel, finding.severity) == ("theta", "defect")
-    assert finding.evidence.startswith("3 of 800 rows stand alone, first row 100 with -3.1401 rad")
+    assert finding.evidence.startswith(
+        "3 of 800 rows (100, 300, 500) lie beside the motion, at -3.14"
+    )
     fast = 4.0 * np.sin(6.0 * TIME)
-    swinging = log(motor_position=fast[:, None], motor_velocity=24.0 * np.cos(6.0 * TIME)[:, None])
+    swinging = log(
+        command=fast[:, None] + 0.5,
+        motor_position=fast[:, None],
+        motor_velocity=24.0 * np.cos(6.0 * TIME)[:, None],
+    )
     assert lint_recording(swinging) == ()
 
 
@@ -157,13 +164,18 @@ def test_rows_at_a_known_limit_are_counted() -> None:
 
 def test_a_shaft_that_rests_under_a_moving_goal_is_noted() -> None:
     """Sticking is no defect, but a reader must know that these rows say little."""
-    theta = np.where(TIME < 4.0, np.sin(3.0 * TIME), np.sin(12.0))[:, None]
+    goal = np.sin(TIME)
+    theta = play(goal, 0.4)[:, None]
     found = lint_recording(
-        log(motor_position=theta, motor_velocity=np.gradient(theta, TIME, axis=0))
+        log(
+            command=goal[:, None],
+            motor_position=theta,
+            motor_velocity=np.gradient(theta, TIME, axis=0),
+        )
     )
     (finding,) = (f for f in found if f.channel == "theta")
     assert finding.severity == "note"
-    assert "from t = 4.00 s" in finding.evidence
+    assert "from t = 7.85 s" in finding.evidence  # where the sine turns
 
 
 def test_a_shaft_that_hears_late_does_not_rest_under_a_moving_goal() -> None:
@@ -206,13 +218,12 @@ def test_a_test_recording_that_was_trained_on_is_found() -> None:
 
 def test_equal_findings_are_written_once_with_their_recordings() -> None:
     """The report groups by what follows, the worst first."""
-    findings = [
-        Finding(
-            recording=name, channel="t", evidence=f"e{name}", consequence="c", severity=severity
-        )
-        for name, severity in (("a", "note"), ("b", "defect"), ("c", "note"))
+    found = [
+        Examined("a", "t").note("ea", "c"),
+        Examined("b", "t").defect("eb", "c"),
+        Examined("c", "t").note("ec", "c"),
     ]
-    assert findings_text(findings) == [
+    assert findings_text(found) == [
         "",
         "defect, t: c",
         "  b  eb",

@@ -1,23 +1,26 @@
 """Columns that were taken for others: exchanged, in degrees, or too few rows of all."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
+from tendon_newton.data.checks.command_checks import LEAST_TIME
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.register_checks import lag_between
+from tendon_newton.data.checks.lags import lag_between
+from tendon_newton.data.checks.measures import names_of
 from tendon_newton.data.recording import Recording
 
-LEAST_TIME = 1.0  # [s] the slowest servo here answers a step in half of it
 LEAST_LEAD = 0.005  # [s] stamps of a bus differ by less
 LEAD_STEPS = 1.5  # [1] a command that holds for a row seems to come half a step late
 LIKENESS = 0.9  # [1] below, two angles are too unlike for one to be the other's command
+REACH = 0.1  # [s] of leads that are looked for; what seems to lead by more is another motion
+LEAD_SHARE = 0.3  # [1] of what no lead leaves, which a lead must take away
 LEAD_GAIN = 0.001  # [1] of the correlation: a lead that improves it by less is not resolved
 ANGLE_TOO_FAR = 15.0  # [1] times as far as told no servo moves; a soft one in degrees goes beyond
 COMMAND_TOO_FAR = 45.0  # [1] times as far as it moves; the strongest spring here leaves a third
+LEAST_RATIO = 8.0  # [1] times as far, from which on a gear is likelier than a soft servo
+WIDE = 7.5  # [rad] a motion beyond is in degrees: the root of 57 turns one radian into as much
 COUNTS = 400.0  # [1] from here on it is rather counts
-CONTRADICTION = 0.1  # [1] of the motion; wear and stiction of a sound finger stay below
-LEAST_CONTRADICTION = 0.02  # [rad] as little is backlash
 
 
 def short(recording: Recording) -> Iterator[Finding]:
@@ -30,20 +33,22 @@ def short(recording: Recording) -> Iterator[Finding]:
         )
 
 
-def exchanged(recording: Recording) -> Iterator[Finding]:
+def ahead(recording: Recording) -> Iterator[Finding]:
     """A shaft that moves before it is told to."""
     if recording.command is None:
         return
     time = recording.time
-    least = max(LEAST_LEAD, LEAD_STEPS * float(np.median(np.diff(time))))
-    for place in range(recording.tendon_count):
+    step = float(np.median(np.diff(time)))
+    for place, column in enumerate(names_of(recording, "theta")):
         theta, command = recording.motor_position[:, place], recording.command[:, place]
-        lag, score, gain = lag_between(time, command, theta, time)
-        if score > LIKENESS and lag < -least and gain > LEAD_GAIN:
-            yield Examined(recording.name, "theta").defect(
-                f"{-1e3 * lag:.0f} ms ahead of theta_d (correlation {score:.3f})",
-                "no servo moves before it is told to: theta and theta_d are exchanged "
-                "(exchange them in the mapping), or their clocks differ",
+        lag, score, gain = lag_between(time, command, theta, time, REACH)
+        sure = gain > LEAD_GAIN and gain > LEAD_SHARE * (1.0 - score + gain)
+        if score > LIKENESS and max(LEAST_LEAD, LEAD_STEPS * step) < -lag < 0.9 * REACH and sure:
+            yield Examined(recording.name, column).defect(
+                f"{-1e3 * lag:.0f} ms ahead of theta_d, {-lag / step:.1f} rows (correlation "
+                f"{score:.3f})",
+                "no servo moves before it is told to: theta and theta_d are exchanged (exchange "
+                "them in the mapping), theta_d is some rows late, or their clocks differ",
             )
 
 
@@ -56,39 +61,21 @@ def degrees(recording: Recording) -> Iterator[Finding]:
         spread, asked = float(np.std(theta)), float(np.std(command))
         if not spread > 0.0 or not asked > 0.0 or np.corrcoef(theta, command)[0, 1] < LIKENESS:
             continue
-        for column, other, ratio, least in (
-            ("theta", "theta_d", spread / asked, ANGLE_TOO_FAR),
-            ("theta_d", "theta", asked / spread, COMMAND_TOO_FAR),
+        for column, other, size, ratio, least in (
+            ("theta", "theta_d", theta, spread / asked, ANGLE_TOO_FAR),
+            ("theta_d", "theta", command, asked / spread, COMMAND_TOO_FAR),
         ):
             if least < ratio < COUNTS:
                 yield Examined(recording.name, column).defect(
-                    f"moves {ratio:.1f} times as far as {other}",
-                    f'{column} is in degrees: say unit = "deg" in the mapping',
+                    f"moves {ratio:.1f} times as far as {other}, by {np.ptp(size):.3g} rad",
+                    f'{column} is in degrees: say unit = "deg" for it in the mapping'
+                    if np.ptp(size) > WIDE
+                    else f'{other} was in rad and taken for degrees: say unit = "rad" for it in '
+                    "the mapping",
                 )
-
-
-def contradictions(recordings: Sequence[Recording]) -> Iterator[Finding]:
-    """Runs of one command on one bench whose angles differ, told once."""
-    pairs: list[tuple[float, Recording, Recording]] = []
-    groups: dict[object, list[Recording]] = {}
-    for r in recordings:
-        if r.command is not None and r.obstacle == "free":
-            key = (r.bench, r.bench_overrides, tuple(r.actuator_overrides.items()))
-            groups.setdefault((*key, r.command.shape, r.command.tobytes()), []).append(r)
-    for first, *others in groups.values():
-        motion = float(np.ptp(first.motor_position))
-        for other in others:
-            apart = float(np.sqrt(np.mean((other.motor_position - first.motor_position) ** 2)))
-            if apart > max(CONTRADICTION * motion, LEAST_CONTRADICTION):
-                pairs.append((apart, first, other))
-    if pairs:
-        apart, first, other = max(pairs, key=lambda pair: pair[0])
-        yield Examined("all", "theta").caution(
-            f"{len(pairs)} runs repeat a command and answer it otherwise; farthest apart "
-            f"are {first.name} and {other.name}, by {1e3 * apart:.0f} mrad RMS",
-            "no model answers one command in two ways: something changed between them "
-            "that no column says; state it (actuator_overrides, bench_overrides) or leave one out",
-        )
-
-
-COLUMN_CHECKS = (short, exchanged, degrees)
+            elif LEAST_RATIO < ratio <= least:
+                yield Examined(recording.name, column).caution(
+                    f"moves {ratio:.1f} times as far as {other}, and with it",
+                    f"{column} or {other} has another unit or the other side of a gear (scale in "
+                    "the mapping); a spring that lets a servo go so little is rare",
+                )

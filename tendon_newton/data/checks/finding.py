@@ -18,6 +18,8 @@ class Finding:
     consequence: str  # Consequence for the use of the data
     # ``defect``: wrong as it stands; ``caution``: misleads a fit; ``note``: good to know
     severity: Severity
+    check: str = ""  # Name of the check that found it, in ``lint.CHECKS``
+    safe: bool = False  # Whether ``--mend`` does what the consequence says
 
 
 @dataclass(frozen=True)
@@ -52,15 +54,26 @@ class Examined:
 
 def findings_text(findings: Iterable[Finding], most: int | None = None) -> list[str]:
     """Write each kind of finding once, the worst first, with evidence of so many recordings."""
-    kinds: dict[tuple[str, str, str], list[Finding]] = {}
-    for finding in sorted(findings, key=lambda f: SEVERITIES.index(f.severity)):
-        kind = (finding.severity, finding.channel, finding.consequence)
-        kinds.setdefault(kind, []).append(finding)
     lines: list[str] = []
-    for (severity, channel, consequence), group in kinds.items():
-        lines += ["", f"{severity}, {channel}: {consequence}"]
+    for first, *others in kinds_of(findings):
+        group = [first, *others]
+        lines += ["", f"{first.severity}, {first.channel}: {what_follows(first)}"]
         width = max(len(finding.recording) for finding in group)
         lines += [f"  {finding.recording:{width}}  {finding.evidence}" for finding in group[:most]]
         if most is not None and len(group) > most:
             lines += [f"  and {len(group) - most} more recordings"]
     return lines
+
+
+def kinds_of(findings: Iterable[Finding]) -> list[list[Finding]]:
+    """Gather findings of one kind, which differ in recording and evidence, the worst first."""
+    kinds: dict[tuple[str, str, str], list[Finding]] = {}
+    for finding in sorted(findings, key=lambda f: SEVERITIES.index(f.severity)):
+        kind = (finding.severity, finding.channel, finding.consequence)
+        kinds.setdefault(kind, []).append(finding)
+    return list(kinds.values())
+
+
+def what_follows(finding: Finding) -> str:
+    """Say what follows of a finding, and whether ``--mend`` does it."""
+    return finding.consequence + (" (--mend does it)" if finding.safe else "")

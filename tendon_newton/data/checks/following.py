@@ -3,8 +3,8 @@ r"""How a shaft follows its command, from positions alone: delay, lag, play and 
 .. math:: y = \operatorname{play}_w\bigl(L_\tau u(t - d)\bigr) + c
 
 with the command :math:`u` held until its next row, a first-order lag :math:`L_\tau` and the play
-operator of width :math:`w`. The four numbers are those with the least squared error. No load is
-modelled: what a servo sags under its own arm is part of the offset.
+operator of width :math:`w`. The four numbers are those with the least squared error. A load is
+taken to go with the posture: what is a quadratic form of all commands is sag, and no play.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,6 +24,8 @@ PLAYS = (0.0, 0.02, 0.06, 0.2)  # [rad] likewise
 STEP = 1.0e-3  # [s] of delay and lag and [rad] of play, for the slopes of the residual
 DAMPING = (0.0, 0.1, 1.0, 10.0)  # [1] of the slopes' squares; the best of these is taken
 ROUNDS = 12
+ROWS_A_FORM = 20  # Rows that each direction of sag takes
+TOLD_APART = 1e-6  # [1] of the largest direction of sag, below which one is rounding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +35,8 @@ class FollowedMotion:
     time: Array  # [s], strictly increasing, shape (T,)
     command: Array  # [rad], held until the next row, shape (T,)
     position: Array  # [rad], shape (T,)
+    # Commands of all joints, on which its load depends [rad], shape (T, J); no load without any
+    posture: Array | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,14 +53,11 @@ class Following:
 def follow(motions: Sequence[FollowedMotion]) -> Following:
     """Fit delay, lag and play to motions; rows in which something holds the joint do not count."""
     used = [free_rows(motion) for motion in motions]
+    sag = sag_of(motions, used)
 
     def residual(numbers: Array) -> Array:
-        parts = [
-            residual_of(motion, numbers)[mask]
-            for motion, mask in zip(motions, used, strict=True)
-            if mask.any()
-        ]
-        return np.concatenate([part - part.mean() for part in parts] or [np.zeros(1)])
+        left = pooled([residual_of(motion, numbers) for motion in motions], used)
+        return left - sag @ (sag.T @ left)
 
     def error(numbers: Array) -> float:
         return float(np.mean(residual(numbers) ** 2))
@@ -74,6 +75,36 @@ def follow(motions: Sequence[FollowedMotion]) -> Following:
         residual=float(np.sqrt(error(best))),
         motion=float(positions.std()),
     )
+
+
+def pooled(parts: Sequence[Array], used: Sequence[Mask]) -> Array:
+    """Put the used rows of motions below each other, each without its mean, shape (N, ...)."""
+    chosen = [part[mask] for part, mask in zip(parts, used, strict=True) if mask.any()]
+    return np.concatenate([part - part.mean(axis=0) for part in chosen] or [np.zeros(1)])
+
+
+def sag_of(motions: Sequence[FollowedMotion], used: Sequence[Mask]) -> Array:
+    """Return directions in which a joint sags with the posture, orthonormal, shape (N, F).
+
+    Few rows tell of no sag.
+    """
+    forms = [
+        np.zeros((len(m.time), 0)) if m.posture is None else forms_of(m.posture) for m in motions
+    ]
+    rows = pooled(forms, used)
+    if rows.ndim < 2 or rows.shape[1] == 0 or len(rows) < ROWS_A_FORM * rows.shape[1]:
+        return np.zeros((len(rows), 0))
+    size = np.linalg.norm(rows, axis=0)
+    directions, sizes, _ = np.linalg.svd(
+        rows[:, size > 0.0] / size[size > 0.0], full_matrices=False
+    )
+    return directions[:, sizes > TOLD_APART * sizes.max(initial=0.0)]
+
+
+def forms_of(posture: Array) -> Array:
+    """Return angles and their products, (T, J + J (J + 1) / 2) for (T, J)."""
+    first, second = np.triu_indices(posture.shape[1])
+    return np.concatenate([posture, posture[:, first] * posture[:, second]], axis=1)
 
 
 def offset_of(motion: FollowedMotion, following: Following) -> float:

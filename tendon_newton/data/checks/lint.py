@@ -1,39 +1,132 @@
-"""Defects of recorded data, found before any model is fitted to them.
+"""The table of checks of recorded data, before any model is fitted to them.
 
-Nothing is changed or worked around: a finding says what was seen and what follows.
+Every way in runs it: import, doctor and diagnose. A finding says what was seen, in which rows, and
+what to do; where any reader would do the same, ``mend`` does it.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.data.checks.column_checks import COLUMN_CHECKS, contradictions
+from tendon_newton.data.checks.bench_checks import BenchFacts, against
+from tendon_newton.data.checks.column_checks import ahead, degrees, short
+from tendon_newton.data.checks.command_checks import copied, exchanged_joints, no_command
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.lint_checks import CHECKS, CORRELATION_LIMIT, measured_channels
-from tendon_newton.data.checks.register_checks import correlations
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.checks.lint_checks import (
+    clock,
+    dead_channels,
+    measured_channels,
+    resting_position,
+    supply_reads,
+    supply_scatter,
+    torque_off,
+    unsigned_current,
+    velocity,
+    wrapped,
+)
+from tendon_newton.data.checks.mends import (
+    with_signs,
+    with_supply,
+    without_failed_reads,
+    without_repeated_reads,
+)
+from tendon_newton.data.checks.read_checks import failed_reads, frozen_reads, repeated_reads
+from tendon_newton.data.checks.seam_checks import position_jumps, without_seams
+from tendon_newton.data.checks.set_checks import contradictions, copies, off_zero, still, warming
+from tendon_newton.data.recording import Array, Recording
 
-__all__ = ["Finding", "lint_dataset", "lint_recording"]
+__all__ = ["CHECKS", "BenchFacts", "Check", "Finding", "lint_dataset", "lint_recording", "mended"]
 
-WARMING_LIMIT = 3.0  # [K] one degree is the resolution; copper changes by 1.2 % in 3 K
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """One thing that recorded data are looked at for."""
+
+    name: str
+    looks_at: str  # Columns, in words
+    find: Callable[[Recording], Iterator[Finding]]
+    # What any reader would do about it; None where that needs to be known from elsewhere
+    mend: Callable[[Recording], Recording] | None = None
+
+
+CHECKS: tuple[Check, ...] = (
+    Check(name="lost sign", looks_at="any column", find=wrapped, mend=with_signs),
+    Check(name="seam", looks_at="theta, theta_d", find=position_jumps, mend=without_seams),
+    Check(name="failed read", looks_at="theta", find=failed_reads, mend=without_failed_reads),
+    Check(name="failed supply", looks_at="voltage", find=supply_reads, mend=with_supply),
+    Check(name="repeated read", looks_at="theta", find=repeated_reads, mend=without_repeated_reads),
+    Check(name="frozen read", looks_at="theta, theta_d", find=frozen_reads),
+    Check(name="no command", looks_at="theta_d, theta", find=no_command),
+    Check(name="copied column", looks_at="theta_d, theta", find=copied),
+    Check(name="exchanged joints", looks_at="theta_d, theta of several", find=exchanged_joints),
+    Check(name="ahead", looks_at="theta, theta_d", find=ahead),
+    Check(name="degrees", looks_at="theta, theta_d", find=degrees),
+    Check(name="short", looks_at="t", find=short),
+    Check(name="clock", looks_at="t", find=clock),
+    Check(name="motor off", looks_at="enabled", find=torque_off),
+    Check(name="speed", looks_at="theta_dot, theta", find=velocity),
+    Check(name="dead channel", looks_at="any column", find=dead_channels),
+    Check(name="rest", looks_at="theta, theta_d", find=resting_position),
+    Check(name="scattering supply", looks_at="voltage", find=supply_scatter),
+    Check(name="current without sign", looks_at="current", find=unsigned_current),
+)
+"""Checks of one recording; mends are done in this order."""
 
 
 def lint_recording(
-    recording: Recording, limits: Mapping[str, float] | None = None
+    recording: Recording,
+    limits: Mapping[str, float] | None = None,
+    bench: BenchFacts | None = None,
 ) -> tuple[Finding, ...]:
     """Run every check on one recording.
 
     Args:
         limits: Known limits by column [column's unit], to find rows at the limit.
+        bench: What is known of its bench, to find what the bench cannot do.
     """
-    findings = [finding for check in (*CHECKS, *COLUMN_CHECKS) for finding in check(recording)]
-    return (*findings, *saturation(recording, limits or {}))
+    found = [
+        replace(finding, check=check.name, safe=check.mend is not None)
+        for check in CHECKS
+        for finding in check.find(recording)
+    ]
+    told = [*found, *saturation(recording, limits or {})]
+    if bench is not None:
+        told += [replace(finding, check="bench") for finding in against(recording, bench)]
+    return tuple(told)
 
 
 def lint_dataset(train: Sequence[Recording], test: Sequence[Recording]) -> tuple[Finding, ...]:
     """Look for what only shows between recordings."""
     every = (*train, *test)
-    return (*copies(train, test), *contradictions(every), *warming(every))
+    between = (still, contradictions, off_zero, warming)
+    found = [(check.__name__, finding) for check in between for finding in check(every)]
+    found += [("copies", finding) for finding in copies(train, test)]
+    return tuple(replace(finding, check=name.replace("_", " ")) for name, finding in found)
+
+
+def mended(recording: Recording) -> tuple[Recording, tuple[Finding, ...]]:
+    """Return a recording after every mend of the table that it needs, and what was mended."""
+    told: list[Finding] = []
+    derived = np.allclose(recording.motor_velocity, slope_of(recording))
+    for check in CHECKS:
+        found = () if check.mend is None else tuple(check.find(recording))
+        if check.mend is not None and found:
+            recording = check.mend(recording)
+            told += [
+                replace(
+                    one, severity="note", check=check.name, consequence=f"mended: {one.consequence}"
+                )
+                for one in found
+            ]
+    if told and derived:
+        recording = replace(recording, motor_velocity=slope_of(recording))
+    return recording, tuple(told)
+
+
+def slope_of(recording: Recording) -> Array:
+    """Return the slope of the angles [rad/s], shape (T, D)."""
+    return np.gradient(recording.motor_position, recording.time, axis=0)
 
 
 def saturation(recording: Recording, limits: Mapping[str, float]) -> Iterator[Finding]:
@@ -45,36 +138,4 @@ def saturation(recording: Recording, limits: Mapping[str, float]) -> Iterator[Fi
             yield Examined(recording.name, column).note(
                 f"{100.0 * share:.1f} % of the rows are at the limit of {limit:g}",
                 "there the position loop does nothing; the model must limit too",
-            )
-
-
-def copies(train: Sequence[Recording], test: Sequence[Recording]) -> Iterator[Finding]:
-    """Test recordings that are train recordings under another name."""
-    for held in test:
-        for seen in train:
-            if np.array_equal(held.motor_position, seen.motor_position):
-                yield Examined(held.name, "theta").defect(
-                    f"equal to {seen.name} of the train split in every row",
-                    "errors on it are not held out",
-                )
-
-
-def warming(recordings: Sequence[Recording]) -> Iterator[Finding]:
-    """Temperature that goes with a setting, so that the two cannot be told apart."""
-    warm = [recording for recording in recordings if recording.temperature is not None]
-    keys = sorted({key for recording in warm for key in recording.actuator_overrides})
-    for key in keys:
-        groups: dict[float, list[float]] = {}
-        for recording in warm:
-            if key in recording.actuator_overrides and recording.temperature is not None:
-                value = recording.actuator_overrides[key]
-                groups.setdefault(value, []).append(float(recording.temperature.mean()))
-        means = {value: float(np.mean(groups[value])) for value in sorted(groups)}
-        rise = max(means.values()) - min(means.values())
-        (trend,) = correlations(np.array(list(means)), np.array(list(means.values())))
-        if rise > WARMING_LIMIT and abs(trend) > CORRELATION_LIMIT:
-            listed = ", ".join(f"{mean:.1f} degC at {value:.3g}" for value, mean in means.items())
-            yield Examined("all", "temperature").caution(
-                f"goes with {key}: {listed}",
-                f"an effect of temperature cannot be told from one of {key}",
             )

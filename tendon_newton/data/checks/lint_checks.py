@@ -1,15 +1,15 @@
 """Checks of one recording, each looking at one thing and changing nothing."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.register_checks import lag_between, wrap_period
+from tendon_newton.data.checks.lags import lag_between
+from tendon_newton.data.checks.measures import names_of, rows_text
 from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
 from tendon_newton.data.recording import Array, Mask, Recording
-
-Check = Callable[[Recording], Iterator[Finding]]
+from tendon_newton.data.registers import lost_sign
 
 RATE_SPREAD_LIMIT = 1.2  # [1] step lengths that differ by less are jitter of a healthy bus
 GAP_LIMIT = 3.0  # [1] steps longer than this many median steps are gaps
@@ -22,13 +22,9 @@ SCALE_RANGE = (0.3, 3.0)  # [1] theta_dot over slope of theta; impacts and slack
 GEAR_RATIOS = (100.0, 1000.0)  # [1] of hobby servos
 UNIT_NEAR = 2.0 * np.pi / 4096.0  # [1] counts of an encoder taken for radians
 UNIT_SPARE = 0.05  # [1] within which a scale is such a unit
-LONE_ANGLE = 0.5  # [rad] no servo turns so far there and back within two rows
-LONE_ROWS = 3  # fewer have no neighbours
-LONE_SHARE = 3.0  # [1] of what its neighbours differ by
 SUPPLY_RANGE = (0.5, 1.5)  # [1] of the median; no sag and no surge goes beyond
 MOTION_LIMIT = 0.1  # [rad] less motion of the shaft counts as standing still
 STUCK_LIMIT = 0.5  # [s] shorter rests are turning points
-TURN = 2.0 * np.pi  # [rad]
 BLOCKED_ERROR = 0.1  # [rad] no lag of a moving position servo reaches it
 BLOCKED_REST = 0.025  # [rad] from the end of its way: what stops a gear gives way
 BLOCKED_ROWS = 20  # fewer are a turning point
@@ -61,7 +57,7 @@ def velocity(recording: Recording) -> Iterator[Finding]:
     """A velocity channel that lags the position or has another scale."""
     time = recording.time
     middle = 0.5 * (time[1:] + time[:-1])  # a difference quotient belongs between its rows
-    for column, place in tendon_places(recording, "theta_dot"):
+    for place, column in enumerate(names_of(recording, "theta_dot")):
         slope = np.diff(recording.motor_position[:, place]) / np.diff(time)
         register = recording.motor_velocity[:, place]
         lag, score, gain = lag_between(middle, slope, register, time)
@@ -95,25 +91,10 @@ def misread_speed(scale: float) -> str:
     return "theta_dot or theta is in another unit, or t is"
 
 
-def failed_reads(recording: Recording) -> Iterator[Finding]:
-    """Single rows that lie far from where their neighbours lead: a register that was not read."""
-    for column, place in tendon_places(recording, "theta"):
-        theta = recording.motor_position[:, place]
-        lone = lone_rows(theta, LONE_ANGLE)
-        if lone.any():
-            worst = int(np.flatnonzero(lone)[0])
-            yield Examined(recording.name, column).defect(
-                f"{lone.sum()} of {theta.size} rows stand alone, first row {worst} with "
-                f"{theta[worst]:.4f} rad between {theta[worst - 1]:.4f} and "
-                f"{theta[min(worst + 1, theta.size - 1)]:.4f} rad",
-                "the register was not read there: leave those rows out",
-            )
+def supply_reads(recording: Recording) -> Iterator[Finding]:
+    """Rows in which the supply was not read, or failed."""
     supply = recording.voltage
-    if supply is None or np.median(supply) <= 0.0:
-        return
-    share = supply / np.median(supply)
-    lost = (share < SUPPLY_RANGE[0]) | (share > SUPPLY_RANGE[1])
-    if lost.any():
+    if supply is not None and (lost := unread_rows(supply)).any():
         yield Examined(recording.name, "voltage").defect(
             f"{lost.sum()} of {supply.size} rows say {supply[lost].min():.1f}-"
             f"{supply[lost].max():.1f} V where the median is {np.median(supply):.1f} V",
@@ -138,33 +119,13 @@ def torque_off(recording: Recording) -> Iterator[Finding]:
 
 
 def wrapped(recording: Recording) -> Iterator[Finding]:
-    """Signed registers that were read as unsigned."""
-    for column, values in measured_channels(recording):
-        if column == "theta":
-            continue
-        period = wrap_period(values)
-        if period is not None:
-            count = int((values > 0.5 * period).sum())
+    """Registers whose sign was lost."""
+    goals = {} if recording.command is None else named_by_tendon("theta_d", recording.command)
+    for column, values in (*goals.items(), *measured_channels(recording)):
+        lost = lost_sign(values)
+        if lost is not None:
             yield Examined(recording.name, column).defect(
-                f"{count} of {values.size} rows lie just below {period:g} and none "
-                "between: negative values read as unsigned",
-                f"subtract {period:g} there",
-            )
-
-
-def position_jumps(recording: Recording) -> Iterator[Finding]:
-    """Steps of the shaft angle of about a turn, which a wrapped encoder makes."""
-    for column, place in tendon_places(recording, "theta"):
-        steps = np.diff(recording.motor_position[:, place])
-        (jumps,) = np.nonzero(np.abs(np.abs(steps) - TURN) < 0.1 * TURN)
-        reach = np.abs(recording.motor_velocity[:, place]).max() * np.diff(recording.time)
-        jumps = jumps[np.abs(steps[jumps]) > 2.0 * reach[jumps]]
-        if jumps.size:
-            k = int(jumps[0]) + 1
-            yield Examined(recording.name, column).defect(
-                f"{jumps.size} steps of a turn within one row, first at row {k} "
-                f"(t = {recording.time[k]:.3f} s), which theta_dot does not show",
-                "the encoder wrapped around: add the turns before use",
+                f"{rows_text(lost.rows)} stand {lost.period:.6g} too high", lost.text
             )
 
 
@@ -184,7 +145,7 @@ def resting_position(recording: Recording) -> Iterator[Finding]:
     """A shaft that rests while its goal moves."""
     if recording.command is None:
         return
-    for column, place in tendon_places(recording, "theta"):
+    for place, column in enumerate(names_of(recording, "theta")):
         theta, goal = recording.motor_position[:, place], recording.command[:, place]
         first, last = longest_rest(recording.time, theta)
         lasting = float(recording.time[last - 1] - recording.time[first])
@@ -221,7 +182,7 @@ def unsigned_current(recording: Recording) -> Iterator[Finding]:
     current = recording.current
     if current is None or current.min() < 0.0 or np.ptp(current) == 0.0:
         return
-    if wrap_period(current) is not None:
+    if lost_sign(current) is not None:
         return  # its sign is there, read as unsigned
     speed = recording.motor_velocity.max(axis=1)
     forth, back = (current[side].size for side in (speed > 0.0, speed < 0.0))
@@ -230,20 +191,6 @@ def unsigned_current(recording: Recording) -> Iterator[Finding]:
             f"never negative, while the shaft turns forth in {forth} rows and back in {back}",
             "its sign was lost: it is a size, and no torque follows from it",
         )
-
-
-CHECKS: tuple[Check, ...] = (
-    clock,
-    failed_reads,
-    torque_off,
-    velocity,
-    wrapped,
-    position_jumps,
-    dead_channels,
-    resting_position,
-    supply_scatter,
-    unsigned_current,
-)
 
 
 def blocked_rows(theta: Array, goal: Array, side: float) -> Mask:
@@ -265,10 +212,12 @@ def blocked_rows(theta: Array, goal: Array, side: float) -> Mask:
     return rests & np.isin(rest, rest[held])
 
 
-def tendon_places(recording: Recording, column: str) -> list[tuple[str, int]]:
-    """Column names of a channel with the tendon that each belongs to."""
-    names = named_by_tendon(column, recording.motor_position)
-    return [(name, place) for place, name in enumerate(names)]
+def unread_rows(voltage: Array) -> Mask:
+    """Tell in which rows a supply lies far from all others, shape (T,)."""
+    median = float(np.median(voltage))
+    if median <= 0.0:
+        return np.zeros(voltage.size, dtype=np.bool_)
+    return (voltage < SUPPLY_RANGE[0] * median) | (voltage > SUPPLY_RANGE[1] * median)
 
 
 def measured_channels(recording: Recording) -> Iterator[tuple[str, Array]]:
@@ -282,16 +231,6 @@ def measured_channels(recording: Recording) -> Iterator[tuple[str, Array]]:
     for column, values in recording.extra.items():
         if np.issubdtype(values.dtype, np.number) and np.isfinite(values).all():
             yield column, values
-
-
-def lone_rows(values: Array, limit: float) -> Mask:
-    """Tell which rows lie farther than a limit from both neighbours while these lie together."""
-    if values.size < LONE_ROWS:
-        return np.zeros(values.size, dtype=np.bool_)
-    padded = np.r_[values[1], values, values[-2]]
-    before, after = padded[:-2], padded[2:]
-    far = np.minimum(np.abs(values - before), np.abs(values - after))
-    return (far > limit) & (far > LONE_SHARE * np.abs(after - before))
 
 
 def longest_rest(time: Array, values: Array) -> tuple[int, int]:

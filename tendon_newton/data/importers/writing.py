@@ -2,16 +2,18 @@
 
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from tendon_newton.data.checks.bench_checks import BenchFacts
 from tendon_newton.data.checks.finding import Finding, findings_text
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import FILE_NAME, write_dataset
 from tendon_newton.data.importers.imported import Imported, ImportedLog, ImportedModel
 from tendon_newton.data.importers.split import Split
 from tendon_newton.data.model_file import write_model
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidOutput
 
 REPORT_NAME = "import.json"
@@ -48,13 +50,26 @@ class ImportReport:
         return shlex.join(words if self.split.test else [*words, "--hold-out", "0.3"])
 
 
-def write_import(imported: Imported, split: Split, out: Path) -> ImportReport:
-    """Write the dataset, ``model.toml``, ``import.json`` and ``import.txt``."""
+def write_import(
+    imported: Imported,
+    split: Split,
+    out: Path,
+    known_bench: Callable[[Recording], BenchFacts | None] = lambda _: None,
+) -> ImportReport:
+    """Write the dataset, ``model.toml``, ``import.json`` and ``import.txt``.
+
+    Args:
+        known_bench: Gives what is known of a recording's bench; None where nothing is.
+    """
     refuse_foreign_folder(out, [log.source for log in imported.logs])
     train = [log.recording for log in split.train]
     test = [log.recording for log in split.test]
     written = {recording.name for recording in (*train, *test)}
-    found = [f for r in (*train, *test) for f in lint_recording(r, imported.limits)]
+    found = [
+        finding
+        for recording in (*train, *test)
+        for finding in lint_recording(recording, imported.limits, known_bench(recording))
+    ]
     told = [f for f in imported.findings if f.recording in written or f.recording == "all"]
     report = ImportReport(split=split, findings=(*told, *found, *lint_dataset(train, test)))
     write_dataset(out, train, test)

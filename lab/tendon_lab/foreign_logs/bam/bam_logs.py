@@ -26,13 +26,13 @@ from tendon_lab.foreign_logs.bam.feetech import (
 from tendon_lab.foreign_logs.bam.motors import BamMotor, motor_named
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.finding import Finding
-from tendon_newton.data.checks.register_checks import unwrap_register, wrap_period
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import finite_number, read_bytes
 from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.registers import lost_sign
 from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, shown
 
 REQUIRED = ("timestamp", "position", "goal_position", "torque_enable")
@@ -189,10 +189,8 @@ def recording_of(
 
 def unwrapped(values: Array, unit: float) -> tuple[Array, int]:
     """Undo a wrapped register and count the rows that were wrapped."""
-    period = wrap_period(values, unit)
-    if period is None:
-        return values, 0
-    return unwrap_register(values, period), int((values > 0.5 * period).sum())
+    lost = lost_sign(values, unit)
+    return (values, 0) if lost is None else (lost.mended(values), int(lost.rows.sum()))
 
 
 def read_table(content: bytes, path: Path, kind: LogKind) -> dict[str, Any]:

@@ -1,51 +1,12 @@
-"""Signed registers that somebody read as unsigned, and clocks that run late."""
+"""Lags between channels, by cross-correlation."""
 
 import numpy as np
 
 from tendon_newton.data.recording import Array
 
-REGISTER_BITS = (16, 32)
-
-# a wrapped register holds values near both ends of its range and none between. A servo's own limits
-# keep within the outer tenth (885 of 65536 for duty, a few thousand for speed)
-OUTER_FRACTION = 0.1
-# a wrapped register passes through zero, so its highest values lie close below the full range
-TOP_FRACTION = 0.99
-
 ROUNDING = 1e-12  # share of a channel's squares that sums of them are off by
 
 SMOOTHING = 0.04  # [s] above it, differences of an encoder are mostly its resolution
-
-
-def wrap_period(values: Array, unit: float | None = None) -> float | None:
-    """Find the span by which negative values of a register were lifted [channel's unit].
-
-    Args:
-        values: The channel as logged, shape (T,).
-        unit: Value of one count; estimated as the least difference between levels unless given.
-
-    Returns:
-        ``2**16`` or ``2**32`` counts where the channel is wrapped, else ``None``.
-    """
-    levels = np.unique(values)
-    if levels.size < 3 or levels[0] < 0.0:
-        return None
-    unit = float(np.diff(levels).min()) if unit is None else unit
-    counts = levels / unit
-    if np.abs(counts - np.round(counts)).max() > 1e-3:  # not on a grid: no register
-        return None
-    for bits in REGISTER_BITS:
-        full = 2.0**bits
-        low, high = OUTER_FRACTION * full, (1.0 - OUTER_FRACTION) * full
-        outer = np.all((counts <= low) | (counts >= high))
-        if outer and TOP_FRACTION * full <= counts[-1] < full:
-            return full * unit
-    return None
-
-
-def unwrap_register(values: Array, period: float) -> Array:
-    """Give a wrapped channel its negative values back."""
-    return np.where(values > 0.5 * period, values - period, values)
 
 
 def lag_between(

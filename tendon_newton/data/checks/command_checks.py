@@ -1,0 +1,221 @@
+"""Columns that are no command of their angle: turned, exchanged, its changes, its speed, a copy."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.measures import names_of, rest_band, stretches
+from tendon_newton.data.recording import Array, Mask, Recording
+
+LEAST_TIME = 1.0  # [s] the slowest servo here answers a step in half of it
+LATEST = 0.3  # [s] no servo that anybody uses answers later
+ALIKE = 0.8  # [1] correlation from which one column is made of another
+LIKE, UNLIKE = 0.7, 0.4  # [1] correlation of what follows loosely, and of what does not
+CLEARER = 0.25  # [1] of the square that is left, which the better reading leaves
+SAME_SIZE = (0.5, 2.0)  # [1] of a column's slope on another that is the same quantity
+LEAST_ROWS = 20  # Rows that a correlation needs
+STRANGE = 0.3  # [1] correlation that no servo was seen to stay below, however it sticks
+MOVED = 0.1  # [rad] a shaft that keeps its command is pushed no farther
+SHIFTS = range(-3, 4)  # Rows by which a copy may be moved
+COPIED = 0.9  # [1] of the rows in motion that are equal in a copy
+
+
+@dataclass(frozen=True, kw_only=True)
+class Likeness:
+    """How an angle goes with a command that comes before it."""
+
+    same: float  # Greatest correlation over all delays [1]
+    turned: float  # The same with the command turned around [1]
+    same_delay: int  # Rows
+    turned_delay: int  # Rows
+    turned_slope: float  # Angle per command turned around, at its delay [1]
+
+
+def likeness(command: Array, theta: Array, delays: range, used: Mask) -> Likeness:
+    """Correlate an angle with a command at several delays, shape (T,) each.
+
+    Args:
+        used: Rows of the angle that count, shape (T,).
+    """
+    scores = np.zeros((len(delays), 2))
+    for k, delay in enumerate(delays):
+        rows = used[delay:]
+        goal, angle = command[: len(command) - delay][rows], theta[delay:][rows]
+        goal, angle = goal - goal.mean(), angle - angle.mean()
+        size = float(np.sqrt((goal @ goal) * (angle @ angle)))
+        if size > 0.0:
+            scores[k] = goal @ angle / size, goal @ angle / (goal @ goal)
+    most, least = int(np.argmax(scores[:, 0])), int(np.argmin(scores[:, 0]))
+    return Likeness(
+        same=float(scores[most, 0]),
+        turned=-float(scores[least, 0]),
+        same_delay=delays[most],
+        turned_delay=delays[least],
+        turned_slope=-float(scores[least, 1]),
+    )
+
+
+def delays_of(recording: Recording) -> range:
+    """Return the delays of a servo in rows."""
+    step = float(np.median(np.diff(recording.time)))
+    return range(min(max(2, round(LATEST / step)), recording.sample_count // 4) + 1)
+
+
+def answering(recording: Recording, place: int) -> Mask:
+    """Tell in which rows an angle may answer: the motor is on, and nothing holds it for long."""
+    assert recording.command is not None
+    time, goal = recording.time, recording.command[:, place]
+    used = recording.enabled.copy()
+    for first, end in stretches(np.diff(recording.motor_position[:, place]) == 0.0):
+        if time[end] - time[first] > LATEST and np.ptp(goal[first : end + 1]) > 0.0:
+            used[first : end + 1] = False
+    return used
+
+
+def no_command(recording: Recording) -> Iterator[Finding]:
+    """A command that is another quantity than the goal of its angle."""
+    if recording.command is None or recording.sample_count < LEAST_ROWS:
+        return
+    delays = delays_of(recording)
+    for place, column in enumerate(names_of(recording, "theta_d")):
+        goal, theta = recording.command[:, place], recording.motor_position[:, place]
+        if np.ptp(goal) <= rest_band(goal) or np.ptp(theta) <= rest_band(theta):
+            continue
+        used = answering(recording, place)
+        if used.sum() < LEAST_ROWS:
+            continue
+        like = likeness(goal, theta, delays, used)
+        seen = Examined(recording.name, column)
+        if reversed_joint(like):
+            yield seen.defect(
+                f"theta goes the other way (correlation {-like.turned:.2f})",
+                "angle and command count in opposite directions: turn the sign of one (sign = -1 "
+                "in the mapping; calibrate the joint anew)",
+            )
+        elif (found := rate_text(recording, place, like.same, delays)) is not None:
+            yield seen.defect(*found)
+        elif like.same < STRANGE and np.ptp(theta) > MOVED and used.mean() > 0.5:
+            yield seen.defect(
+                f"has nothing to do with theta (correlation {like.same:.2f} at best)",
+                "theta_d must be the goal of this angle in its unit: it may be another joint's, a "
+                "place of the tip, or the motor was off",
+            )
+
+
+def reversed_joint(like: Likeness) -> bool:
+    """Tell whether an angle follows its command turned around.
+
+    A sine turned around is the same sine half a period later: then the sooner one is it.
+    """
+    if like.turned < LIKE or like.turned <= like.same:
+        return False
+    left, other = 1.0 - like.turned**2, 1.0 - max(0.0, like.same) ** 2
+    sooner = like.turned_delay < like.same_delay
+    return (
+        like.same < UNLIKE
+        or left < CLEARER * other
+        or (sooner and SAME_SIZE[0] < like.turned_slope < SAME_SIZE[1])
+    )
+
+
+def rate_text(
+    recording: Recording, place: int, same: float, delays: range
+) -> tuple[str, str] | None:
+    """Say how a command goes with the speed of its angle, where it does so far better."""
+    assert recording.command is not None
+    time, theta = recording.time, recording.motor_position[:, place]
+    step = float(np.median(np.diff(time)))
+    window = max(1, delays[-1] // 2)
+    kernel = np.full(window, 1.0 / window)
+    goal = np.convolve(recording.command[:, place], kernel, mode="valid")
+    speed = np.convolve(np.gradient(theta, time), kernel, mode="valid")
+    like = likeness(goal, speed, delays, np.ones(len(goal), dtype=np.bool_))
+    if like.same < ALIKE or 1.0 - like.same**2 > CLEARER * (1.0 - same**2):
+        return None
+    shifted = goal[: len(goal) - like.same_delay], speed[like.same_delay :]
+    slope = float(np.cov(*shifted)[0, 1] / np.var(shifted[0]))  # [1/s] or [1]
+    evidence = f"goes with the speed of theta (correlation {like.same:.2f}), not with theta"
+    if SAME_SIZE[0] < slope * step < SAME_SIZE[1]:
+        return evidence, (
+            "it holds the change of each row, not a goal: add the changes up, or add each to the "
+            "angle of its row"
+        )
+    return evidence + f", {slope:.3g} rad/s a unit", (
+        "it is a speed command, and theta_d is the goal of an angle: add it up over time"
+    )
+
+
+def copied(recording: Recording) -> Iterator[Finding]:
+    """A command that is the measured angle itself, maybe some rows off."""
+    if recording.command is None or recording.sample_count < LEAST_ROWS:
+        return
+    for place, column in enumerate(names_of(recording, "theta_d")):
+        goal, theta = recording.command[:, place], recording.motor_position[:, place]
+        for shift in sorted(SHIFTS, key=abs):
+            own = goal[max(0, -shift) : len(goal) - max(0, shift)]
+            other = theta[max(0, shift) : len(theta) - max(0, -shift)]
+            moving = np.abs(np.gradient(other)) > 0.0
+            if moving.sum() > 10 and np.mean((own == other)[moving]) > COPIED:
+                rows = f"theta of {abs(shift)} rows {'later' if shift > 0 else 'before'}"
+                yield Examined(recording.name, column).defect(
+                    f"equals {'theta' if shift == 0 else rows} in "
+                    f"{100.0 * np.mean(own == other):.0f} % of the rows",
+                    "one column stands for both, and no command was logged: map the goal that was "
+                    "sent as theta_d",
+                )
+                break
+
+
+def idle(recording: Recording) -> Finding | None:
+    """Say that a command or an angle never changes; None where both do."""
+    goals, angles = recording.command, recording.motor_position
+    if goals is None or recording.duration < LEAST_TIME:
+        return None
+    moves = [bool(np.ptp(theta) > 2.0 * rest_band(theta)) for theta in angles.T]
+    asked = [bool(np.ptp(goal) > 0.0) for goal in goals.T]
+    if not any(moves) and not any(asked):
+        return Examined(recording.name, "theta").defect(
+            f"moves by {1e3 * float(np.ptp(angles, axis=0).max()):.2g} mrad in "
+            f"{recording.sample_count} rows, and theta_d by nothing",
+            "nothing moves, so nothing can be told: record 10 s or more with the command in motion",
+        )
+    names, columns = names_of(recording, "theta_d"), names_of(recording, "theta")
+    for place, (goal, theta) in enumerate(zip(goals.T, angles.T, strict=True)):
+        if not asked[place] and np.ptp(theta) > MOVED:
+            return Examined(recording.name, names[place]).defect(
+                f"is {goal[0]:.4g} rad in all rows while theta moves by {np.ptp(theta):.3g} rad",
+                "it is no command of this motion: map the column of the goal that was sent",
+            )
+        if np.ptp(theta) == 0.0 and asked[place] and recording.enabled.all():
+            return Examined(recording.name, columns[place]).defect(
+                f"is {theta[0]:.4g} rad in all rows while theta_d moves by {np.ptp(goal):.3g} rad",
+                "the motor was off, or this is no reading of it: say enabled, or map another "
+                "column",
+            )
+    return None
+
+
+def exchanged_joints(recording: Recording) -> Iterator[Finding]:
+    """Joints whose angles follow each other's commands."""
+    goals = recording.command
+    if goals is None or recording.tendon_count < 2 or recording.sample_count < LEAST_ROWS:
+        return
+    delays = delays_of(recording)
+    columns = names_of(recording, "theta")
+    score = np.array(
+        [
+            [likeness(goal, theta, delays, recording.enabled).same for goal in goals.T]
+            for theta in recording.motor_position.T
+        ]
+    )
+    for place in range(recording.tendon_count):
+        best = int(np.argmax(score[place]))
+        own, other = float(score[place, place]), float(score[place, best])
+        if best != place and other > ALIKE and 1.0 - other**2 < CLEARER * (1.0 - own**2):
+            yield Examined(recording.name, columns[place]).defect(
+                f"follows theta_d of {columns[best]} (correlation {other:.2f}; its own {own:.2f})",
+                "the columns of the joints are exchanged: put them in one order for angles and "
+                "commands",
+            )

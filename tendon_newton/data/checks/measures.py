@@ -1,0 +1,64 @@
+"""What a column's own numbers tell: its steps, its noise, where it rests, and rows in words."""
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from tendon_newton.data.formats.csv_file import named_by_tendon
+from tendon_newton.data.recording import Array, Indices, Mask, Recording
+
+ROUNDING = 1e-9  # Share of a column's size below which two of its values are one [1]
+NORMAL = 0.6745  # Median size of a normal variable in standard deviations [1]
+SHOWN_ROWS = 3  # Stretches of rows that are written out
+
+
+def resolution(values: Array) -> float:
+    """Return the least distance of two values of a column: its count; 0 where it has one value."""
+    levels = np.unique(values)
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > ROUNDING * max(abs(levels[0]), abs(levels[-1]))]
+    return float(gaps.min()) if gaps.size else 0.0
+
+
+def noise_of(values: Array) -> float:
+    """Return the noise of a column by its third differences, which a smooth motion hardly has."""
+    if len(values) < 8:
+        return 0.0
+    return float(np.median(np.abs(np.diff(values, 3)))) / NORMAL / float(np.sqrt(20.0))
+
+
+def rest_band(values: Array) -> float:
+    """Return how far a column that rests goes: some of its counts, or its noise."""
+    return max(3.0 * resolution(values), 6.0 * noise_of(values))
+
+
+def calm(values: Array) -> Array:
+    """Return the median of five neighbours, shape (T,): single and double rows that are off go."""
+    if len(values) < 5:
+        return values
+    return np.median(sliding_window_view(np.pad(values, 2, mode="edge"), 5), axis=1)
+
+
+def most_around(values: Array, reach: int) -> Array:
+    """Return the greatest value within a reach of rows on either side, shape (T,)."""
+    padded = np.pad(values, reach, mode="edge")
+    return sliding_window_view(padded, 2 * reach + 1).max(axis=1)
+
+
+def stretches(mask: Mask) -> Indices:
+    """Return the first row of each stretch of true rows and the row after its last, (N, 2)."""
+    edges = np.flatnonzero(np.diff(np.r_[False, mask, False]))
+    return edges.reshape(-1, 2)
+
+
+def rows_text(mask: Mask) -> str:
+    """Write which rows of how many: ``3 of 900 rows (4, 20-21)``."""
+    found = stretches(mask)
+    words = [str(a) if b == a + 1 else f"{a}-{b - 1}" for a, b in found[:SHOWN_ROWS]]
+    left = int(mask.sum()) - int(sum(b - a for a, b in found[:SHOWN_ROWS]))
+    more = f" and {left} more" if left else ""
+    return f"{int(mask.sum())} of {mask.size} rows ({', '.join(words)}{more})"
+
+
+def names_of(recording: Recording, column: str) -> list[str]:
+    """Return the names of a column, one for each tendon."""
+    return list(named_by_tendon(column, recording.motor_position))

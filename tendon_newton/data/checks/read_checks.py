@@ -1,0 +1,218 @@
+"""Angles that were not read: another number in their place, the last one again, or frozen."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.measures import (
+    calm,
+    most_around,
+    names_of,
+    noise_of,
+    resolution,
+    rest_band,
+    rows_text,
+    stretches,
+)
+from tendon_newton.data.recording import Array, Indices, Mask, Recording
+
+FAR = 2.0  # [1] times the pace around it: no shaft goes so far there and back within two rows
+NEAR = 0.6  # [1] the same for a row with the very number that others were spoiled by
+PACE_ROWS = 12  # Rows on either side whose pace counts
+COUNTS = 8.0  # [1] an encoder jitters by less, and what jitter makes of a reading matters little
+NOISES = 8.0  # [1] noise of a smooth motion stays within
+LEAST_ROWS = 5  # Fewer have no neighbours
+OFTEN = 2  # Rows with one wrong number from which it is known as wrong
+FEW = 0.01  # Share of the rows that any bus repeats [1]
+AGAIN = 3  # Rows in a row that may repeat one reading; more are a rest, or frozen
+
+
+def failed_reads(recording: Recording) -> Iterator[Finding]:
+    """Rows that lie far from where their neighbours lead: a register that was not read."""
+    for place, column in enumerate(names_of(recording, "theta")):
+        bad = failed_rows(recording.motor_position, place)
+        if bad.any():
+            yield Examined(recording.name, column).defect(
+                f"{rows_text(bad)} lie beside the motion, {value_text(recording, place, bad)}",
+                "the angle was not read there: leave those rows out",
+            )
+
+
+def failed_rows(angles: Array, place: int) -> Mask:
+    """Tell in which rows an angle lies far from the motion around it.
+
+    A number that spoiled some rows is looked for in all rows, nearer to the motion too: a constant,
+    or what another joint shows in the same row.
+
+    Args:
+        angles: Shaft angles [rad], shape (T, D).
+        place: The one to look at.
+    """
+    theta = angles[:, place]
+    first = single_rows(theta)
+    if first.size < LEAST_ROWS:
+        return np.zeros(theta.size, dtype=np.bool_)
+    values = theta[first]
+    usual = calm(values)
+    pace = np.maximum(most_around(pace_of(usual), PACE_ROWS), often_around(pace_of(values)))
+    floor = max(COUNTS * resolution(theta), NOISES * noise_of(values))
+    beside = np.abs(values - usual)
+    steps = np.abs(np.diff(values))
+    alone = np.minimum(beside, np.minimum(np.r_[steps[0], steps], np.r_[steps, steps[-1]]))
+    here = most_around(pace_of(usual), 1)
+    far, near = np.maximum(FAR * pace, floor), np.maximum(NEAR * here, floor)
+    bad = alone > far
+    for wrong in (values, *np.delete(angles[first], place, axis=1).T):
+        same = wrong == values
+        if wrong is values:
+            same = np.isin(values, often(values[bad]))
+        elif np.sum(same & (beside > far)) < OFTEN:
+            continue
+        bad |= same & (beside > near)
+    return np.repeat(bad, np.diff(np.r_[first, theta.size]))
+
+
+def single_rows(values: Array) -> Indices:
+    """Return the rows of a column without short repeats, which one wrong reading may fill."""
+    same = np.r_[False, np.diff(values) == 0.0]
+    for first, end in stretches(same):
+        same[first:end] = end - first < AGAIN
+    return np.flatnonzero(~same)
+
+
+def pace_of(values: Array) -> Array:
+    """Return how far a column goes within two rows, shape (T,)."""
+    return np.abs(np.r_[0.0, values[2:] - values[:-2], 0.0])
+
+
+def often_around(values: Array) -> Array:
+    """Return what four in five rows around each one stay below, shape (T,)."""
+    padded = np.pad(values, PACE_ROWS, mode="edge")
+    return np.quantile(sliding_window_view(padded, 2 * PACE_ROWS + 1), 0.8, axis=1)
+
+
+def often(values: Array) -> Array:
+    """Return the numbers that stand in several places."""
+    numbers, counts = np.unique(values, return_counts=True)
+    return numbers[counts >= OFTEN]
+
+
+def value_text(recording: Recording, place: int, bad: Mask) -> str:
+    """Say what stands in rows that were not read."""
+    theta = recording.motor_position
+    values = theta[bad, place]
+    row = int(np.flatnonzero(bad)[0])
+    if np.ptp(values) == 0.0 and values.size > 1:
+        return f"at {values[0]:.4g} rad each"
+    for other, name in enumerate(names_of(recording, "theta")):
+        if other != place and np.mean(theta[bad, other] == values) > 0.5:
+            return f"where {name} is"
+    before, after = theta[max(0, row - 1), place], theta[min(row + 1, theta.shape[0] - 1), place]
+    return f"row {row} at {theta[row, place]:.4g} rad between {before:.4g} and {after:.4g} rad"
+
+
+def repeated_reads(recording: Recording) -> Iterator[Finding]:
+    """Rows that hold the angle of the row before although the joint moves on."""
+    for place, column in enumerate(names_of(recording, "theta")):
+        again = repeated_rows(recording.motor_position[:, place])
+        if again.any():
+            few = again.mean() < FEW
+            yield Examined(recording.name, column).found(
+                "note" if few else "caution",
+                f"{rows_text(again)} repeat the row before amid a motion",
+                "the angle was not read anew there: leave those rows out",
+            )
+
+
+def repeated_rows(theta: Array) -> Mask:
+    """Tell which rows repeat an angle amid a motion that then catches up.
+
+    Args:
+        theta: Shaft angle [rad], shape (T,).
+    """
+    steps = np.diff(theta)
+    floor = max(0.5 * COUNTS * resolution(theta), NOISES * noise_of(theta))
+    again = np.zeros(theta.size, dtype=np.bool_)
+    for first, end in stretches(steps == 0.0):
+        if first == 0 or end == steps.size or end - first > AGAIN:
+            continue
+        before, after = steps[first - 1], steps[end]
+        if abs(before) > floor and after / before > 0.5 * (end - first + 1):
+            again[first + 1 : end + 1] = True
+    return again
+
+
+def frozen_reads(recording: Recording) -> Iterator[Finding]:
+    """Rows in which an angle stands still while its command leaves it as far as nowhere else."""
+    if recording.command is None:
+        return
+    for place, column in enumerate(names_of(recording, "theta")):
+        frozen = frozen_rows(recording, place)
+        if frozen.any():
+            theta, goal = recording.motor_position[frozen, place], recording.command[frozen, place]
+            yield Examined(recording.name, column).defect(
+                f"{rows_text(frozen)} stand still, the first at {theta[0]:.4g} rad, while theta_d "
+                f"moves by {np.ptp(goal):.3g} rad",
+                "the reading froze, or the motor was off: leave those rows out, or say in enabled "
+                "that it was off",
+            )
+
+
+def frozen_rows(recording: Recording, place: int) -> Mask:
+    """Tell in which rows an angle stands still although nothing holds it.
+
+    An end stop or dry friction holds a shaft too. Neither lets the command pass to both sides
+    farther than the shaft is ever off, and neither lets the angle jump at once when it lets go.
+    """
+    theta = recording.motor_position[:, place]
+    assert recording.command is not None
+    goal = recording.command[:, place]
+    frozen = np.zeros(theta.size, dtype=np.bool_)
+    rests = [
+        (first, end + 1)
+        for first, end in stretches(np.diff(theta) == 0.0)
+        if end - first > AGAIN and recording.enabled[first : end + 1].all()
+    ]
+    resting = rows_within(rests, theta.size)
+    if not rests or resting.all():
+        return frozen
+    error = goal - theta - np.median((goal - theta)[~resting])
+    released = [abs(error[end - 1]) for _, end in rests if end < theta.size]
+    usual = float(np.abs(error[~resting]).max())
+    stuck = max(usual, float(np.median(released or [0.0])))
+    band = rest_band(theta)
+    far = [
+        (first, end)
+        for first, end in rests
+        if np.abs(error[first:end]).max() > 2.0 * stuck
+        and np.ptp(goal[first:end]) > max(stuck, band)
+        and not held_at_end(theta, error, first, end, band)
+    ]
+    steps = np.abs(np.diff(theta, append=theta[-1:]))
+    releases = [end - 1 for _, end in far]
+    fastest = float(np.delete(steps, releases).max())
+    for first, end in far:
+        both = min(error[first:end].max(), -error[first:end].min()) > stuck
+        if both or steps[end - 1] > FAR * fastest:
+            frozen[first:end] = True
+    return frozen
+
+
+def rows_within(rests: Sequence[tuple[int, int]], count: int) -> Mask:
+    """Tell which rows lie within stretches."""
+    inside = np.zeros(count, dtype=np.bool_)
+    for first, end in rests:
+        inside[first:end] = True
+    return inside
+
+
+def held_at_end(theta: Array, error: Array, first: int, end: int, band: float) -> bool:
+    """Tell whether a rest lies at an end of all that an angle ever reached, its command beyond."""
+    low, high = theta.min() + band, theta.max() - band
+    beyond = error[first:end]
+    return bool(
+        (theta[first] >= high and np.median(beyond) > 0.0)
+        or (theta[first] <= low and np.median(beyond) < 0.0)
+    )

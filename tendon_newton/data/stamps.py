@@ -1,0 +1,65 @@
+"""Time stamps that do not increase: a clock that restarted, rows out of order, doubled stamps."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+OUT_OF_ORDER = 0.5  # [s] a row that came late is overtaken by no more; a clock restarts farther
+FEW = 0.05  # Share of the rows that may be left out of a log [1]
+
+
+def stamp_fault(time: Array) -> str | None:
+    """Say what is wrong where stamps do not increase, and what mends it; None where they do.
+
+    Args:
+        time: Stamps [s], finite, shape (T,).
+    """
+    steps = np.diff(time)
+    if not (steps <= 0.0).any():
+        return None
+    row = int(np.flatnonzero(steps <= 0.0)[0]) + 1
+    at = f"row {row} is {time[row]:.6f} s after {time[row - 1]:.6f} s"
+    if restarts := restart_rows(time):
+        row = restarts[0]
+        more = f", and {len(restarts) - 1} times more" if len(restarts) > 1 else ""
+        return (
+            f"row {row} is {time[row]:.6f} s after {time[row - 1]:.6f} s{more}: the clock "
+            "restarted, cut the file there"
+        )
+    doubled = int((steps == 0.0).sum())
+    if doubled > FEW * time.size:
+        rate = (time.size - 1) / max(time[-1] - time[0], 1e-12)
+        return (
+            f"{at}; {doubled} of {time.size} rows have the stamp of the row before: their clock is "
+            f"too coarse, say how many rows a second has (rate = {rate:.4g}) in place of t"
+        )
+    kind = "have the stamp of the row before" if doubled else "come out of order"
+    count = doubled or int((steps < 0.0).sum())
+    return f"{at}; {count} of {time.size} rows {kind}: leave them out"
+
+
+def restart_rows(time: Array) -> list[int]:
+    """Return the rows at which a clock begins again."""
+    return [int(k) + 1 for k in np.flatnonzero(np.diff(time) < -OUT_OF_ORDER)]
+
+
+def increasing_parts(time: Array) -> list[NDArray[np.intp]]:
+    """Return the rows of each stretch of one clock, without those whose stamp is no later one.
+
+    Args:
+        time: Stamps [s], finite, shape (T,).
+
+    Returns:
+        Rows of each stretch; none of those with a clock so coarse that too many rows would go.
+    """
+    edges = [0, *restart_rows(time), time.size]
+    parts: list[NDArray[np.intp]] = []
+    for first, end in pairwise(edges):
+        own = time[first:end]
+        latest = np.maximum.accumulate(np.r_[-np.inf, own[:-1]])
+        rows = first + np.flatnonzero(own > latest)
+        if rows.size >= (1.0 - FEW) * own.size:
+            parts.append(rows)
+    return parts
