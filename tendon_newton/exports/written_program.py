@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.origin import file_hash
+from tendon_newton.data.first_rows import first_row
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
@@ -22,9 +25,11 @@ def load_program(path: Path) -> Any:
     return module
 
 
-def rows_of(recording: Recording) -> dict[str, Any]:
-    """Return what a program needs of a recording."""
+def rows_of(recording: Recording, model: Model) -> dict[str, Any]:
+    """Return what a program needs of a recording; that of a network begins with the first row."""
     timeline = make_timeline(recording)
+    if find_actuator(model.actuator.name).held:
+        timeline = timeline.without_past()
     rows: dict[str, Any] = {
         "t": timeline.time,
         "theta_d": timeline.command,
@@ -34,7 +39,8 @@ def rows_of(recording: Recording) -> dict[str, Any]:
     if recording.voltage is not None:
         rows["voltage"] = np.interp(timeline.time, recording.time, recording.voltage)
     if recording.start == "first_row":
-        rows["start"] = (recording.motor_position[0], recording.motor_velocity[0])
+        begin = first_row(recording)
+        rows["start"] = (begin.angle, begin.rate)
     return rows
 
 
@@ -45,6 +51,7 @@ def trajectory_of(recording: Recording, found: Mapping[str, Array]) -> Trajector
     ``joints`` [rad, m], shape (T, J).
     """
     rows = make_timeline(recording).measured
+    rows = rows + len(found["angle"]) - 1 - rows[-1]
     return Trajectory(
         time=recording.time,
         motor_position=found["angle"][rows],

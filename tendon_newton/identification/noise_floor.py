@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.encoder_noise import difference_noise, encoder_noise
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.identification.load_cell import reading_stride
 
@@ -50,27 +51,6 @@ def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
                 estimates = [*estimates[1:], float(np.sqrt(np.median(quiet)))]
         force = max(*estimates, LEAST_FORCE_NOISE)
     return NoiseFloor(theta=float(np.median(theta)), force=force)
-
-
-def encoder_noise(angle: Array) -> float:
-    """Return the noise [rad] of one encoder's readings, shape (T,).
-
-    It is that of its counts, or of its scatter if it has none.
-    """
-    moves = np.abs(np.diff(angle))
-    moves = moves[moves > 1.0e-7]
-    if len(moves) == 0:
-        return difference_noise(angle)
-    step = float(np.quantile(moves, 0.02))
-    few = moves[moves < 10.5 * step] / step
-    counted = np.mean(np.abs(few - np.round(few)) < 0.05) > 0.9
-    return step / np.sqrt(12.0) if counted else difference_noise(angle)
-
-
-def difference_noise(signal: Array) -> float:
-    """Return the noise of a smooth signal from its second differences, shape (T,), robustly."""
-    bend = np.diff(signal, 2)
-    return float(1.4826 * np.median(np.abs(bend - np.median(bend))) / np.sqrt(6.0))
 
 
 def cell_stride(recording: Recording) -> int:

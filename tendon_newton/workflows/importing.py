@@ -15,6 +15,7 @@ import numpy as np
 from tendon_newton.data.checks.bench_checks import BenchFacts
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.lint import mended
+from tendon_newton.data.first_rows import first_row
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter
@@ -23,7 +24,6 @@ from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
 if TYPE_CHECKING:
     from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
-FIRST_ROWS = 3  # before a servo answers a command that begins with the log
 AT_REST = 0.01  # [rad] from the friction-free rest; the slowest encoder's noise is a tenth of it
 
 
@@ -85,7 +85,7 @@ def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Findin
     if not log.open_start:
         return log, None
     recording = log.recording
-    why = moved_at_first(recording) or away_from_rest(recording, imported)
+    why = begins_in_motion(recording) or away_from_rest(recording, imported)
     start = "equilibrium" if why is None else "first_row"
     told = Examined(recording.name, "theta").note(
         why or "stands where a bench without friction rests under the first command",
@@ -96,10 +96,26 @@ def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Findin
     return replace(log, recording=replace(recording, start=start), open_start=False), told
 
 
-def moved_at_first(recording: Recording) -> str | None:
-    """Say how far a shaft turns within the first rows; None where it rests."""
-    moved = float(np.ptp(recording.motor_position[:FIRST_ROWS], axis=0).max())
-    return f"turns by {1e3 * moved:.0f} mrad in the first rows" if moved > AT_REST else None
+def begins_in_motion(recording: Recording) -> str | None:
+    """Say for how long the unknown past of a moving shaft shows; None where it rests."""
+    doubtful = first_row(recording).doubtful
+    if doubtful == 0.0:
+        return None
+    return (
+        "begins in motion: what was commanded before is not known, and the rows of its first "
+        f"{doubtful:.2f} s count for nothing"
+    )
+
+
+def begins_with_jump(recording: Recording) -> str | None:
+    """Say how far the first command is from that under which a shaft rested; None where near."""
+    before = first_row(recording).before
+    if before is None or recording.command is None:
+        return None
+    jump = max(recording.command[0] - before, key=abs)
+    if abs(jump) <= AT_REST:
+        return None
+    return f"begins at rest with a jump of the command, by {1e3 * jump:+.0f} mrad"
 
 
 def away_from_rest(recording: Recording, imported: Imported) -> str | None:
@@ -107,13 +123,14 @@ def away_from_rest(recording: Recording, imported: Imported) -> str | None:
     values = {**imported.model.actuator.values, **recording.actuator_overrides}
     gain = values.get("gain")
     rest = rest_of(recording.bench, recording.bench_overrides, values.get("spool_radius"))
+    jumps = begins_with_jump(recording)
     if rest is None or recording.command is None or not isinstance(gain, float):
-        return "rests in the first row, and where it would without friction is not known"
+        return jumps or "rests in the first row, and where it would without friction is not known"
     expected = rest.angle_under(float(recording.command[0, 0]), gain)
     away = float(recording.motor_position[0, 0]) - expected
     if abs(away) <= AT_REST:
         return None
-    return f"rests {1e3 * away:+.0f} mrad from where it would without friction"
+    return jumps or f"rests {1e3 * away:+.0f} mrad from where it would without friction"
 
 
 @cache

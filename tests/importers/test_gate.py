@@ -42,16 +42,17 @@ class Logs:
         return ["import", "mapped", str(folder / "logs"), *words]
 
 
-def run(seed: int, away: float = 0.0, scale: float = 1.0) -> dict[str, Array]:
+def run(seed: int, away: float = 0.0, scale: float = 1.0, rests: int = 60) -> dict[str, Array]:
     """Return a run of steps: a lag of 50 ms towards the friction-free rest of each command.
 
     Args:
         away: How far the first rows are from that rest [rad].
+        rests: How many of them stay there.
     """
     rest = rest_of("finger", BenchOverrides(), None)
     asked = scale * np.array([rest.angle_under(c, GAIN) for c in STEPS])
     theta = np.full_like(asked, asked[0] + away)
-    for k in range(10, asked.size):
+    for k in range(rests, asked.size):
         theta[k] = theta[k - 1] + (asked[k - 4] - theta[k - 1]) / 4.0
     noise = 1e-4 * np.random.default_rng(seed).standard_normal((2, asked.size))
     force = GAIN * (STEPS - theta)
@@ -92,15 +93,20 @@ def test_one_run_alone_is_cut_by_the_diagnosis(logs, tmp_path, capsys) -> None:
 
 
 @pytest.mark.parametrize(
-    ("away", "start", "why"),
+    ("away", "rests", "start", "why"),
     [
-        (0.0, "equilibrium", "stands where a bench without friction rests"),
-        (0.12, "first_row", "rests +120 mrad from where it would without friction"),
+        (0.0, 60, "equilibrium", "stands where a bench without friction rests"),
+        (0.12, 60, "first_row", "rests +120 mrad from where it would without friction"),
+        (0.3, 4, "first_row", "begins at rest with a jump of the command, by -"),
+        (0.3, 0, "first_row", "begins in motion: what was commanded before is not known"),
     ],
 )
-def test_the_first_rows_say_where_a_simulation_starts(away, start, why, tmp_path, capsys) -> None:
-    """Friction that holds a finger beside its rest is seen, written and said."""
-    text = said(Logs(runs=[run(0, away), run(1, away)]), tmp_path, capsys)
+def test_the_first_rows_say_where_a_simulation_starts(
+    away, rests, start, why, tmp_path, capsys
+) -> None:
+    """Friction that holds a finger beside its rest, a jump and a motion are seen and said."""
+    runs = [run(seed, away, rests=rests) for seed in range(2)]
+    text = said(Logs(runs=runs), tmp_path, capsys)
     assert load_dataset(tmp_path / "out").train[0].start == start
     assert why in text
     assert f'(start = "{start}")' in text

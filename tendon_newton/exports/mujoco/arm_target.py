@@ -167,10 +167,13 @@ def middle_of(arm: Arm) -> Array:
 def motion_rows(motion: ArmMotion) -> dict[str, Any]:
     """Return what a program needs of a motion, and which of its rows were measured."""
     lines = [make_timeline(recording) for recording in motion.recordings]
+    longest = max(lines, key=lambda line: len(line.time))  # some joints have a row before the first
+    rows = len(longest.time)
+    told = [np.pad(line.command[:, 0], (rows - len(line.time), 0), "edge") for line in lines]
     out: dict[str, Any] = {
-        "t": lines[0].time,
-        "theta_d": np.column_stack([line.command[:, 0] for line in lines]),
-        "measured": lines[0].measured,
+        "t": longest.time,
+        "theta_d": np.column_stack(told),
+        "measured": longest.measured,
     }
     if motion.recordings[0].start == "first_row":
         out["start"] = motion.angles[0]

@@ -93,7 +93,7 @@ def replay_file(
 
     `placed` has sign and offset of each tendon, as for `add_servo`.
     """
-    hook, rows = load_program(program).make(), rows_of(recording)
+    hook, rows = load_program(program).make(), rows_of(recording, model)
     hook.reset(rows["theta_d"][0], *rows.get("start", (None, None)))
     mujoco = newton_s_mujoco()
     mj_model = mujoco.MjModel.from_xml_path(str(path))

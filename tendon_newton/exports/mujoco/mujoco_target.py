@@ -81,7 +81,7 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     )
     write_text(program, text)
     left_out = () if network is not None else not_exact(model, IN_THE_FILE)
-    replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_program(folder, run)}
+    replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_program(folder, run, model)}
     if network is None:
         placed = list(zip(signs, offsets, strict=True))
         replays[f"{MODEL_FILE} alone"] = lambda run: replay_file(
@@ -135,10 +135,11 @@ def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
         body.inertia = body.inertia * heavier
 
 
-def replay_program(folder: Path, recording: Recording) -> Trajectory:
+def replay_program(folder: Path, recording: Recording, model: Model) -> Trajectory:
     """Replay a recording with the written program, as its user would."""
     program = load_program(folder / PROGRAM_FILE)
-    return trajectory_of(recording, program.replay(program.make(), rows_of(recording)))
+    rows = rows_of(recording, model)
+    return trajectory_of(recording, program.replay(program.make(), rows))
 
 
 def loading_text(*, learned: bool) -> str:

@@ -176,7 +176,7 @@ def replay_drive(
 
 def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> dict[str, Any]:
     """Return what a program needs of a recording, with where it begins."""
-    rows = rows_of(recording)
+    rows = rows_of(recording, model)
     rows["joints"] = replay([recording], model)[0].joint_position[0]
     if "start" in rows:
         _, rate = rows.pop("start")

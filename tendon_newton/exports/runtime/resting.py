@@ -83,7 +83,8 @@ class Rest:
         if self.target is not None:
             angle = servo.motor_flow(now, 0.0).angle
             radius = servo.numbers["spool_radius"]
-            return GUIDE_STIFFNESS * radius * (self.target[d] - angle[0])
+            guide = GUIDE_STIFFNESS * radius * (self.target[d] - angle[0])
+            return guide if servo.numbers["direct"] else max(guide, 0.0)
         if HAS_ROTOR:
             return servo.guided(resting_spool(servo, now)[0], now, 0.0)
         return servo.flow(now, 0.0).pull[0]
@@ -142,11 +143,20 @@ class Rest:
     def relax(self) -> None:
         """Let every memory and every spool follow to where the mechanism is."""
         hook = self.hook
-        for d, (servo, now) in enumerate(zip(hook.servos, self.nows(), strict=True)):
+        for d, servo in enumerate(hook.servos):
+            loose = HAS_ROTOR and not servo.numbers["direct"]
+            if loose and self.target is not None:
+                now = self.nows()[d]
+                away = float(self.target[d]) - servo.motor_flow(now, 0.0).angle[0]
+                self.let_out(d, min(now.lead + away * servo.radius, 0.0))
+            now = self.nows()[d]
             servo.memory = servo.renewed(now, 0.0)
-            if self.target is None and HAS_ROTOR and not servo.numbers["direct"]:
-                _, lead = resting_spool(servo, now)
-                hook.lead[d] = lead
-                hook.slack[d] = servo.elastic or lead < 0.0
+            if loose and self.target is None:
+                self.let_out(d, resting_spool(servo, now)[1])
         for joint in hook.joints:
             hook.renew_strain(joint)
+
+    def let_out(self, d: int, lead: float) -> None:
+        """Let a rotor's spool lead its mechanism by some string [m]."""
+        self.hook.lead[d] = lead
+        self.hook.slack[d] = self.hook.servos[d].elastic or lead < 0.0

@@ -109,6 +109,8 @@ def frictionless_forces(
 ) -> Forces:
     """Return forces at rest without dry friction; guided, a stiff guide replaces the tendon.
 
+    A guide pushes no more than its string does.
+
     The guide's stiffness leaves out how its pull turns with the arms: far from rest that pull is
     that of a thousand servos, and the steps towards rest would follow it anywhere.
     """
@@ -123,6 +125,12 @@ def frictionless_forces(
             flow = flow_at(mechanism, p, here, d, real(0.0))
             stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[drive.world][d]
             guide = stiffness * (target[d] - flow.angle[0])
+            loose = guide < real(0.0)
+            if wp.static(FREE_SPOOL):
+                loose = loose or q[LINKS + d] < -real(SNUG)
+            if loose and is_string(mechanism, drive.world, d):
+                guide = real(0.0)
+                stiffness = real(0.0)
             for i in range(JOINTS):
                 torque[i] = torque[i] + arms[d, i] * guide
                 for j in range(JOINTS):
@@ -133,6 +141,21 @@ def frictionless_forces(
     if wp.static(HAS_BODY):
         forces = with_still_body(forces)
     return forces
+
+
+@device_template
+def with_loose_spools(
+    mechanism: Mechanism, p: ParameterVector, drive: Drive, target: TendonVector, x: JointVector
+) -> JointVector:
+    """Turn spools back to measured angles at which their strings are loose."""
+    here = located(mechanism, drive, x, JointVector())
+    out = x
+    for d in range(TENDONS):
+        if is_string(mechanism, drive.world, d):
+            tendon = tendon_state(mechanism, p, here, d, real(0.0))
+            away = (target[d] - servo_flow(tendon, p).angle[0]) * tendon.spool_radius
+            out[LINKS + d] = wp.min(x[LINKS + d] + away, real(0.0))
+    return out
 
 
 @device_template
@@ -225,6 +248,13 @@ def settle_kernel(
             pace = wp.min(pace * real(HASTE), real(LAST_PACE))
         else:
             pace = pace * real(CAUTION)
+    if wp.static(FREE_SPOOL):
+        if as_measured:
+            x = with_loose_spools(mechanism, p, drive, target, x)
+            if wp.static(HAS_MEMORY):
+                here = located(mechanism, drive, x, rest)
+                contact = resting_contact_states(mechanism, p, here, False)
+                drive.memory = remembered(mechanism, p, here, contact)
     states.q[i] = x
     states.v[i] = rest
     states.memory[i] = drive.memory

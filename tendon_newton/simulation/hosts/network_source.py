@@ -47,8 +47,8 @@ class NetworkSource:
         return with_hold(model, self.query.hold)
 
     def timeline(self, timeline: Timeline) -> Timeline:
-        """Return a timeline with a row wherever the network is asked."""
-        return with_queries(timeline, self.query.rate)
+        """Return a timeline with a row wherever the network is asked, from the first row on."""
+        return with_queries(timeline.without_past(), self.query.rate)
 
     def rounds(self, times: Sequence[Array]) -> Indices:
         """Return the row of each query of each recording, `NONE_LEFT` at its end, shape (Q, R)."""

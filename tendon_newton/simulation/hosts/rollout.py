@@ -9,6 +9,7 @@ import warp as wp
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.lint_checks import blocked_rows
+from tendon_newton.data.first_rows import first_row
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, DrivenBy, Indices, Recording
 from tendon_newton.data.servo_names import effect_of
@@ -402,10 +403,8 @@ class Rollout:
              for r in self.recordings], dtype=np.int32,
         )  # fmt: skip
         commands.start = self.array(self._chains.by_world(starts), wp.int32)
-        angles, rates = (
-            np.stack([getattr(r, name)[0] for r in self.recordings])
-            for name in ("motor_position", "motor_velocity")
-        )
+        begins = [first_row(r) for r in self.recordings]
+        angles, rates = (np.stack([getattr(b, name) for b in begins]) for name in ("angle", "rate"))
         commands.start_angle = self.array(self._chains.by_world(angles), types[TendonVector])
         commands.start_rate = self.array(self._chains.by_world(rates), types[TendonVector])
         return commands
@@ -439,6 +438,7 @@ def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
     The voltage is 0 where it was not logged.
     """
     source = np.searchsorted(timeline.measured, np.arange(len(timeline.time)), side="right") - 1
+    source = np.maximum(source, 0)  # what is before the first row is as in it
     voltage = np.zeros(len(recording.time)) if recording.voltage is None else recording.voltage
     enabled = recording.enabled if recording.command is not None else np.ones(len(recording.time))
     return voltage[source], enabled.astype(np.float64)[source]

@@ -4,16 +4,20 @@ A bench goes on hearing commands while its log has a gap. Where the command move
 and after, the lost commands are interpolated; where it jumped, the last one is held, and the rows
 that follow cannot be trusted.
 
+A log that begins with a jump of the command gets a row before all others, in which what had been
+commanded before is in force: delays, lags and profiles begin with that.
+
 Without commands the measured force drives the mechanism. A row is measured just after its command
 took effect, so that the force of a servo jumps at rows and sags between them, by its stiffness
 times the way that the shaft goes. To hold it would be taken for damping, at 80 Hz for half as much
 again as a finger has; to join rows by straight lines, for more.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_newton.data.first_rows import first_row
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
 GAP_RATIO = 1.5  # An interval this many times longer than the median has lost rows
@@ -24,6 +28,7 @@ Measured on bristle-friction benches.
 """
 # A gap is smooth if its mean slope lies between those around it, widened by this share of them
 SLOPE_SLACK = 0.5
+LEAD = 1.0e-5  # Time [s] of the row before all others: nothing moves, and it is another instant
 FORCE_PARTS = 4  # Steps per row by which a sagging force is drawn
 
 
@@ -37,6 +42,12 @@ class Timeline:
     measured: Indices  # Index of each recorded row among the simulated ones, shape (T,)
     # Whether the command's past is known well enough at each recorded row, shape (T,)
     trusted: Mask
+
+    def without_past(self) -> "Timeline":
+        """Return the timeline from its first measured row on."""
+        first = int(self.measured[0])
+        return replace(self, time=self.time[first:], command=self.command[first:],
+                       measured=self.measured - first)  # fmt: skip
 
 
 def make_timeline(recording: Recording, stiffness: float = 0.0) -> Timeline:
@@ -63,6 +74,11 @@ def make_timeline(recording: Recording, stiffness: float = 0.0) -> Timeline:
         end = gaps[index + 1] + 1 if index + 1 < len(gaps) else len(time)
         times += [time[gap] + share[:, 0] * intervals[gap], time[gap + 1 : end]]
         commands += [filled, command[gap + 1 : end]]
+    begin = first_row(recording)
+    if recording.start == "first_row" and begin.before is not None:
+        trusted[time < time[0] + begin.doubtful] = False
+        if (begin.before != command[0]).any():
+            times, commands = [time[:1] - LEAD, *times], [begin.before[None], *commands]
     every_time = np.concatenate(times)
     return Timeline(
         time=every_time,
