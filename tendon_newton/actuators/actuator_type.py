@@ -30,6 +30,8 @@ class Actuator(DeviceCode):
     """Whether it has a rotor, whose inertia stands between the motor and the load cell."""
     stiffness: ClassVar[str | None] = None
     """Parameter by which it answers a small turn of its shaft [N/rad]; None where none tells."""
+    doubtful: ClassVar[tuple[str, ...]] = ()
+    """Parameters that data sheets and firmware state badly or not at all, such as a rotor's."""
     modulated: ClassVar[bool] = False
     """Whether it drives its motor by a duty cycle; else its force over its limit counts as one."""
     duty: ClassVar[Callable[..., Any]]
@@ -46,6 +48,22 @@ class Actuator(DeviceCode):
     def armature(p: ParameterVector) -> real:
         """Return the inertia of rotor and gear at the spool [kg m2]; 0 where none shows."""
         return real(0.0)
+
+    @classmethod
+    def richer(
+        cls, values: Mapping[str, float | str], force_limit: float, radius: float
+    ) -> tuple[str, dict[str, float]] | None:
+        """Return an actuator that says more and rests as this one does; None where none is known.
+
+        Args:
+            values: This actuator's numbers.
+            force_limit: Greatest force of the servo [N], or torque [N m] of a shaft.
+            radius: Radius of the spool [m]; a shaft counts as 1 m.
+
+        Returns:
+            Kind and numbers, `doubtful` ones among them as they usually are.
+        """
+        return None
 
     @classmethod
     def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:

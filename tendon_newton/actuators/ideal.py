@@ -1,6 +1,12 @@
 """The nominal actuator: a force source in proportion to the position error."""
 
+from collections.abc import Mapping
+
 from tendon_newton.actuators.actuator_type import Actuator, Jet, Parameter, ParameterVector, Tendon
+
+VOLTAGE = 7.4  # [V] of a hobby servo; another scales its two constants and no force
+FASTEST, RUN_UP = 6.0, 0.03
+"""Speed [rad/s] of such a servo without a load, and time [s] in which it gets there."""
 
 
 class Ideal(Actuator):
@@ -18,6 +24,22 @@ class Ideal(Actuator):
             "measured at 4.2 N/rad by the paper's authors"
         ),
     )
+
+    @classmethod
+    def richer(
+        cls, values: Mapping[str, float | str], force_limit: float, radius: float
+    ) -> tuple[str, dict[str, float]] | None:
+        """Return a motor of the same gain and stall torque, with back EMF and a rotor."""
+        torque = force_limit * radius
+        constant = VOLTAGE / FASTEST
+        return "pwm_servo", {
+            "duty_per_rad": float(values["gain"]) / force_limit,
+            "max_duty": 1.0,
+            "supply_voltage": VOLTAGE,
+            "torque_constant": constant,
+            "resistance": constant * VOLTAGE / torque,
+            "armature": RUN_UP * torque / FASTEST,
+        }
 
     @staticmethod
     def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:

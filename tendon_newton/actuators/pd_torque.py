@@ -27,6 +27,7 @@ class PdTorque(Actuator):
     """
 
     rotor = True
+    doubtful = ("kd", "armature")
     parameters = (
         Parameter("kp", "N m/rad", null=0.0, nominal=20.0, lower=0.0, upper=2.0e4).since(
             "20 to 100 N m/rad for legs of 12 to 30 kg; thousands for arms and carts"

@@ -46,6 +46,7 @@ class PwmServo(Actuator):
 
     rotor = True
     modulated = True
+    doubtful = ("torque_constant", "resistance", "armature")
     parameters = (
         Parameter("duty_per_rad", "1/rad", null=0.0, nominal=1.0, lower=0.01, upper=100.0).since(
             "Dynamixel X position P-gain registers 50 to 5,000"

@@ -34,6 +34,13 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
+from tendon_newton.diagnosis.richer_actuator import (
+    LEAVE_NOTHING,
+    left_over,
+    richer_actuator,
+    says_more,
+    with_actuator,
+)
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.account import OPEN
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
@@ -82,7 +89,7 @@ class Evidence:
 def diagnose(
     dataset: Dataset, model: Model, *, progress: Progress | None = None, budget: float | None = None
 ) -> tuple[Diagnosis, Evidence]:
-    """Name what a model gets wrong about a dataset.
+    """Name what a model gets wrong about a dataset, its actuator among it.
 
     Args:
         dataset: Training recordings decide, test recordings only report.
@@ -95,6 +102,40 @@ def diagnose(
     """
     start = time.monotonic()
     progress = progress or notebook_progress()
+    found, evidence = diagnose_as_stated(dataset, model, progress, budget)
+    taken = time.monotonic() - start
+    left = np.inf if budget is None else budget - taken
+    richer = None
+    if found.finished and found.candidates and found.verdict not in LEAVE_NOTHING:
+        richer = richer_actuator(model, (*dataset.train, *dataset.test))
+    if richer is None or left < taken:
+        return found, evidence
+    progress(f"trying {richer.words}, since something is left")
+    budget = None if budget is None else left
+    other, seen = diagnose_as_stated(dataset, richer.model, progress, budget)
+    gain = left_over(evidence.train, evidence.extended) - left_over(seen.train, seen.extended)
+    if not says_more(found, other, gain, len(richer.numbers)):
+        return found, evidence
+    (before,) = evaluate_models(evidence.test, [evidence.baseline])
+    (after,) = evaluate_models(seen.test, [seen.extended])
+    told, noise = with_actuator(found, other, richer.numbers), seen.train.noise
+    fraction = explained_fraction(before.pooled(), after.pooled(), noise)
+    rest = remaining_fraction(told.verdict, fraction)
+    told = replace(
+        told,
+        wall_time_s=time.monotonic() - start,
+        explained_fraction=fraction,
+        explained_interval=fraction_interval(before, after, noise, np.random.default_rng(SEED)),
+        unexplained=replace(told.unexplained, fraction=rest),
+    )
+    return told, seen
+
+
+def diagnose_as_stated(
+    dataset: Dataset, model: Model, progress: Progress, budget: float | None
+) -> tuple[Diagnosis, Evidence]:
+    """Name what a model gets wrong about a dataset, its actuator's kind as it is stated."""
+    start = time.monotonic()
     rng = np.random.default_rng(SEED)
     every = (*dataset.train, *dataset.test)
     servo_count(every, benches_of(every, model))

@@ -70,6 +70,39 @@ class NamedEffect:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ActuatorFound:
+    """A servo that says more than that of the starting model, and explains more."""
+
+    stated: str  # Kind of the starting model's actuator
+    kind: str  # Kind of the found model's, which may be the same with other numbers
+    parameters: Mapping[str, Estimate]  # Numbers that were fitted for it
+    without: Errors  # Held-out errors of the best answer with the actuator as it was stated
+
+    @property
+    def sentence(self) -> str:
+        """What was wrong with the actuator, without its full stop."""
+        said = ", ".join(
+            f"{name.replace('_', ' ')} {estimate_text(self.kind, name, estimate)[0]}"
+            for name, estimate in self.parameters.items()
+        )
+        if self.kind == self.stated:
+            return f"The servo is another {self.kind} than the model's: {said}"
+        return (
+            f"The actuator {self.stated} is too simple. A {self.kind}, which has a rotor and "
+            f"back EMF, explains more: {said}"
+        )
+
+    def to_json(self, extended: Errors) -> dict[str, Any]:
+        """Return it as `NamedEffect` is returned."""
+        return {
+            "stated": self.stated,
+            "kind": self.kind,
+            "parameters": {name: value.to_json() for name, value in self.parameters.items()},
+            "gain": gain_json(self.without, extended),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
 class CandidateScore:
     """How one effect did when tried alone on the starting model."""
 
@@ -159,6 +192,8 @@ class Diagnosis:
     unexplained: Unexplained
     model: Model
     """The extended model."""
+    actuator: ActuatorFound | None = None
+    """What was wrong with the actuator itself; None where it is as it was stated."""
     suspected: tuple[NamedEffect, ...] = ()
     """Causes that help to predict unseen parts, though their intervals hold the value that means
     nothing: they are in the model, and no name is deserved."""
@@ -246,6 +281,7 @@ class Diagnosis:
             "explained_fraction": self.explained_fraction,
             "explained_fraction_ci95": list(self.explained_interval),
             "effects": [effect_json(effect, self.extended) for effect in self.effects],
+            **({} if self.actuator is None else {"actuator": self.actuator.to_json(self.extended)}),
             "suspected": [effect_json(effect, self.extended) for effect in self.suspected],
             "rivals": [rival.to_json() for rival in self.rivals],
             "candidates": [candidate.to_json() for candidate in self.candidates],
@@ -278,20 +314,25 @@ class Diagnosis:
 
 def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
     """Return one named effect as the contract names it."""
-    gain: dict[str, Any] = {"theta_rmse": [effect.without.theta_rmse, extended.theta_rmse]}
-    if extended.force_rmse is not None:
-        gain["force_rmse"] = [effect.without.force_rmse, extended.force_rmse]
     return {
         "name": effect.name,
         **({} if (servo := servo_of(effect.name)) is None else {"servo": servo}),
         "side": effect.side,
         "parameters": {name: value.to_json() for name, value in effect.parameters.items()},
-        "gain": gain,
+        "gain": gain_json(effect.without, extended),
         "indistinguishable_from": list(effect.indistinguishable_from),
         "separating_experiment": effect.separating_experiment,
         **({"reason": effect.reason} if effect.reason else {}),
         **account_json(effect.criteria, effect.probability),
     }
+
+
+def gain_json(without: Errors, extended: Errors) -> dict[str, Any]:
+    """Return held-out errors without a cause and with it."""
+    gain: dict[str, Any] = {"theta_rmse": [without.theta_rmse, extended.theta_rmse]}
+    if extended.force_rmse is not None:
+        gain["force_rmse"] = [without.force_rmse, extended.force_rmse]
+    return gain
 
 
 def account_json(criteria: tuple[Criterion, ...], probability: float | None) -> dict[str, Any]:

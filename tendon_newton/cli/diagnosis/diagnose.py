@@ -289,6 +289,8 @@ def summary(diagnosis: Diagnosis) -> str:
     lines = ["", VERDICTS[diagnosis.verdict], ""]
     if not diagnosis.finished:
         lines[1:1] = ["UNFINISHED: the search was ended early, and causes may be missing. So far:"]
+    if diagnosis.actuator is not None:
+        lines.append(f"  {diagnosis.actuator.sentence}")
     for effect in diagnosis.effects:
         numbers = ", ".join(
             f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"

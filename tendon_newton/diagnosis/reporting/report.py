@@ -16,7 +16,12 @@ from tendon_newton.diagnosis.held_out import (
 )
 from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.diagnosis.reporting.report_captions import captions
-from tendon_newton.diagnosis.reporting.report_causes import cause_rows, errors_text, rival_rows
+from tendon_newton.diagnosis.reporting.report_causes import (
+    actuator_rows,
+    cause_rows,
+    errors_text,
+    rival_rows,
+)
 from tendon_newton.diagnosis.reporting.report_doubts import doubts
 from tendon_newton.diagnosis.reporting.report_figures import SIGNALS, Panels, full_name
 from tendon_newton.diagnosis.reporting.report_finger import moving_fingers
@@ -93,7 +98,10 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the tables of the first screen."""
     scale, servos = diagnosis.scale, diagnosis.servos
     return {
-        "causes": cause_rows(diagnosis.effects, scale, servos),
+        "causes": [
+            *actuator_rows(diagnosis.actuator, scale),
+            *cause_rows(diagnosis.effects, scale, servos),
+        ],
         "suspected": cause_rows(diagnosis.suspected, scale, servos),
         "rivals": rival_rows(diagnosis.rivals, scale),
         "with_all": errors_text(diagnosis.extended, scale),

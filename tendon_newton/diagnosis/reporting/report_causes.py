@@ -1,14 +1,22 @@
 """The tables that a report begins with: causes that are named or suspected, and their rivals."""
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.owner import with_owner
 from tendon_newton.diagnosis.reporting.report_words import cause_sentence, docstring_part
-from tendon_newton.diagnosis.result import Errors, NamedEffect, Rival
+from tendon_newton.diagnosis.result import (
+    ActuatorFound,
+    Errors,
+    Estimate,
+    NamedEffect,
+    Rival,
+)
 
 Row = dict[str, Any]  # Cells of a table's row, for the template
 
@@ -20,7 +28,7 @@ def cause_rows(causes: Sequence[NamedEffect], scale: BenchScale, servos: int = 1
             "name": with_owner(cause.name, servos),
             "side": cause.side,
             "sentence": cause_sentence(cause),
-            "parameters": parameter_rows(cause),
+            "parameters": parameter_rows(effect_of(cause.name), cause.parameters),
             "without": errors_text(cause.without, scale),
             "rivals": [rival.replace("_", " ") for rival in cause.indistinguishable_from],
             "experiment": (cause.separating_experiment or "").replace("_", " "),
@@ -33,12 +41,34 @@ def cause_rows(causes: Sequence[NamedEffect], scale: BenchScale, servos: int = 1
     ]
 
 
-def parameter_rows(cause: NamedEffect) -> list[Row]:
+def actuator_rows(found: ActuatorFound | None, scale: BenchScale) -> list[Row]:
+    """Describe what was wrong with the actuator itself, as a cause."""
+    if found is None:
+        return []
+    about = inspect.getdoc(find_actuator(found.kind)) or ""
+    return [
+        {
+            "name": f"the actuator {found.stated}",
+            "side": "actuator",
+            "sentence": found.sentence,
+            "parameters": parameter_rows(found.kind, found.parameters),
+            "without": errors_text(found.without, scale),
+            "rivals": [],
+            "experiment": "",
+            "meaning": about.splitlines()[0],
+            "signature": "",
+            "source": "",
+            "reason": "",
+        }
+    ]
+
+
+def parameter_rows(owner: str, parameters: Mapping[str, Estimate]) -> list[Row]:
     """Describe the numbers of a cause; a single one needs no name."""
     rows: list[Row] = []
-    for name, estimate in cause.parameters.items():
-        value, interval = estimate_text(effect_of(cause.name), name, estimate)
-        label = name.replace("_", " ") if len(cause.parameters) > 1 else ""
+    for name, estimate in parameters.items():
+        value, interval = estimate_text(owner, name, estimate)
+        label = name.replace("_", " ") if len(parameters) > 1 else ""
         rows.append(
             {"label": label, "value": value, "interval": interval, "at_bound": estimate.at_bound}
         )

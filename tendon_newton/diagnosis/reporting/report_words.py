@@ -124,7 +124,7 @@ def finished_headline(diagnosis: Diagnosis) -> str:
     """Return the verdict of a search that came to its end."""
     if diagnosis.verdict in HEADLINES:
         return HEADLINES[diagnosis.verdict]
-    count = len(diagnosis.effects)
+    count = len(diagnosis.effects) + (diagnosis.actuator is not None)
     word = COUNTS[count] if count < len(COUNTS) else str(count)
     causes = f"{word} cause{'s' * (count != 1)}"
     classes = [len(e.indistinguishable_from) for e in diagnosis.effects]
