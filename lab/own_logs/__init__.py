@@ -1,1 +1,1 @@
-"""Logs of five strangers, and what the documented commands make of them."""
+"""Logs of nine strangers, and what the documented commands make of them."""

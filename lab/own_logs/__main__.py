@@ -1,4 +1,4 @@
-"""Five strangers' logs, from files to names and numbers by the documented defaults alone.
+"""Nine strangers' logs, from files to names and numbers by the documented defaults alone.
 
 ``python -m lab.own_logs OUT`` writes the logs into ``OUT``, types the documented
 commands there, and writes ``own_logs.json`` with what was found beside what was planted. What is
@@ -103,6 +103,7 @@ def scored(path: Path, truth: Mapping[str, Mapping[str, float]]) -> dict[str, An
         "right": names == set(truth) and len(found) == len(truth) and near,
         "planted": truth,
         "verdict": said["verdict"],
+        "actuator": said.get("actuator", {}).get("kind"),  # where the stated one was too simple
         "found": {
             name: {
                 "numbers": {

@@ -1,4 +1,4 @@
-"""Five strangers with logs: what each writes down, what is wrong there, and what each types."""
+"""Nine strangers with logs: what each writes down, what is wrong there, and what each types."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -13,6 +13,9 @@ from lab.own_logs.machines import (
     COUNT,
     GRAVITY,
     FixedArms,
+    Load,
+    Motor,
+    motor_rows,
     one_body,
     position_servo,
     random_steps,
@@ -247,6 +250,79 @@ def strings_logs(folder: Path) -> None:
     (folder / "dataset" / "model.toml").write_text('[actuator]\nkind = "ideal"\ngain = 4.2\n')
 
 
+MASS, REACH, RATE = 0.02, 0.04, 100.0  # [kg], [m] and [Hz] of what motors turn
+FINGERTIP = Load(
+    inertia=MASS * REACH**2 / 3.0,
+    arm=0.009,
+    stiffness=0.05,
+    damping=5e-4,
+    lift=lambda q: float(0.5 * MASS * GRAVITY * REACH * np.cos(q)),
+    lowest=0.0,
+)
+PENDULUM = Load(
+    inertia=0.3 * 0.1**2, arm=1.0, lift=lambda q: float(-0.3 * GRAVITY * 0.1 * np.sin(q))
+)
+SERVO = """kind = "pwm_servo"
+duty_per_rad = 1.15
+max_duty = 1.0
+supply_voltage = 5.0
+torque_constant = 0.4
+resistance = 5.0
+armature = 0.001
+"""
+STIFFNESS = 'kind = "ideal"\ngain = 47.0\n'  # [N/rad] of the same servo at its spool
+
+
+def motor_logs(
+    folder: Path, bench: str, motor: Motor, load: Load, levels: tuple[float, float], servo: str
+) -> None:
+    """A servo with a rotor and back EMF; each log begins amid a jump, at rest elsewhere."""
+    rng = np.random.default_rng(16)
+    low, high = levels
+    for number, goal in enumerate(four_runs(rng, low, high, 800), 1):
+        told = np.append(low + 0.25 * (high - low), goal)
+        angle, force = motor_rows(told, 1.0 / RATE, motor, load)
+        columns = {
+            "t": np.arange(800) / RATE,
+            "goal": goal,
+            "angle": to_count(angle),
+            "force": force + 0.02 * motor.radius**-0.3 * rng.standard_normal(800),
+        }
+        write_csv(folder / "logs" / f"run_{number}.csv", columns)
+    fit = "" if servo is STIFFNESS else 'fit = ["torque_constant", "resistance", "armature"]\n'
+    (folder / "mapping.toml").write_text(
+        f"""bench = "{bench}"
+{fit}[columns]
+t = {{column = "t"}}
+theta_d = {{column = "goal"}}
+theta = {{column = "angle"}}
+theta_dot = {{derive = "theta"}}
+force = {{column = "force"}}
+[model]
+{servo}spool_radius = {motor.radius}
+"""
+    )
+
+
+def motor_case(
+    motor: Motor, truth: Mapping[str, Numbers], *, shaft: bool = False, servo: str = SERVO
+) -> Case:
+    """Return a stranger with a motor, who types what the docs say."""
+    bench, load, levels = "lab_thumb", FINGERTIP, (0.3, 1.5)
+    asset = (
+        f"asset new {bench} --joints mcp --length {REACH} --mass {MASS} --moment-arm 0.009 "
+        "--stiffness 0.05 --range 1.6 --force-limit 41"
+    )
+    if shaft:
+        bench, load, levels = "lab_shaft", PENDULUM, (-0.9, 0.9)
+        asset = f"asset new {bench} --kind shaft --mass 0.3 --length 0.1"
+    return Case(
+        write=lambda folder: motor_logs(folder, bench, motor, load, levels, servo),
+        commands=(asset, IMPORT, DIAGNOSE),
+        truth={"diagnosis": truth},
+    )
+
+
 IMPORT = "import mapped logs --mapping mapping.toml --out dataset --test part1=4"
 DIAGNOSE = "diagnose dataset --out diagnosis"
 FINGER_ASSET = (
@@ -300,5 +376,23 @@ CASES: Mapping[str, Case] = {
         write=strings_logs,
         commands=(DIAGNOSE,),
         truth={"diagnosis": {"coulomb_friction of servo 1": {"force": 1.1}}},
+    ),
+    "motor_string": motor_case(
+        Motor(friction=0.9 * 0.0125, delay=0.025),
+        {"coulomb_friction": {"force": 0.9}, "command_delay": {"delay": 0.025}},
+    ),
+    "motor_stiffness": motor_case(
+        Motor(friction=0.9 * 0.0125, delay=0.025),
+        {"coulomb_friction": {"force": 0.9}, "command_delay": {"delay": 0.025}},
+        servo=STIFFNESS,
+    ),
+    "motor_profile": motor_case(
+        Motor(friction=0.9 * 0.0125, profile=2.5),
+        {"coulomb_friction": {"force": 0.9}, "command_rate_limit": {"limit": 2.5}},
+    ),
+    "motor_shaft": motor_case(
+        Motor(friction=0.03, delay=0.03, radius=1.0, line=400.0),
+        {"coulomb_friction": {"force": 0.03}, "command_delay": {"delay": 0.03}},
+        shaft=True,
     ),
 }

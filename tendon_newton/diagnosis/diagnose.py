@@ -35,8 +35,9 @@ from tendon_newton.diagnosis.result import (
     Verdict,
 )
 from tendon_newton.diagnosis.richer_actuator import (
-    LEAVE_NOTHING,
+    is_doubted,
     left_over,
+    promises,
     richer_actuator,
     says_more,
     with_actuator,
@@ -104,16 +105,18 @@ def diagnose(
     progress = progress or notebook_progress()
     found, evidence = diagnose_as_stated(dataset, model, progress, budget)
     taken = time.monotonic() - start
-    left = np.inf if budget is None else budget - taken
-    richer = None
-    if found.finished and found.candidates and found.verdict not in LEAVE_NOTHING:
-        richer = richer_actuator(model, (*dataset.train, *dataset.test))
-    if richer is None or left < taken:
+    left = None if budget is None else budget - taken
+    every = (*dataset.train, *dataset.test)
+    richer = richer_actuator(model, every) if is_doubted(found) else None
+    if richer is None or (left is not None and left < taken):
         return found, evidence
-    progress(f"trying {richer.words}, since something is left")
-    budget = None if budget is None else left
-    other, seen = diagnose_as_stated(dataset, richer.model, progress, budget)
-    gain = left_over(evidence.train, evidence.extended) - left_over(seen.train, seen.extended)
+    progress(f"trying {richer.words}")
+    stated = left_over(evidence.train, evidence.extended)
+    study = search_study(unblocked(dataset)[0], richer.model)
+    if not promises(richer, found, stated, study):
+        return found, evidence
+    other, seen = diagnose_as_stated(dataset, richer.model, progress, left)
+    gain = stated - left_over(seen.train, seen.extended)
     if not says_more(found, other, gain, len(richer.numbers)):
         return found, evidence
     (before,) = evaluate_models(evidence.test, [evidence.baseline])
@@ -143,9 +146,7 @@ def diagnose_as_stated(
     for text in blocked:
         progress(text)
     progress("reading benches")
-    train = Study(
-        dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
-    )
+    train = search_study(dataset, model)
     names, little = testable_effects(train), too_little(dataset.train, train.noise)
     if little is not None:
         names, wrong = (), (little,)
@@ -172,6 +173,13 @@ def diagnose_as_stated(
         steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
     told = replace(diagnosis, next_steps=(*wrong, *steps), notes=(*blocked, *diagnosis.notes))
     return told, evidence
+
+
+def search_study(dataset: Dataset, model: Model) -> Study:
+    """Return the training recordings with all effects, as a search simulates them."""
+    return Study(
+        dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
+    )
 
 
 def conclude(

@@ -1,8 +1,8 @@
-"""A servo that says more than a model's, tried where the model's own leaves something unexplained.
+"""A servo that says more than a model's, tried where something is left, or is like a rotor.
 
 Every servo has a rotor, and few data sheets state it; a firmware's damping is stated by none. So
 the numbers that an actuator calls `doubtful` are fitted, and an actuator without them gives way to
-its `richer` one. That is a cause as others are: it must bring a price for each of its numbers.
+its `richer` one. That is a cause as others are: it must bring a price for each number more.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,12 +13,19 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.result import ActuatorFound, Diagnosis
 from tendon_newton.diagnosis.search.decide.rule import PRICE
+from tendon_newton.diagnosis.search.fixed_set import FIRST_STEPS, with_effects
+from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.study import Study, benches_of, replacements
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 LEAVE_NOTHING = ("no_gap", "explained")
+ROTOR_LIKE = ("actuator_lag", "acceleration_limit", "inertia_error")
+"""Effects that a rotor may imitate: it takes time to speed up. What back EMF takes is viscous."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,17 +82,52 @@ def servo_of(model: Model, benches: Mapping[str, Mechanism]) -> tuple[float, flo
     return min(tendon.force_limit for tendon in tendons), radius
 
 
+def is_doubted(found: Diagnosis) -> bool:
+    """Tell whether a diagnosis leaves something, or names what a rotor may imitate."""
+    if not (found.finished and found.candidates):
+        return False
+    leaves = found.verdict not in LEAVE_NOTHING
+    return leaves or any(effect_of(cause.name) in ROTOR_LIKE for cause in found.effects)
+
+
+def numbers_of(found: Diagnosis) -> int:
+    """Return how many numbers the named causes have."""
+    return sum(len(cause.parameters) for cause in found.effects)
+
+
+def promises(richer: RicherActuator, found: Diagnosis, left: float, study: Study) -> bool:
+    """Tell whether a richer actuator may explain more, before causes are looked for beside it.
+
+    It is fitted with the causes that were found, but for those that a rotor may imitate.
+
+    Args:
+        richer: The model.
+        found: What was found with the actuator as it is stated.
+        left: What that leaves [nat per row], from `left_over`.
+        study: Training recordings with the richer actuator.
+    """
+    causes = [cause.name for cause in (*found.effects, *found.suspected)]
+    kept = [name for name in causes if effect_of(name) not in ROTOR_LIKE]
+    worlds = SearchWorlds(study)
+    floors = floors_of(worlds, kept)
+    columns = (*study.fit_columns(richer.model), *worlds.built_columns)
+    start = start_fits(worlds, [((), {c: study.base_value(c) for c in columns})], floors)
+    (fit,) = refit(worlds, start, floors, iterations=FIRST_STEPS)
+    fit = with_effects(worlds, fit, kept, floors)
+    return left - left_over(study, values_of(worlds, fit.columns, fit.place)) > PRICE
+
+
 def says_more(found: Diagnosis, richer: Diagnosis, gain: float, numbers: int) -> bool:
-    """Tell whether a richer actuator is the answer: it explains more, by no more causes.
+    """Tell whether a richer actuator is the answer: it brings a price for each number more.
 
     Args:
         found: What was found with the actuator as it is stated.
         richer: What was found with the richer one.
         gain: By how much less the richer one leaves [nat per row], from `left_over`.
-        numbers: How many numbers it has more.
+        numbers: How many numbers of the actuator it fits more.
     """
-    fewer = len(richer.effects) <= len(found.effects)
-    return gain > PRICE * numbers and (fewer or richer.verdict in LEAVE_NOTHING)
+    more = numbers + numbers_of(richer) - numbers_of(found)
+    return gain > PRICE * max(1, more)
 
 
 def left_over(study: Study, values: Mapping[int, float]) -> float:
