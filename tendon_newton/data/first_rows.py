@@ -19,6 +19,7 @@ SEEN = 28.0  # Standard deviations of its encoder from which on a way is one: ei
 GAINED = 0.5  # Way of the first half to that of the second [1]; from rest it is a third or less
 REST = 0.3  # Time [s] after which a servo whose command stands has come to rest
 QUIET = 5.0  # Standard deviations of its encoder by which a servo at rest may wander
+JUMP = 2.0  # Scatter of its sag by which a first command is no jump
 FORGOTTEN = 3.0  # Times by which a servo is late after which its past has gone by
 SHARE = 0.25  # Share of a log at most whose past is not known [1]
 
@@ -84,8 +85,8 @@ class Servo:
         stands = np.abs(self.angle - self.angle[ago]) <= QUIET * self.noise
         return (self.time >= REST - 1.0e-9) & (self.changes == self.changes[ago]) & stands
 
-    def sag(self) -> Array:
-        """Return how far below its command it rests at each angle [rad], shape (T,).
+    def sag(self) -> tuple[Array, float]:
+        """Return how far below its command it rests, shape (T,), and the scatter of that [rad].
 
         A line says so through its rests; failing these, through the last rows of what it was told;
         under a command that never stands through all rows, beside what it is late by.
@@ -101,21 +102,25 @@ class Servo:
         parts = np.stack([np.ones_like(place), place, late], axis=1)
         line = np.linalg.lstsq(parts[rows], behind[rows], rcond=None)[0]
         low, high = float(behind[rows].min()), float(behind[rows].max())
-        return np.clip(parts[:, :2] @ line[:2], min(0.0, low), max(0.0, high))
+        scatter = float(np.sqrt(np.mean((behind[rows] - parts[rows] @ line) ** 2)))
+        return np.clip(parts[:, :2] @ line[:2], min(0.0, low), max(0.0, high)), scatter
 
     def held(self) -> float:
         """Return what it had been told if it stands in the first row [rad]."""
-        first = int(np.searchsorted(self.time, REST - 1.0e-9))
-        if first < len(self.time) and self.rests()[first]:
+        row = int(np.searchsorted(self.time, REST - 1.0e-9))
+        if row < len(self.time) and self.rests()[row]:
             return float(self.command[0])
-        return float(self.angle[0] + self.sag()[0])
+        sag, scatter = self.sag()
+        held = float(self.angle[0] + sag[0])
+        first = float(self.command[0])
+        return first if abs(first - held) <= JUMP * max(scatter, self.noise) else held
 
     def memory(self) -> float:
         """Return how long its past shows [s]: some times by which it is late in the mean.
 
         A servo that follows a jump or a ramp late by T is behind by T times its way.
         """
-        behind = np.abs(self.command - self.angle - self.sag())[:-1] * ~self.rests()[:-1]
+        behind = np.abs(self.command - self.angle - self.sag()[0])[:-1] * ~self.rests()[:-1]
         way = float(np.abs(np.diff(self.angle)).sum())
         late = float(behind @ np.diff(self.time)) / max(way, QUIET * self.noise)
         return min(FORGOTTEN * late, SHARE * float(self.time[-1]))
