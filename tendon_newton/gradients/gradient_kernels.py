@@ -56,7 +56,6 @@ from tendon_newton.simulation.dynamics.settling import (
     frictionless_forces,
     measured_speed,
     resting_contact_states,
-    with_loose_spools,
 )
 from tendon_newton.simulation.kernels.acting_command import in_row, just_after_row, log_of
 from tendon_newton.simulation.kernels.history_kernels import all_present, servo_sample, with_held
@@ -191,14 +190,6 @@ def start_kernel(
         if wp.static(HAS_MEMORY):
             here = located(mechanism, held, x, still)
             kept = remembered(mechanism, p, here, resting_contact_states(mechanism, p, here, False))
-    if wp.static(FREE_SPOOL):
-        if guided:
-            held = at_rest(drive, kept)
-            x = with_loose_spools(mechanism, p, held, commands.start_angle[i], x)
-            if wp.static(HAS_MEMORY):
-                here = located(mechanism, held, x, still)
-                contact = resting_contact_states(mechanism, p, here, False)
-                kept = remembered(mechanism, p, here, contact)
     speed = JointVector()
     if guided:
         end = located(mechanism, drive, x, still)
