@@ -14,8 +14,8 @@ import numpy as np
 
 from tendon_newton.data.checks.bench_checks import BenchFacts
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint import mended
-from tendon_newton.data.first_rows import first_row
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_newton.data.first_rows import first_row
+from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.identification.cutting import rows_of

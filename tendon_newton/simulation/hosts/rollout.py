@@ -8,8 +8,8 @@ import numpy as np
 import warp as wp
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint_checks import blocked_rows
-from tendon_newton.data.first_rows import first_row
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, DrivenBy, Indices, Recording
 from tendon_newton.data.servo_names import effect_of

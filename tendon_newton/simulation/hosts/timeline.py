@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.data.first_rows import first_row
+from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
 GAP_RATIO = 1.5  # An interval this many times longer than the median has lost rows
