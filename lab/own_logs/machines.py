@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.planted.owners.strings import Array
+from tests.planted.owners.strings import Array, Strings
 
 STEP, FINE = 1e-4, 2.5e-5  # [s]
 LINE_DAMPING = 5.0  # [N s/m] of a string
@@ -18,7 +18,7 @@ COUNT = 2.0 * np.pi / 4096.0  # [rad] of an encoder
 Law = Callable[[float, float, float], float]  # Position, speed and the drive's force -> a force
 
 
-class FixedArms:
+class FixedArms(Strings):
     """Strings over pulleys: moment arms that do not change.
 
     Args:

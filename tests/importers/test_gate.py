@@ -50,6 +50,7 @@ def run(seed: int, away: float = 0.0, scale: float = 1.0, rests: int = 60) -> di
         rests: How many of them stay there.
     """
     rest = rest_of("finger", BenchOverrides(), None)
+    assert rest is not None
     asked = scale * np.array([rest.angle_under(c, GAIN) for c in STEPS])
     theta = np.full_like(asked, asked[0] + away)
     for k in range(rests, asked.size):
