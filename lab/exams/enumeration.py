@@ -13,10 +13,10 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser, Trial
 from tendon_newton.diagnosis.search.decide.decision import at_bound
 from tendon_newton.diagnosis.search.decide.find_causes import MOST_CAUSES, part_of
-from tendon_newton.diagnosis.search.decide.rule import PRICE
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
+from tendon_newton.diagnosis.search.rule import PRICE
 from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.diagnosis.search.starts import new_starts

@@ -43,7 +43,7 @@ from tendon_newton.diagnosis.richer_actuator import (
     with_actuator,
 )
 from tendon_newton.diagnosis.search.coordinates import is_shape
-from tendon_newton.diagnosis.search.decide.account import OPEN
+from tendon_newton.diagnosis.search.decide.account import CHANGE, OPEN
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import (
@@ -200,6 +200,8 @@ def conclude(
     before, after, *partial = evaluate_models(test, [baseline, extended, *without, *plain])
     partial, others = partial[: len(without)], partial[len(without) :]
     fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
+    if findings.predictor is not None and fraction <= 0.0:  # without what is only suspected
+        return conclude(train, replace(findings, predictor=None), model, test, rng, start)
     if final is not None and fraction <= 0.0:
         empty = replace(
             findings, verdict="unexplained", final=None, posterior=Posterior(),
@@ -285,16 +287,13 @@ def causes_of(findings: Findings) -> dict[str, Found]:
 def why_suspected(findings: Findings, cause: str) -> str:
     """Return why a cause is not named, as a sentence; empty for one that is."""
     if cause not in findings.criteria:
-        written = findings.predictor.effects if findings.predictor else ()
-        for name, rivals in findings.classes.items():
-            if name not in written and cause in dict(rivals):
-                told = name.replace("_", " ")
-                return f"It stands in the model for {told}, from which it is not told apart."
         return "It helps to predict unseen parts, by less than a name costs."
     if cause not in findings.suspected:
         return ""
     if any(c.name == OPEN and not c.passed for c in findings.criteria[cause]):
         return "Its interval holds the value that means nothing."
+    if any(c.name == CHANGE and not c.passed for c in findings.criteria[cause]):
+        return "It changes the simulation by less than laws of friction usually miss."
     return "It is worth little beside what no cause explains."
 
 

@@ -15,10 +15,10 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.result import ActuatorFound, Diagnosis
-from tendon_newton.diagnosis.search.decide.rule import PRICE
 from tendon_newton.diagnosis.search.fixed_set import FIRST_STEPS, with_effects
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
+from tendon_newton.diagnosis.search.rule import PRICE
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.study import Study, benches_of, replacements
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism

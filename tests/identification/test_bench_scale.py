@@ -10,8 +10,8 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import DIMENSIONS, ON_A_SHAFT, BenchScale, Parameter
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.diagnosis.search.decide.rule import FORM_FORCE, FORM_THETA
 from tendon_newton.diagnosis.search.floors import form_scales
+from tendon_newton.diagnosis.search.rule import FORM_FORCE, FORM_THETA
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import SPARE, scale_of
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism

@@ -8,8 +8,8 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.lags import lag_between
 from tendon_newton.data.checks.measures import names_of, rows_text
 from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
+from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording import Array, Mask, Recording
-from tendon_newton.data.registers import lost_sign
 
 RATE_SPREAD_LIMIT = 1.2  # [1] step lengths that differ by less are jitter of a healthy bus
 GAP_LIMIT = 3.0  # [1] steps longer than this many median steps are gaps

@@ -6,8 +6,8 @@ import numpy as np
 
 from tendon_newton.data.checks.lint_checks import unread_rows
 from tendon_newton.data.checks.read_checks import failed_rows, repeated_rows
+from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording import Array, Mask, Recording
-from tendon_newton.data.registers import lost_sign
 
 LEAST_KEPT = 0.5  # Share of the rows that a recording keeps [1]; with fewer it is not mended
 

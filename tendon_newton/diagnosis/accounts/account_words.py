@@ -14,6 +14,7 @@ from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
     BEHIND,
+    BEYOND,
     CHANGE,
     HELD_OUT,
     IN_RANGE,
@@ -181,6 +182,10 @@ LONG: dict[str, Callable[[Criterion], str]] = {
         if c.passed
         else "A number ended at the edge of its range: what the range rules out fits better."
     ),
+    BEYOND: lambda c: (
+        f"It is a stated number, {c.value:.1f} tolerances off: measure it; up to {c.bar:.2g} any "
+        "bench has."
+    ),
     REMAINS: lambda c: (
         "It is worth enough beside what no cause explains."
         if c.passed
@@ -208,6 +213,7 @@ LONG: dict[str, Callable[[Criterion], str]] = {
     ),
 }
 SHORT: dict[str, Callable[[Criterion], str]] = {
+    BEYOND: lambda c: f"{c.value:.1f} tolerances from what is stated; {c.bar:.2g} asked",
     LOSS: lambda c: f"residuals {smaller(c.value)}; {smaller(c.bar)} asked",
     HELD_OUT: lambda c: f"on unseen data residuals {smaller(c.value)}; {smaller(c.bar)} asked",
     CHANGE: lambda c: f"changes {c.value:.2g} times what simple laws of friction miss anyway",

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.survey import Survey
 from tendon_newton.effects import are_related, law_of
+from tendon_newton.identification.quadratic import bounded
 
 CLOSER = 6  # Directions that are solved for, of those that promise most to one step of a set
 ROUNDS = 3  # Times that the weights of the signals are renewed while a set is solved for

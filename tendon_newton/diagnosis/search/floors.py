@@ -5,21 +5,30 @@ from collections.abc import Sequence
 import numpy as np
 
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.search.decide.rule import FORM_FORCE, FORM_THETA, LADDER, REST
+from tendon_newton.diagnosis.search.rule import (
+    FORM_FORCE,
+    FORM_THETA,
+    LADDER,
+    REST,
+    SEARCHED,
+)
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
 from tendon_newton.effects import law_of, special_cases
 from tendon_newton.identification.objective import Scales
 
 
-def floors_of(worlds: SearchWorlds, names: Sequence[str], *, jumping: bool = True) -> Floors:
+def floors_of(
+    worlds: SearchWorlds, names: Sequence[str], *, jumping: bool = True, share: float = SEARCHED
+) -> Floors:
     """Return what noise and errors of form leave with some causes in the model.
 
     Args:
         worlds: Have the noise, the bench's size and the effects of the starting model.
         names: Causes besides.
         jumping: Whether what jumps misses more than what only sticks.
+        share: Share of the errors of form that laws usually have.
     """
-    noise, form = worlds.study.noise, form_of(worlds, names)
+    noise, form = worlds.study.noise, form_of(worlds, names, share)
     rung = LADDER if jumping and any(map(breaks_away, (*worlds.study.known, *names))) else 1.0
     return Floors(
         theta=float(np.hypot(noise.theta, rung * form.theta)),
@@ -28,11 +37,11 @@ def floors_of(worlds: SearchWorlds, names: Sequence[str], *, jumping: bool = Tru
     )
 
 
-def form_of(worlds: SearchWorlds, names: Sequence[str]) -> Scales:
+def form_of(worlds: SearchWorlds, names: Sequence[str], share: float = SEARCHED) -> Scales:
     """Return by how much a model's laws miss where nothing jumps, some causes in the model."""
     form = form_scales(worlds.study.scale)
     laws = (*worlds.study.known, *names)
-    share = 1.0 if is_dry(laws) or any(law_of(n).undamped for n in laws) else 1.0 / LADDER
+    share *= 1.0 if is_dry(laws) or any(law_of(n).undamped for n in laws) else 1.0 / LADDER
     return Scales(theta=share * form.theta, force=share * form.force)
 
 

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.diagnosis.search.refit import LAST_SHARE, Fit, linearise, refit, row_units
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
-from tendon_newton.identification.objective import TAIL, group_sums, loss_weights
+from tendon_newton.identification.objective import TAIL, loss_weights
 
 FOLDS = 5  # Parts that are left out in turn, at most
 LEAST_PARTS = 3  # Recordings from which whole ones are left out; fewer are cut in time
@@ -119,8 +119,3 @@ def terms(worlds: SearchWorlds, residuals: Array, scales: Array, floors: Floors)
             share = weight[rows] / weight[rows].sum()
             out[:, rows] = (np.log(scale / floor) + tail) * share
     return out
-
-
-def by_block(worlds: SearchWorlds, values: Array) -> Array:
-    """Sum values of rows by block of time, shape (B,)."""
-    return group_sums(values, worlds.where.block, worlds.where.block_count)

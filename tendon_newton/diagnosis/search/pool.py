@@ -10,6 +10,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
 from tendon_newton.diagnosis.search.held_out_gain import held_out_terms
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise, values_of
+from tendon_newton.diagnosis.search.rule import NATS, SEARCHED
 from tendon_newton.diagnosis.search.search_worlds import QUIET, Floors, SearchWorlds
 from tendon_newton.effects import are_related, law_of
 
@@ -26,7 +27,7 @@ class Pool:
 
     worlds: SearchWorlds
     floors: Floors  # Least scale of each signal; all scores are at these
-    price: float  # Gain in score that each number of a cause must bring [nat per row]
+    dearest: float  # Most that each number of a cause must bring, see `price` [nat per row]
     most: int  # Causes that are looked for at once
     followed: Sequence[int] = FOLLOWED  # Sets that are followed, see `FOLLOWED`
     price_share: float = 1.0  # Share of the price that is asked while the search is on [1]
@@ -38,12 +39,20 @@ class Pool:
     fits: dict[frozenset[str], Fit] = field(default_factory=dict)
     pruned: dict[frozenset[str], frozenset[str]] = field(default_factory=dict)
     """What is left of sets of which causes that do not pay were dropped, as they stand."""
-    alone: dict[str, tuple[float, dict[str, float]]] = field(default_factory=dict)
+    singles: dict[str, tuple[float, dict[str, float]]] = field(default_factory=dict)
     """Share of the gap that each effect explains alone as a survey sees it, and its numbers."""
     added: dict[str, float] = field(default_factory=dict)
     """Score that each effect would add to the last set that was looked around [nat per row]."""
     unseen: dict[tuple[frozenset[str], float], Array] = field(default_factory=dict)
     """Rows' shares of the score of parts that no number has seen, by a set's causes and score."""
+
+    alone: float = 0.0
+    """Rows that err alone and tell as much as all do under the likeliest set so far [1]."""
+
+    @property
+    def price(self) -> float:
+        """Gain in score that each number of a cause must bring [nat per row]."""
+        return min(self.dearest, NATS / self.alone) if self.alone else self.dearest
 
     @property
     def is_late(self) -> bool:
@@ -75,6 +84,9 @@ class Pool:
                 # no slopes, soon those of another place, and no residuals simulated beside its own
                 self.fits[key] = replace(fit, slopes={}, residual=fit.residual.copy())
                 self.pruned.pop(key, None)
+        if self.fits:
+            likeliest = min(self.fits.values(), key=lambda f: f.score)
+            self.alone = self.worlds.rows_alone(likeliest.residual)
 
     def rescore(self, floors: Floors) -> None:
         """Score all sets at other floors."""
@@ -98,7 +110,7 @@ class Pool:
                 own = self.fits[frozenset(fit.names)]
                 self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
                 fit = self.fits[frozenset(fit.names)]
-            if self.leaves_nothing(fit):
+            if self.leaves_nothing(fit, jumping=jumping):
                 break
         return fit
 
@@ -113,16 +125,19 @@ class Pool:
         """
         return self._above(less.residual**2, fit.residual**2, less.names, self.floors)
 
-    def mean_excess(self, fit: Fit, floors: Floors) -> float:
+    def mean_excess(self, fit: Fit, floors: Floors, share: float) -> float:
         """Return how much larger residuals a fit has than the floors [its errors of form].
 
         A cause that acts in few rows is seen here, and hardly in the score, whose tails are heavy.
         """
         floor = np.where(self.worlds.where.is_force, floors.force, floors.theta)
-        return self._above(fit.residual**2, floor**2, fit.names, floors)
+        return self._above(fit.residual**2, floor**2, fit.names, floors, share)
 
-    def _above(self, more: Array, less: Array, names: Sequence[str], floors: Floors) -> float:
-        weight, form = self.worlds.weights(floors), form_of(self.worlds, names)
+    def _above(
+        self, more: Array, less: Array, names: Sequence[str], floors: Floors,
+        share: float = SEARCHED,
+    ) -> float:  # fmt: skip
+        weight, form = self.worlds.weights(floors), form_of(self.worlds, names, share)
         gain, out = weight * (more - less), 0.0
         for force, rows in self.worlds.where.signals:
             if rows.any():
@@ -132,7 +147,7 @@ class Pool:
         return out
 
     def leaves_nothing(
-        self, fit: Fit, floors: Floors | None = None, *, anywhere: bool = False
+        self, fit: Fit, *, anywhere: bool = False, jumping: bool = True, share: float = SEARCHED
     ) -> bool:
         """Tell whether a fit leaves nothing to explain.
 
@@ -141,15 +156,19 @@ class Pool:
         holds in some rest may be far off.
 
         Args:
-            fit: Scored at these floors.
-            floors: Least scale of each signal; the pool's by default.
+            fit: The fit.
             anywhere: Whether the mean counts where something sticks, too.
+            jumping: Whether what jumps may miss more than what only sticks.
+            share: Share of the errors of form that laws usually have: 1 asks whether a fit leaves
+                no more than these usually miss.
         """
-        if self.excess(fit) >= self.price:
+        floors = floors_of(self.worlds, fit.names, jumping=jumping, share=share)
+        (judged,) = rescored(self.worlds, [fit], floors)
+        if self.excess(judged) >= self.dearest:
             return False
         if not anywhere and is_dry((*self.worlds.study.known, *fit.names)):
             return True
-        return self.mean_excess(fit, self.floors if floors is None else floors) < 1.0
+        return self.mean_excess(judged, floors, share) < 1.0
 
     def gain(self, fit: Fit, less: Fit) -> float:
         """Return by how much a fit is more likely than another [nat per row]."""
@@ -157,12 +176,19 @@ class Pool:
 
     def surprise(self, fit: Fit) -> float:
         """Return how unlikely a fit is beside what is stated of its numbers [nat per row]."""
-        alone = self.worlds.rows_alone(fit.residual)
-        return surprise(self.worlds, fit.columns, fit.place) / alone
+        return surprise(self.worlds, fit) / (self.alone or self.worlds.rows_alone(fit.residual))
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
-        """Return what a cause is worth in units of what is asked [1]; below one it is dropped."""
-        return min(self.gain(fit, less) / self.bar(name), self.change(fit, less))
+        """Return what a cause is worth in units of what is asked [1]; below one it is dropped.
+
+        Without a cause that is a stated number out of its tolerance residuals need not change.
+        """
+        gain = self.gain(fit, less) / self.bar(name)
+        return gain if self.is_stated(name) else min(gain, self.change(fit, less))
+
+    def is_stated(self, name: str) -> bool:
+        """Tell whether all numbers of a cause are stated: it is their being out of tolerance."""
+        return self.worlds.stated.issuperset(self.worlds.study.table.columns(name))
 
     def cost(self, fit: Fit) -> float:
         """Return a fit's score, its causes and surprises paid for [nat per row]."""

@@ -156,7 +156,7 @@ def simplest(pool: Pool, fit: Fit) -> Fit:
 
 def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
     """Tell whether a signal's mean squares differ by that of the other model's error of form."""
-    form = form_of(pool.worlds, other.names)
+    form = form_of(pool.worlds, other.names, 1.0)
     signals = zip(pool.worlds.where.signals, other.scales, fit.scales, strict=True)
     return any(
         max(0.0, less**2 - own**2) >= (form.force if force else form.theta) ** 2

@@ -7,10 +7,10 @@ import numpy as np
 
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
-from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds, trimmed_size
 from tendon_newton.effects import law_of
 from tendon_newton.identification.objective import loss_terms, loss_weights
+from tendon_newton.identification.quadratic import bounded
 
 DAMPING, BOLDER = 0.1, 0.03
 """First Marquardt factor of a fit, and the share of its factor that is tried beside it [1]. A fit
@@ -24,7 +24,6 @@ SHORTER = 0.2  # A stride's share of the one before where that led no further
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
-FREEDOM = 3.0  # Degrees of freedom of Student's density of what is stated [1]
 WAYS = tuple(side * 0.01 * 2.0**k for k in range(7) for side in (-1.0, 1.0))
 """How far the numbers at which a law switches are looked at, as logarithms of their ratios [1]."""
 REACH = 2.0  # Typical sizes by which one step changes a number that is never zero
@@ -259,24 +258,23 @@ def mean_loss(worlds: SearchWorlds, fit: Fit, unit: Array, together: float) -> f
     together.
     """
     seen = np.isfinite(unit)
-    stated = together * surprise(worlds, fit.columns, fit.place)
+    stated = together * surprise(worlds, fit)
     return float((loss_terms(fit.residual[seen] / unit[seen]).sum() + stated) / seen.sum())
 
 
-def surprise(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> float:
+def surprise(worlds: SearchWorlds, fit: Fit) -> float:
     """Return how unlikely it is that what is stated is as far off as a fit says [nat].
 
-    Student's density with three degrees of freedom and the tolerance as its scale lets real faults
-    be: six tolerances cost 5 nat, and thirty 11.
+    A tolerance is the standard deviation of a normal error. What is further off than that lets be
+    is cheaper as a cause, whose price is in the same nats.
     """
-    off = offsets(worlds, columns, place)
-    return float(0.5 * (FREEDOM + 1.0) * np.log1p(off**2 / FREEDOM).sum())
+    return float(0.5 * np.square(offsets(worlds, fit)).sum())
 
 
-def offsets(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> Array:
-    """Return how far numbers are from what is stated [tolerances], shape (F,)."""
-    stated = np.array([worlds.stated_at(c) for c in columns]).reshape(-1, 2)
-    return (place - stated[:, 0]) / stated[:, 1]
+def offsets(worlds: SearchWorlds, fit: Fit) -> Array:
+    """Return how far numbers are from what is stated [tolerances], 0 for a cause, shape (F,)."""
+    stated = np.array([worlds.stated_at(c)[0] for c in fit.columns])
+    return (fit.place - stated) / worlds.spreads(fit.columns, fit.names)
 
 
 def row_units(
@@ -345,11 +343,9 @@ def damped(
     hessian = slopes.T @ (weight[:, None] * slopes)
     gradient = slopes.T @ (weight * scaled)
     if fit.columns:
-        spread = np.array([worlds.stated_at(c)[1] for c in fit.columns])
-        off = offsets(worlds, fit.columns, fit.place)
-        pull = together * (FREEDOM + 1.0) / (FREEDOM + off**2) / spread
-        hessian += np.diag(pull / spread)
-        gradient += pull * off
+        pull = together / worlds.spreads(fit.columns, fit.names)
+        hessian += np.diag(pull**2 / together)
+        gradient += pull * offsets(worlds, fit)
     low, high = bounds_of(worlds, fit.columns, fit.names)
     size = np.diag(hessian)
     size = np.maximum(size, 1.0e-9 * max(1.0e-30, float(size.max(initial=0.0))))

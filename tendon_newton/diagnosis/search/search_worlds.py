@@ -38,7 +38,8 @@ INDEPENDENT = 2.0
 virtual benches, 26 to 43 rows at 80 Hz tell as much as one alone would."""
 SEEN = 0.98
 """Share of the residuals whose size tells how much of them is noise [1]: jumps tell nothing."""
-WITHIN = 2.0  # Tolerances by which a stated number may differ without a cause [1]
+WITHIN = 2.0
+"""Tolerances by which a stated number differs as any bench does; beyond it is a cause [1]."""
 STILL = 1.0e-9  # Change of the angle from row to row that is none [rad]
 NEAR = 3  # Rows either side without motion that make a row one at rest
 PASSES = 8  # Fixed-point passes for a scale; each gains a digit
@@ -122,6 +123,21 @@ class SearchWorlds:
                 spread = (np.log1p(tolerance) if own.kind == "log" else tolerance) / own.unit
             self._stated_at[column] = stated, float(spread)
         return self._stated_at[column]
+
+    def spreads(self, columns: Sequence[int], names: Sequence[str]) -> Array:
+        """Return the tolerances of numbers, as coordinates, shape (F,).
+
+        The tolerance is infinite where nothing states a number, and where its effect is among the
+        causes: these are paid for as such.
+
+        Args:
+            columns: Places of the numbers.
+            names: Causes.
+        """
+        owners = self.study.table.owners
+        return np.array(
+            [np.inf if owners[c][0] in names else self.stated_at(c)[1] for c in columns]
+        )
 
     def rows_together(self, residual: Array) -> float:
         """Return how many rows tell as much as one alone would [1].

@@ -127,9 +127,7 @@ def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> 
 
 def suffices(pool: Pool, fit: Fit) -> bool:
     """Tell whether a cause leaves no more than the error of form of a law that does not jump."""
-    floors = floors_of(pool.worlds, fit.names, jumping=False)
-    (own,) = rescored(pool.worlds, [fit], floors)
-    return pool.leaves_nothing(own, floors)
+    return pool.leaves_nothing(fit, jumping=False)
 
 
 def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:
@@ -144,7 +142,7 @@ def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:
         numbers = {
             table.owners[c][1].name: float(v) for c, v in columns[trial.added[0]].values.items()
         }
-        pool.alone[name] = (1.0 - float(np.exp(2.0 * (trial.score - start.score))), numbers)
+        pool.singles[name] = (1.0 - float(np.exp(2.0 * (trial.score - start.score))), numbers)
 
 
 def shed(pool: Pool, fit: Fit) -> Fit:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from tendon_newton.diagnosis.search.quadratic import bounded
+from tendon_newton.identification.quadratic import bounded
 
 
 @pytest.mark.parametrize("seed", range(5))

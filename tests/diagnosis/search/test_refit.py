@@ -8,7 +8,6 @@ import pytest
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search import fixed_set, search_worlds
 from tendon_newton.diagnosis.search.decide.decision import special_case_or_without
-from tendon_newton.diagnosis.search.decide.rule import PRICE
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew, with_effects
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
@@ -22,6 +21,7 @@ from tendon_newton.diagnosis.search.refit import (
     start_fits,
     values_of,
 )
+from tendon_newton.diagnosis.search.rule import PRICE
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.objective import group_sums
 from tendon_newton.identification.study import Study
@@ -150,7 +150,7 @@ def test_a_fit_stays_in_bounds(worlds: SearchWorlds) -> None:
 def test_what_a_refused_cause_leaves_is_at_its_optimum(worlds: SearchWorlds) -> None:
     """A set that was clearly worse, and so never followed, is followed before it stands alone."""
     floors = floors_of(worlds, ())
-    pool = Pool(worlds=worlds, floors=floors, price=PRICE, most=3)
+    pool = Pool(worlds=worlds, floors=floors, dearest=PRICE, most=3)
     pool.add([start(worlds, viscous_friction=0.05)])
     far = replace(start(worlds, viscous_friction=9.0, gain_error=0.5), score=-100.0)
     pool.add([far])
@@ -168,7 +168,7 @@ def test_turns_are_those_of_one_simulation(
     together = worlds.residuals(models)
     monkeypatch.setattr(search_worlds, "MOST_NUMBERS", 1)
     np.testing.assert_array_equal(worlds.residuals(models), together)
-    pool = Pool(worlds=worlds, floors=floors_of(worlds, ()), price=PRICE, most=3)
+    pool = Pool(worlds=worlds, floors=floors_of(worlds, ()), dearest=PRICE, most=3)
     pool.add([start(worlds, viscous_friction=1.0)])
     assert all(fit.residual.base is None for fit in pool.fits.values())
 

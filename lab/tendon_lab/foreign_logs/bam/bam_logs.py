@@ -30,9 +30,9 @@ from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import finite_number, read_bytes
 from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.importers.imported import Imported, ImportedLog
+from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.data.registers import lost_sign
 from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, shown
 
 REQUIRED = ("timestamp", "position", "goal_position", "torque_enable")

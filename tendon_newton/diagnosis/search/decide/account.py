@@ -9,9 +9,11 @@ from tendon_newton.diagnosis.result import CandidateScore, Criterion
 from tendon_newton.diagnosis.search.coordinates import inside
 from tendon_newton.diagnosis.search.decide.decision import Decided, at_bound
 from tendon_newton.diagnosis.search.decide.fitted_sets import holds_null
-from tendon_newton.diagnosis.search.decide.rule import SURE
+from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
+from tendon_newton.diagnosis.search.rule import SEARCHED, SURE
+from tendon_newton.diagnosis.search.search_worlds import WITHIN
 
 Criteria = tuple[Criterion, ...]
 
@@ -20,6 +22,7 @@ HELD_OUT = "the same on parts left out [nat per row]"
 CHANGE = "larger residuals without it [errors of form of that model]"
 IN_RANGE = "numbers at the edge of their ranges"
 REMAINS = "score lost without it, where something is left that no cause explains [nat per row]"
+BEYOND = "tolerances by which it differs from what is stated"
 OPEN = "intervals of all its strengths that hold none"
 ADDED = "score that it would add to the named causes [nat per row]"
 BEHIND = "score by which the best set with it stays behind, causes paid for [nat per row]"
@@ -53,18 +56,37 @@ def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: 
         found: Numbers of the set with their intervals.
         name: The cause.
     """
+    if name in decided.told:
+        size, is_open = decided.told[name], is_within(decisive, found, name)
+        return (
+            Criterion(name=BEYOND, value=size, bar=WITHIN, passed=size >= WITHIN),
+            Criterion(name=OPEN, value=float(is_open), bar=0.0, passed=not is_open),
+        )
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(decisive, fit, name)
     bar, change = decisive.bar(name), decided.changes[name]
-    least = 0.0 if decisive.leaves_nothing(fit) else SURE * decisive.price
+    if decisive.is_stated(name):
+        usual = 0.0
+    else:
+        usual = 1.0 if is_dry((*decisive.worlds.study.known, *fit.names)) else SEARCHED
+    change *= SEARCHED
+    least = 0.0 if decisive.leaves_nothing(fit, share=1.0) else SURE * decisive.price
     is_open = holds_null(decisive.worlds.study, found, name)
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
         Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
-        Criterion(name=CHANGE, value=change, bar=1.0, passed=change >= 1.0),
+        Criterion(name=CHANGE, value=change, bar=usual, passed=change >= usual),
         Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge),
         Criterion(name=REMAINS, value=loss, bar=least, passed=loss >= least),
         Criterion(name=OPEN, value=float(is_open), bar=0.0, passed=not is_open),
     )
+
+
+def is_within(decisive: Pool, found: Found, name: str) -> bool:
+    """Tell whether the interval of a stated number reaches what is stated, a tolerance off."""
+    worlds, (column,) = decisive.worlds, decisive.worlds.study.table.columns(name)
+    stated, spread = worlds.stated_at(column)
+    ends = [worlds.coordinate(column).place(value) for value in found.intervals[column]]
+    return min(ends) <= stated + spread and max(ends) >= stated - spread
 
 
 def refusal_of(pool: Pool, decisive: Pool, decided: Decided, name: str) -> tuple[Criterion, ...]:
@@ -128,7 +150,7 @@ def candidates(
     out = []
     for name in names:
         own = pool.fits.get(frozenset({name}))
-        guess = pool.alone.get(name)
+        guess = pool.singles.get(name)
         if own is not None:
             share = explained_share(pool, start, own)
             values = named_values(pool, own, name)

@@ -5,17 +5,32 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.findings import Found, PlainModel
 from tendon_newton.diagnosis.search.coordinates import is_shape
-from tendon_newton.diagnosis.search.decide.rule import LADDER, SURE
+from tendon_newton.diagnosis.search.decide.fitted_sets import found_of, holds_null
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
-from tendon_newton.diagnosis.search.held_out_gain import by_block, terms
+from tendon_newton.diagnosis.search.held_out_gain import terms
 from tendon_newton.diagnosis.search.plain_models import compare_plain_models, fit_plain_models
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import CLEAR, FAR, FOLLOWED, leave_out, prune, simplest
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
-from tendon_newton.diagnosis.search.search_worlds import Floors
+from tendon_newton.diagnosis.search.prune import (
+    CLEAR,
+    FAR,
+    FOLLOWED,
+    is_sharper,
+    leave_out,
+    prune,
+    simplest,
+)
+from tendon_newton.diagnosis.search.refit import (
+    Fit,
+    offsets,
+    refit,
+    start_fits,
+    values_of,
+    without,
+)
+from tendon_newton.diagnosis.search.rule import LADDER, SURE
+from tendon_newton.diagnosis.search.search_worlds import WITHIN, Floors
 from tendon_newton.diagnosis.search.starts import Start, starts_of_relative
 from tendon_newton.effects import are_one_friction, are_related, special_cases
 
@@ -24,6 +39,9 @@ FAMILY = 5.0
 PREDICTORS = 3
 """Sets of least score that are asked how they predict parts that no number has seen, plain models
 aside."""
+EDGE = 1.0e-6  # Share of a tolerance at which a number counts as at the end of its range [1]
+LEAST_SHARED = 2
+"""Stated numbers off by more than their tolerances from which one cause is tried in their place."""
 FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
@@ -57,6 +75,8 @@ class Decided:
     """The set that predicts parts best that no number has seen, its causes deserved or not; None
     where nobody asked."""
     predicts: float | None = None  # Negative log likelihood of that set per row of such parts [nat]
+    told: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Causes of the fit that are stated numbers out of their tolerances, by how many of these."""
     undecided: tuple[str, ...] = ()
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
 
@@ -115,19 +135,140 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         sets = {frozenset(f.names): f for f in near}
         decisive.rescore(floors_of(decisive.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], decisive)
-    decided = tested(decisive, prune(decisive, simplest(decisive, decisive.best())), names)
+    fit_shared(decisive, decisive.best(), names)
+    best = decisive.best()
+    for name in best.names:
+        fit_special_cases(decisive, best, name)
+    decided = tested(decisive, prune(decisive, simplest(decisive, best)), names)
     if decided.undecided or not asks_plain_models(decisive, decided.fit):
         return decided
     plain = fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
-    is_left = not decisive.leaves_nothing(decided.fit)
+    is_left = not decisive.leaves_nothing(decided.fit, share=1.0)
     if is_left and compared and compared[0].held_out < predicts:
         other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
         if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
     predictor, predicts = best_predictor(decisive, decided, plain.values())
     return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
+
+
+def fit_shared(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
+    """Fit the sets in which one cause takes the place of what several stated numbers share.
+
+    A gain that is wrong may be spread over the cell, the spool and the springs: all that is stated
+    goes back, causes that are stated numbers go, and one cause begins where it means nothing.
+
+    Args:
+        decisive: Has the fits of all rows.
+        fit: The set.
+        names: Effects that may be named.
+    """
+    worlds, table = decisive.worlds, decisive.worlds.study.table
+    stated = [n for n in fit.names if decisive.is_stated(n)]
+    moved = np.count_nonzero(np.abs(offsets(worlds, fit)) > 1.0)
+    if moved + len(stated) < LEAST_SHARED:
+        return
+    rest = tuple(n for n in fit.names if n not in stated)
+    values = values_of(worlds, fit.columns, fit.place)
+    back = {c: worlds.study.base_value(c) for c, spread
+            in zip(fit.columns, worlds.spreads(fit.columns, rest), strict=True)
+            if np.isfinite(spread)}  # fmt: skip
+    starts = list[Start]()
+    for name in names:
+        own = table.columns(name)
+        is_scale = len(own) == 1 and worlds.study.parameter(own[0]).null == 1.0
+        if is_scale and not any(name == n or are_related(name, n) for n in rest):
+            start = {**values, **back, **{c: worlds.study.base_value(c) for c in own}}
+            starts.append(((*rest, name), start))
+    found = start_fits(worlds, starts, decisive.floors, near=True)
+    decisive.add(refit(worlds, found, decisive.floors, iterations=FOLLOWED, coarse=0))
+
+
+def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
+    """Return an answer with the stated numbers among its causes that are out of their tolerances.
+
+    They are in its model, whatever they are called.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The answer.
+        names: Effects that may be named.
+    """
+    worlds, fit = decisive.worlds, decided.fit
+    owners = [worlds.study.table.owners[c][0] for c in fit.columns]
+    off = dict(zip(owners, np.abs(offsets(worlds, fit)).tolist(), strict=True))
+    told = {name: z for name, z in off.items() if name in names and z > WITHIN - EDGE}
+    if not told:
+        return decided
+    values = values_of(worlds, fit.columns, fit.place)
+    begun = start_fits(worlds, [((*fit.names, *told), values)], decisive.floors, near=True)
+    (found,) = refit(worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0)
+    decisive.fits[frozenset(found.names)] = found
+    free = [worlds.study.table.columns(name)[0] for name in told]
+    gains = dict.fromkeys(told, 0.0) | decided.held_out
+    out = with_worths(replace(decided, fit=found), decisive, gains, names)
+    places = dict(zip(found.columns, found.place.tolist(), strict=True))
+    stated = {c: worlds.stated_at(c) for c in free}
+    sizes = (abs(places[c] - stated[c][0]) / stated[c][1] for c in free)
+    return replace(out, told=dict(zip(told, sizes, strict=True)))
+
+
+def with_one_law_each(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
+    """Return an answer in which laws of one friction do not share what one explains as well.
+
+    Two such laws stay where both together miss by less than real friction does from either alone.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The answer.
+        names: Effects that may be named.
+    """
+    fit = decided.fit
+    shared = [n for n in fit.names if any(are_one_friction(n, o) for o in fit.names if o != n)]
+    if not shared:
+        return decided
+    less = leave_out(decisive, fit)
+    best = followed(decisive, min((less[name] for name in shared), key=decisive.cost))
+    if is_sharper(decisive, fit, best):
+        return decided
+    gains = {n: gain for n, gain in decided.held_out.items() if n in best.names}
+    fewer = with_worths(replace(decided, fit=best), decisive, gains, names)
+    return with_one_law_each(decisive, fewer, names)
+
+
+def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
+    """Return an answer that names what is sure where causes share it so that each may be nothing.
+
+    The likeliest set that is behind by a few prices at most, and each of whose causes is surely
+    something, takes the place of one of which no cause is.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The answer.
+        names: Effects that may be named.
+    """
+    fit = decided.fit
+    if not fit.names or not all(is_open(decisive, fit, name) for name in fit.names):
+        return decided
+    limit = decisive.cost(fit) + SURE * decisive.price
+    near = [f for f in decisive.fits.values()
+            if f.names and f is not fit and not set(f.names) & set(decided.refused)
+            and decisive.cost(f) < limit]  # fmt: skip
+    for other in sorted(near, key=decisive.cost)[:PREDICTORS]:
+        own = followed(decisive, other)
+        if any(is_open(decisive, own, n) or at_bound(decisive, own, n) for n in own.names):
+            continue
+        gains = held_out_gains(decisive, own, own.names)
+        if all(gains.get(n, 0.0) >= decisive.bar(n) for n in own.names):
+            return with_worths(replace(decided, fit=own), decisive, gains, names)
+    return decided
+
+
+def is_open(decisive: Pool, fit: Fit, name: str) -> bool:
+    """Tell whether the intervals of all strengths of a cause hold the value that means none."""
+    return holds_null(decisive.worlds.study, found_of(decisive, fit), name)
 
 
 def asks_plain_models(decisive: Pool, fit: Fit) -> bool:
@@ -137,9 +278,9 @@ def asks_plain_models(decisive: Pool, fit: Fit) -> bool:
     Angles alone leave more open, so a cause that was named from them is held against plain models.
     """
     if not fit.names:
-        return not decisive.leaves_nothing(fit)
+        return not decisive.leaves_nothing(fit, share=1.0)
     has_force = any(force and rows.any() for force, rows in decisive.worlds.where.signals)
-    return not (has_force and decisive.leaves_nothing(fit, anywhere=True))
+    return not (has_force and decisive.leaves_nothing(fit, anywhere=True, share=1.0))
 
 
 def predicted(decisive: Pool, fit: Fit) -> float:
@@ -155,10 +296,9 @@ def best_predictor(
     """Return the set that predicts parts best that no number has seen, and its score there.
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
-    and to predict are two things. Each cause of the answer, another law of the same friction, or
-    one that is not told apart from it, stays. A number costs one nat of what the rows tell together
-    (Akaike, A new look at the statistical model identification, 1974): parts that are left out are
-    of the conditions of those that are seen.
+    and to predict are two things. Each cause of the answer stays. A number costs one nat of what
+    the rows tell together (Akaike, A new look at the statistical model identification, 1974): parts
+    that are left out are of the conditions of those that are seen.
 
     Args:
         decisive: Has the fits of all rows.
@@ -174,7 +314,7 @@ def best_predictor(
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
         f for f in decisive.fits.values()
-        if f is not answer and stands_for(f, answer, decided.rivals) and not beyond & set(f.names)
+        if answer.names and set(answer.names) < set(f.names) and not beyond & set(f.names)
         and not any(at_bound(decisive, f, name) for name in f.names)
     ]  # fmt: skip
     sets.sort(key=lambda f: f.score + cost(f))
@@ -187,22 +327,6 @@ def best_predictor(
         if found is not None and found.sum() + cost(fit) < predicts + cost(best):
             best, predicts = fit, float(found.sum())
     return best, predicts
-
-
-def stands_for(fit: Fit, answer: Fit, rivals: Mapping[str, Sequence[Fit]]) -> bool:
-    """Tell whether a set has each cause of an answer, or what may stand in its place.
-
-    Args:
-        fit: The set.
-        answer: The answer.
-        rivals: Sets with another cause in the place of each that explain the data as well.
-    """
-    return bool(answer.names) and all(
-        name in fit.names
-        or any(are_one_friction(name, other) or are_related(name, other) for other in fit.names)
-        or any(new_name(answer, rival) in fit.names for rival in rivals.get(name, ()))
-        for name in answer.names
-    )
 
 
 def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:
@@ -222,16 +346,16 @@ def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:
             undecided += final.names
             final = decisive.fits[frozenset()]
             break
-        worths = {n: float(g.sum()) / decisive.bar(n) for n, g in gains.items()}
+        worths = {n: gain / decisive.bar(n) for n, gain in gains.items()}
         worst = min(worths, key=lambda n: worths[n])
-        refusal = Refusal(gain=float(gains[worst].sum()), at_bound=worst in ended)
+        refusal = Refusal(gain=gains[worst], at_bound=worst in ended)
         if not ended and worths[worst] >= 1.0:
             if undone := [n for n in final.names if n not in gains]:
                 undecided += undone
                 final = prune(decisive, less_of(decisive, final, undone))
                 continue
             found = Decided(fit=final, refused=refused, undecided=tuple(undecided))
-            return with_worths(found, decisive, leave_out(decisive, final), gains, names)
+            return with_worths(found, decisive, gains, names)
         refused[worst] = refusal
         rest = special_case_or_without(decisive, final, worst)
         final = prune(decisive, best_without(decisive, rest, refused))
@@ -239,25 +363,24 @@ def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:
 
 
 def with_worths(
-    decided: Decided, decisive: Pool, less: dict[str, Fit], gains: dict[str, Array],
-    names: Sequence[str],
-) -> Decided:  # fmt: skip
+    decided: Decided, decisive: Pool, gains: Mapping[str, float], names: Sequence[str]
+) -> Decided:
     """Return causes that may be named with what each is worth, and with its rivals.
 
     Args:
         decided: The causes.
         decisive: Has the fits of all rows.
-        less: Fits without each.
-        gains: Worth of each on parts that no number has seen, by block of time, shape (B,).
+        gains: Worth of each on parts that no number has seen [nat per row].
         names: Effects that may be named.
     """
     fit = decided.fit
+    less = leave_out(decisive, fit)
     fit_replacements(decisive, fit, names)
     return replace(
         decided,
         losses={n: decisive.gain(fit, f) for n, f in less.items()},
         changes={n: decisive.change(fit, f) for n, f in less.items()},
-        held_out={n: float(g.sum()) for n, g in gains.items()},
+        held_out=dict(gains),
         rivals={n: close_rivals(decisive, fit, n) for n in fit.names},
     )
 
@@ -281,7 +404,7 @@ def fit_replacements(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
                 found = values_of(decisive.worlds, source.columns, source.place)
                 own = {c: found[c] for c in table.columns(other)}
                 starts.append(((*rest, other), {**values, **own}))
-        if decisive.leaves_nothing(fit):
+        if decisive.leaves_nothing(fit, share=1.0):
             continue
         for other in names:
             is_new = frozenset((*rest, other)) not in decisive.fits
@@ -314,7 +437,7 @@ def room(pool: Pool, name: str, rival: str) -> float:
 
     Laws of one friction differ by less than real friction does from either.
     """
-    return (FAMILY if are_one_friction(name, rival) else 1.0) * pool.price
+    return (FAMILY if are_one_friction(name, rival) else 1.0) * pool.dearest
 
 
 def best_without(decisive: Pool, rest: Fit, refused: Collection[str]) -> Fit:
@@ -334,15 +457,22 @@ def special_case_or_without(decisive: Pool, fit: Fit, name: str) -> Fit:
 
     It is followed to its optimum.
     """
-    if not with_special_case(decisive, fit, name):
-        starts = [start for special in special_cases(name)
-                  for start in starts_of_relative(decisive, fit, name, special)]  # fmt: skip
-        found = start_fits(decisive.worlds, starts, decisive.floors, near=True)
-        decisive.add(found)
+    fit_special_cases(decisive, fit, name)
     known = with_special_case(decisive, fit, name)
     return followed(
         decisive, min(known, key=decisive.cost) if known else leave_out(decisive, fit)[name]
     )
+
+
+def fit_special_cases(decisive: Pool, fit: Fit, name: str) -> None:
+    """Fit the special cases of a law in its place, where none was fitted."""
+    if not with_special_case(decisive, fit, name):
+        starts = [start for special in special_cases(name)
+                  for start in starts_of_relative(decisive, fit, name, special)]  # fmt: skip
+        found = start_fits(decisive.worlds, starts, decisive.floors, near=True)
+        best = {frozenset(f.names): f for f in sorted(found, key=lambda f: -f.score)}
+        steps = refit(decisive.worlds, [*best.values()], decisive.floors, iterations=2, coarse=0)
+        decisive.add(steps)
 
 
 def with_special_case(pool: Pool, fit: Fit, name: str) -> list[Fit]:
@@ -385,14 +515,14 @@ def followed(decisive: Pool, fit: Fit) -> Fit:
     return decisive.fits[frozenset(fit.names)]
 
 
-def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, Array]:
-    """Return what causes are worth on parts that no number has seen, by block of time.
+def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, float]:
+    """Return what causes are worth on parts that no number has seen [nat per row].
 
-    A set that saw a part does better there than one that did not. Where the set without a cause
-    is far behind even on parts that it saw, it is not refitted without each part. The gain that is
-    returned is then a lower bound. The others are refitted in the order of that bound. The first
-    one that is not worth its price ends this, since the set is not named then. The end of
-    the time does so too; the set itself is not subject to it.
+    What is stated counts as on all rows. A set that saw a part does better there than one that did
+    not. Where the set without a cause is far behind even on parts that it saw, it is not refitted
+    without each part. The gain that is returned is then a lower bound. The others are refitted in
+    the order of that bound. The first one that is not worth its price ends this, since the set is
+    not named then. The end of the time does so too; the set itself is not subject to it.
 
     Args:
         decisive: Has the fits of all rows.
@@ -400,7 +530,7 @@ def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, 
         names: Causes of it that are asked for.
 
     Returns:
-        Cause -> gain [nat per row], shape (B,); only those that were found out.
+        Cause -> gain [nat per row]; only those that were found out.
     """
     worlds, floors = decisive.worlds, decisive.floors
     less = {n: f for n, f in leave_out(decisive, fit).items() if n in names}
@@ -409,14 +539,16 @@ def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, 
     residuals = np.stack([f.residual for f in less.values()])
     score = worlds.score(residuals, floors)
     rows = dict(zip(less, terms(worlds, residuals, score.scales, floors), strict=True))
-    bounds = {n: float((t - own).sum()) / decisive.bar(n) for n, t in rows.items()}
-    gains = {n: by_block(worlds, rows[n] - own) for n in rows if bounds[n] >= SURE}
+    stated = {n: decisive.surprise(f) - decisive.surprise(fit) for n, f in less.items()}
+    least = {n: float((t - own).sum()) + stated[n] for n, t in rows.items()}
+    bounds = {n: gain / decisive.bar(n) for n, gain in least.items()}
+    gains = {n: least[n] for n in rows if bounds[n] >= SURE}
     for name in sorted((n for n in rows if n not in gains), key=lambda n: bounds[n]):
         found = decisive.unseen_terms(less[name], decisive.until)
         if found is None:
             break
-        gains[name] = by_block(worlds, found - own)
-        if gains[name].sum() < decisive.bar(name):
+        gains[name] = float((found - own).sum()) + stated[name]
+        if gains[name] < decisive.bar(name):
             break
     return gains
 

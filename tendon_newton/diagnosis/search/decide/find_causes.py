@@ -22,6 +22,9 @@ from tendon_newton.diagnosis.search.decide.decision import (
     new_name,
     special_case_left_open,
     transfer,
+    with_deserved,
+    with_one_law_each,
+    with_told,
 )
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
@@ -30,12 +33,12 @@ from tendon_newton.diagnosis.search.decide.fitted_sets import (
     probability,
     weights_of,
 )
-from tendon_newton.diagnosis.search.decide.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.decide.time_limits import limits_of
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Allows, Pool
 from tendon_newton.diagnosis.search.prune import prune, settle
-from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, start_fits, values_of
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.search_spans import beginnings, deciding
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.diagnosis.search.strategy import find, go_on_all_rows
@@ -87,7 +90,7 @@ def find_causes(
 
     def pool_of(worlds: SearchWorlds, followed: Sequence[int]) -> Pool:
         return Pool(
-            worlds=worlds, floors=floors_of(worlds, ()), price=price, price_share=PRICE_SHARE,
+            worlds=worlds, floors=floors_of(worlds, ()), dearest=price, price_share=PRICE_SHARE,
             most=most, allows=allows, log=log, until=limits.searched, followed=followed,
         )  # fmt: skip
 
@@ -119,6 +122,8 @@ def find_causes(
     if searched is not whole:
         transfer(pool, [pool.fits[frozenset()]], whole)
     decided = decide(searched, fit, whole, names)
+    for further in (with_one_law_each, with_deserved, with_told):
+        decided = further(whole, decided, names)
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
     baseline = fit_baseline(whole, study.fit_columns(model))
@@ -174,7 +179,7 @@ def conclude_search(
         baseline=found_of(decisive, baseline),
         final=None if named is None else shown,
         closest=shown,
-        suspected=tuple(n for n, own in criteria.items() if not all(c.passed for c in own[-2:])),
+        suspected=tuple(n for n, own in criteria.items() if not all(c.passed for c in own)),
         classes={
             name: tuple((rival, found_of(decisive, with_it)) for rival, with_it in own.items())
             for name, own in rivals.items()
@@ -192,9 +197,9 @@ def conclude_search(
 
 
 def predictor_of(decisive: Pool, decided: Decided, final: Fit) -> Found | None:
-    """Return the set that predicts best, with its numbers; None where it is the final one."""
+    """Return the set that predicts best, with its numbers; None where it has no further cause."""
     predictor = decided.predictor
-    if predictor is None or set(predictor.names) == set(final.names):
+    if predictor is None or not set(final.names) < set(predictor.names):
         return None
     return found_of(decisive, predictor, among=as_likely(decisive, predictor))
 
@@ -216,9 +221,7 @@ def verdict_of(decisive: Pool, final: Fit, share: float) -> Verdict:
 
 def leaves_nothing_at_any_step(pool: Pool, fit: Fit) -> bool:
     """Tell whether a fit leaves nothing, at the search's step or at the finest one."""
-    if pool.leaves_nothing(fit):
+    if pool.leaves_nothing(fit, share=1.0):
         return True
     values = values_of(pool.worlds, fit.columns, fit.place)
-    finest = replace(fit, residual=pool.worlds.finest(values))
-    (judged,) = rescored(pool.worlds, [finest], pool.floors)
-    return pool.leaves_nothing(judged)
+    return pool.leaves_nothing(replace(fit, residual=pool.worlds.finest(values)), share=1.0)

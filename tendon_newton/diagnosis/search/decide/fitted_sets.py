@@ -55,7 +55,7 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     jacobian = jacobian @ clock_slopes(worlds, fit)
     unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
-    spread = np.array([worlds.stated_at(column)[1] for column in fit.columns])
+    spread = worlds.spreads(fit.columns, fit.names)
     half = half_widths(point, worlds.where, spread)
     among, fit = [in_seconds(worlds, other) for other in among], in_seconds(worlds, fit)
     values = values_of(worlds, fit.columns, fit.place)

@@ -7,11 +7,11 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.posterior import FittedSet, Posterior
 from tendon_newton.diagnosis.search.decide.find_causes import MOST_CAUSES, part_of
 from tendon_newton.diagnosis.search.decide.fitted_sets import found_of, posterior_of, weights_of
-from tendon_newton.diagnosis.search.decide.rule import PRICE
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Pool
 from tendon_newton.diagnosis.search.prune import prune
 from tendon_newton.diagnosis.search.refit import refit, start_fits
+from tendon_newton.diagnosis.search.rule import PRICE
 from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.diagnosis.search.starts import Start
@@ -49,7 +49,7 @@ def go_on(
     worlds = SearchWorlds(study if is_all else part_of(study, chosen, model))
     floors = floors_of(worlds, known.sets[0].causes)
     pool = Pool(
-        worlds=worlds, floors=floors, price=PRICE, most=MOST_CAUSES, followed=FOLLOWED[1:],
+        worlds=worlds, floors=floors, dearest=PRICE, most=MOST_CAUSES, followed=FOLLOWED[1:],
     )  # fmt: skip
     progress(f"carrying on {len(known.sets)} sets of causes")
     free = (*study.fit_columns(model), *worlds.built_columns)

@@ -9,10 +9,15 @@ decision are `FAR`, `CLEAR` and `KEPT` in `prune`, and `FEW_RIVALS` in `decision
 """
 
 PRICE = 0.1
-"""Gain in score [nat per row] that each number of a cause must bring, on all rows and on parts of
-the data that no number has seen: residuals a tenth smaller. Models of real servos predict motions
-left out best from 0.07 to 0.15, and true planted causes bring 0.24 to 9. A rival that is behind by
-less, where little but noise counts, is not told from a cause."""
+"""Gain in score [nat per row] that each number of a cause must bring at most, on all rows and on
+parts of the data that no number has seen: residuals a tenth smaller. Models of real servos predict
+motions left out best from 0.07 to 0.15, and true planted causes bring 0.24 to 9. A rival that is
+behind by less, where little but noise counts, is not told from a cause."""
+NATS = 12.0
+"""Gain [nat] that all rows together must bring for each number of a cause, where that is less. Rows
+that err together tell as much as one."""
+SEARCHED = 1.0 / 3.0
+"""Share of what laws usually miss below which a search tells sets no more apart [1]."""
 FORM_THETA, FORM_FORCE = 3.0e-3, 0.1
 """Angle [rad] and force [N] by which a law of dry friction misses real friction on a nominal bench:
 bristles of 5 to 40 um give way before anything slides, and it sticks elsewhere. A cause that
