@@ -176,7 +176,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "return stated - WITHIN * spread, stated + WITHIN * spread",
         "return stated - 99.0 * spread, stated + 99.0 * spread", f"{SETS} beyond_its_tolerance"),
     Mutation("a-stated-number-hides-a-fault",
-        "tendon_newton/diagnosis/search/decide/decision.py",
+        "tendon_newton/diagnosis/search/decide/told.py",
         "if name in names and z > WITHIN - EDGE}", "if name in names and z > 99.0}",
         f"{SETS} end_of_its_tolerances"),
     Mutation("parts-tell-of-what-they-do-not-show",

@@ -29,7 +29,6 @@ from tendon_newton.diagnosis.search.decide.decision import (
     room,
     special_case_left_open,
     special_case_or_without,
-    with_told,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
@@ -40,6 +39,7 @@ from tendon_newton.diagnosis.search.decide.fitted_sets import (
     probability,
     weights_of,
 )
+from tendon_newton.diagnosis.search.decide.told import with_told
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms, untold
 from tendon_newton.diagnosis.search.pool import Pool

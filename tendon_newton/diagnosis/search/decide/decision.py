@@ -7,7 +7,6 @@ import numpy as np
 
 from tendon_newton.diagnosis.findings import Found, PlainModel
 from tendon_newton.diagnosis.search.coordinates import is_shape
-from tendon_newton.diagnosis.search.decide.fitted_sets import found_of, holds_null
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import terms
 from tendon_newton.diagnosis.search.plain_models import compare_plain_models, fit_plain_models
@@ -16,7 +15,6 @@ from tendon_newton.diagnosis.search.prune import (
     CLEAR,
     FAR,
     FOLLOWED,
-    is_sharper,
     leave_out,
     prune,
     simplest,
@@ -30,7 +28,7 @@ from tendon_newton.diagnosis.search.refit import (
     without,
 )
 from tendon_newton.diagnosis.search.rule import LADDER, SURE
-from tendon_newton.diagnosis.search.search_worlds import WITHIN, Floors
+from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, starts_of_relative
 from tendon_newton.effects import are_one_friction, are_related, special_cases
 
@@ -39,7 +37,6 @@ FAMILY = 5.0
 PREDICTORS = 3
 """Sets of least score that are asked how they predict parts that no number has seen, plain models
 aside."""
-EDGE = 1.0e-6  # Share of a tolerance at which a number counts as at the end of its range [1]
 LEAST_SHARED = 2
 """Stated numbers off by more than their tolerances from which one cause is tried in their place."""
 FEW_RIVALS = 2
@@ -184,91 +181,6 @@ def fit_shared(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
             starts.append(((*rest, name), start))
     found = start_fits(worlds, starts, decisive.floors, near=True)
     decisive.add(refit(worlds, found, decisive.floors, iterations=FOLLOWED, coarse=0))
-
-
-def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
-    """Return an answer with the stated numbers among its causes that are out of their tolerances.
-
-    They are in its model, whatever they are called.
-
-    Args:
-        decisive: Has the fits of all rows.
-        decided: The answer.
-        names: Effects that may be named.
-    """
-    worlds, fit = decisive.worlds, decided.fit
-    owners = [worlds.study.table.owners[c][0] for c in fit.columns]
-    off = dict(zip(owners, np.abs(offsets(worlds, fit)).tolist(), strict=True))
-    told = {name: z for name, z in off.items() if name in names and z > WITHIN - EDGE}
-    if not told:
-        return decided
-    values = values_of(worlds, fit.columns, fit.place)
-    begun = start_fits(worlds, [((*fit.names, *told), values)], decisive.floors, near=True)
-    (found,) = refit(worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0)
-    decisive.fits[frozenset(found.names)] = found
-    free = [worlds.study.table.columns(name)[0] for name in told]
-    gains = dict.fromkeys(told, 0.0) | decided.held_out
-    out = with_worths(replace(decided, fit=found), decisive, gains, names)
-    places = dict(zip(found.columns, found.place.tolist(), strict=True))
-    stated = {c: worlds.stated_at(c) for c in free}
-    sizes = (abs(places[c] - stated[c][0]) / stated[c][1] for c in free)
-    return replace(out, told=dict(zip(told, sizes, strict=True)))
-
-
-def with_one_law_each(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
-    """Return an answer in which laws of one friction do not share what one explains as well.
-
-    Two such laws stay where both together miss by less than real friction does from either alone.
-
-    Args:
-        decisive: Has the fits of all rows.
-        decided: The answer.
-        names: Effects that may be named.
-    """
-    fit = decided.fit
-    shared = [n for n in fit.names if any(are_one_friction(n, o) for o in fit.names if o != n)]
-    if not shared:
-        return decided
-    less = leave_out(decisive, fit)
-    best = followed(decisive, min((less[name] for name in shared), key=decisive.cost))
-    if is_sharper(decisive, fit, best):
-        return decided
-    gains = {n: gain for n, gain in decided.held_out.items() if n in best.names}
-    fewer = with_worths(replace(decided, fit=best), decisive, gains, names)
-    return with_one_law_each(decisive, fewer, names)
-
-
-def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
-    """Return an answer that names what is sure where causes share it so that each may be nothing.
-
-    The likeliest set that is behind by a few prices at most, and each of whose causes is surely
-    something, takes the place of one of which no cause is.
-
-    Args:
-        decisive: Has the fits of all rows.
-        decided: The answer.
-        names: Effects that may be named.
-    """
-    fit = decided.fit
-    if not fit.names or not all(is_open(decisive, fit, name) for name in fit.names):
-        return decided
-    limit = decisive.cost(fit) + SURE * decisive.price
-    near = [f for f in decisive.fits.values()
-            if f.names and f is not fit and not set(f.names) & set(decided.refused)
-            and decisive.cost(f) < limit]  # fmt: skip
-    for other in sorted(near, key=decisive.cost)[:PREDICTORS]:
-        own = followed(decisive, other)
-        if any(is_open(decisive, own, n) or at_bound(decisive, own, n) for n in own.names):
-            continue
-        gains = held_out_gains(decisive, own, own.names)
-        if all(gains.get(n, 0.0) >= decisive.bar(n) for n in own.names):
-            return with_worths(replace(decided, fit=own), decisive, gains, names)
-    return decided
-
-
-def is_open(decisive: Pool, fit: Fit, name: str) -> bool:
-    """Tell whether the intervals of all strengths of a cause hold the value that means none."""
-    return holds_null(decisive.worlds.study, found_of(decisive, fit), name)
 
 
 def asks_plain_models(decisive: Pool, fit: Fit) -> bool:

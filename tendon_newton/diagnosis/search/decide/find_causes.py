@@ -22,9 +22,6 @@ from tendon_newton.diagnosis.search.decide.decision import (
     new_name,
     special_case_left_open,
     transfer,
-    with_deserved,
-    with_one_law_each,
-    with_told,
 )
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
@@ -34,6 +31,7 @@ from tendon_newton.diagnosis.search.decide.fitted_sets import (
     weights_of,
 )
 from tendon_newton.diagnosis.search.decide.time_limits import limits_of
+from tendon_newton.diagnosis.search.decide.told import as_told
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Allows, Pool
 from tendon_newton.diagnosis.search.prune import prune, settle
@@ -121,9 +119,7 @@ def find_causes(
     whole.price_share, whole.until = 1.0, limits.decided
     if searched is not whole:
         transfer(pool, [pool.fits[frozenset()]], whole)
-    decided = decide(searched, fit, whole, names)
-    for further in (with_one_law_each, with_deserved, with_told):
-        decided = further(whole, decided, names)
+    decided = as_told(whole, decide(searched, fit, whole, names), names)
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
     baseline = fit_baseline(whole, study.fit_columns(model))
