@@ -14,9 +14,11 @@ SIGN_BITS = (15, 31, 11, 10)
 Dynamixel's protocol 1, 11 of a homing offset."""
 ROUNDING = 1e-12  # Share of the greatest value below which two values are one [1]
 MULTIPLES = (1, 2, 3, 4)  # Counts that the least distance of two values may be
-LEAST_LEVELS = 3  # Values on either side of zero; fewer are a switch
+LEAST_LEVELS = 6  # Values of a register; fewer are a switch
+LONE = 2  # Values on a side of zero from which they are no one word of a failed read
 GRID, ROUGH = 1e-2, 1e-5  # Counts, and share of them, that rounded files are off their grid [1]
-SMALL = 0.25  # Share of the period that a step through zero stays below [1]
+SMALL = 0.25
+"""Share of the period that a step through zero stays below; of all its way for a lone value [1]."""
 LARGE = 0.5  # Share of the period that a lost sign makes of it [1]
 
 
@@ -58,9 +60,9 @@ def lost_sign(values: Array, unit: float | None = None) -> LostSign | None:
     side = -1.0 if values.max() <= 0.0 else 1.0
     values = side * values
     levels = np.unique(values)
-    if levels[0] < 0.0 or levels.size < 2 * LEAST_LEVELS:
+    if levels[0] < 0.0 or levels.size < LEAST_LEVELS:
         return None
-    low = levels[: max(LEAST_LEVELS, int(np.count_nonzero(levels < SMALL * levels[-1])))]
+    low = levels[: max(LEAST_LEVELS // 2, int(np.count_nonzero(levels < SMALL * levels[-1])))]
     gaps = np.diff(low)  # the greatest values are rounded most
     gaps = gaps[gaps > ROUNDING * levels[-1]]
     if unit is None and not gaps.size:
@@ -91,8 +93,10 @@ def candidates(values: Array, unit: float) -> Iterator[LostSign]:
 def passes_zero(values: Array, lost: LostSign) -> bool:
     """Tell whether a column is smooth with its signs alone."""
     across = np.diff(lost.rows.astype(np.int8)) != 0
-    sides = (np.unique(values[lost.rows]).size, np.unique(values[~lost.rows]).size)
-    if not across.any() or min(sides) < LEAST_LEVELS:
+    if not across.any():
         return False
-    before, after = np.abs(np.diff(values))[across], np.abs(np.diff(lost.mended(values)))[across]
-    return bool(before.min() > LARGE * lost.period and after.max() < SMALL * lost.period)
+    mended = lost.mended(values)
+    before, after = np.abs(np.diff(values))[across], np.abs(np.diff(mended))[across]
+    lone = min(np.unique(values[rows]).size for rows in (lost.rows, ~lost.rows)) < LONE
+    period = float(np.ptp(mended)) if lone else lost.period
+    return bool(before.min() > LARGE * lost.period and after.max() < SMALL * period)

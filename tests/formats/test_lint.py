@@ -10,6 +10,7 @@ from tendon_newton.data.checks.finding import Examined, Finding, findings_text
 from tendon_newton.data.checks.following import play
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording import Recording
 
 ROWS = 800
@@ -80,6 +81,24 @@ def test_an_unsigned_register_is_found(bits: int) -> None:
     finding = only(lint_recording(log(current=current)))
     assert finding.channel == "current"
     assert finding.evidence.startswith(f"{(counts < 0.0).sum()} of {ROWS} rows")
+
+
+@pytest.mark.parametrize("most", [-1, 0, 1, 2])
+def test_few_values_on_one_side_of_zero_do_not_hide_an_unsigned_register(most: int) -> None:
+    """A load that pulls one way alone, near zero and beyond; -1 stands for its mirror."""
+    counts = np.minimum(abs(most), np.round(300.0 * np.sin(3.0 * TIME) - 290.0))
+    signed = -counts if most < 0 else counts
+    signed[500:] *= most < 1  # switched off, from far away
+    duty = np.where(signed < 0.0, signed + 65536.0, signed)
+    finding = only(lint_recording(log(extra={"duty": duty}), {"duty": np.inf}))
+    assert finding.consequence.endswith("read as unsigned: subtract 65536")
+
+
+def test_a_failed_read_is_no_lost_sign() -> None:
+    """All bits set amid a place of 4096 counts is no step through zero."""
+    counts = np.round(1500.0 + 400.0 * np.sin(3.0 * TIME))
+    counts[100::50] = 65535.0
+    assert lost_sign(counts) is None
 
 
 def test_a_signed_register_and_a_coarse_one_are_left_alone() -> None:
