@@ -63,6 +63,15 @@ def test_a_servo_at_rest_under_its_first_command_had_been_told_the_same(rng) -> 
     assert first_row(replace(log, start="first_row")).before == pytest.approx(0.2)
 
 
+def test_a_servo_that_hangs_with_its_motor_off_says_nothing_of_its_sag(rng) -> None:
+    """Told -1.5 rad it hangs at zero to the end; it had been told to stand where it began."""
+    command = np.r_[np.linspace(0.2, -1.5, 400), np.full(300, -1.5)]
+    angle = followed(command)
+    angle[450:] = 0.0
+    log = replace(log_of(command, angle), start="first_row", enabled=np.arange(len(command)) < 430)
+    assert first_row(log).before == pytest.approx(0.2, abs=0.02)
+
+
 @pytest.mark.parametrize("after", [0.1, 0.14])
 def test_of_a_servo_in_motion_nobody_knows_what_it_had_been_told(after, rng) -> None:
     """It was on its way to its command; rows count once its past is gone: after delay and lags.

@@ -15,12 +15,14 @@ FREE = frozenset(
     re.findall(
         r"\w+",
         """
-    Abs Acos Add And Asin Atan BatchNormalization Cast Ceil Celu Clip Concat Constant Conv Cos Div
-    Dropout Elu Equal Erf Exp Flatten Floor GRU Gather Gelu Gemm Greater GreaterOrEqual HardSigmoid
-    HardSwish Identity InstanceNormalization LSTM LayerNormalization LeakyRelu Less LessOrEqual Log
-    LogSoftmax MatMul Max Mean Min Mish Mul Neg Not Or PRelu Pow RNN Reciprocal Relu Round Selu
-    Shape Sigmoid Sign Sin Softmax Softplus Softsign Sqrt Sub Sum Tan Tanh ThresholdedRelu Transpose
-    Where Xor
+    Abs Acos Add And ArgMax ArgMin Asin Atan AveragePool BatchNormalization Cast Ceil Celu Clip
+    Concat Constant Conv Cos Cosh CumSum Div Dropout Einsum Elu Equal Erf Exp Flatten Floor GRU
+    Gather GatherElements GatherND Gelu Gemm GlobalAveragePool GlobalMaxPool Greater
+    GreaterOrEqual HardSigmoid HardSwish Identity InstanceNormalization IsInf IsNaN LSTM
+    LayerNormalization LeakyRelu Less LessOrEqual Log LogSoftmax MatMul Max MaxPool Mean Min
+    Mish Mod Mul Neg Not Or PRelu Pow RMSNormalization RNN Reciprocal Relu Round ScatterElements
+    ScatterND Selu Shape Sigmoid Sign Sin Sinh Size Softmax Softplus Softsign Sqrt Sub Sum Swish
+    Tan Tanh ThresholdedRelu Transpose Trilu Where Xor
     """,
     )
 )
@@ -29,8 +31,8 @@ SIZED = frozenset(
     re.findall(
         r"\w+",
         """
-    ConstantOfShape Expand ReduceL1 ReduceL2 ReduceMax ReduceMean ReduceMin ReduceProd ReduceSum
-    ReduceSumSquare Reshape Slice Split Squeeze Unsqueeze
+    ConstantOfShape Expand Pad ReduceL1 ReduceL2 ReduceMax ReduceMean ReduceMin ReduceProd ReduceSum
+    ReduceSumSquare Reshape Slice Split Squeeze Tile Unsqueeze
     """,
     )
 )
@@ -83,7 +85,7 @@ def refuse_operators(content: bytes) -> None:
             raise InvalidPolicyFile(
                 f"a network with sizes that do not depend on its input; those of {node.operator} do"
             )
-        if node.operator == "Shape" or known.issuperset(node.inputs):
+        if node.operator in ("Shape", "Size") or known.issuperset(node.inputs):
             known.update(node.outputs)
 
 

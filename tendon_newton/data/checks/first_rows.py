@@ -44,7 +44,7 @@ def first_row(recording: Recording) -> FirstRow:
     for d, followed in enumerate(angle.T):
         if len(time) < LEAST_ROWS or np.ptp(followed) == 0.0:
             continue  # nothing was measured: the state is as it is stated
-        servo = Servo(time, command[:, d], followed)
+        servo = Servo(time, command[:, d], followed, recording.enabled)
         if servo.moves:
             doubtful = max(doubtful, servo.memory())
         else:
@@ -59,10 +59,11 @@ class Servo:
         time: Since the first row [s], shape (T,).
         command: Desired angle [rad], shape (T,).
         angle: Measured angle [rad], shape (T,).
+        enabled: Whether its motor is on; what hangs on one that is off follows nothing. Shape (T,).
     """
 
-    def __init__(self, time: Array, command: Array, angle: Array) -> None:
-        self.time, self.command, self.angle = time, command, angle
+    def __init__(self, time: Array, command: Array, angle: Array, enabled: Mask) -> None:
+        self.time, self.command, self.angle, self.enabled = time, command, angle, enabled
         self.noise = encoder_noise(angle)
         self.changes = np.append(0, np.cumsum(np.diff(command) != 0.0))
         """How often the command has changed, shape (T,)."""
@@ -80,10 +81,14 @@ class Servo:
         return False
 
     def rests(self) -> Mask:
-        """Tell in which rows it has long been told one thing, and has not moved since."""
+        """Tell in which rows it has long been told one thing, and has not moved since.
+
+        A motor that is off holds nothing, and rests nowhere.
+        """
         ago = np.searchsorted(self.time, self.time - REST + 1.0e-9)
         stands = np.abs(self.angle - self.angle[ago]) <= QUIET * self.noise
-        return (self.time >= REST - 1.0e-9) & (self.changes == self.changes[ago]) & stands
+        told = self.enabled & self.enabled[ago] & (self.changes == self.changes[ago])
+        return (self.time >= REST - 1.0e-9) & told & stands
 
     def sag(self) -> tuple[Array, float]:
         """Return how far below its command it rests, shape (T,), and the scatter of that [rad].
@@ -96,8 +101,11 @@ class Servo:
         if not rows.any():
             since = self.time - self.time[np.searchsorted(self.changes, self.changes)]
             rows = (np.diff(self.changes, append=self.changes[-1]) > 0) & (since > REST / 2.0)
+            rows &= self.enabled
         if not rows.any():
-            rows, late = np.ones_like(rows), np.gradient(self.angle, self.time)
+            rows, late = self.enabled.copy(), np.gradient(self.angle, self.time)
+        if not rows.any():
+            return np.zeros_like(behind), 0.0
         place = self.angle - self.angle[rows].mean()
         parts = np.stack([np.ones_like(place), place, late], axis=1)
         line = np.linalg.lstsq(parts[rows], behind[rows], rcond=None)[0]
@@ -120,7 +128,8 @@ class Servo:
 
         A servo that follows a jump or a ramp late by T is behind by T times its way.
         """
-        behind = np.abs(self.command - self.angle - self.sag()[0])[:-1] * ~self.rests()[:-1]
+        follows = (self.enabled & ~self.rests())[:-1]
+        behind = np.abs(self.command - self.angle - self.sag()[0])[:-1] * follows
         way = float(np.abs(np.diff(self.angle)).sum())
         late = float(behind @ np.diff(self.time)) / max(way, QUIET * self.noise)
         return min(FORGOTTEN * late, SHARE * float(self.time[-1]))
