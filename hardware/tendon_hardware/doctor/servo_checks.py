@@ -6,7 +6,7 @@ import numpy as np
 
 from tendon_hardware.clock import Clock
 from tendon_hardware.doctor.observation import Observation, Verdict, observed
-from tendon_hardware.doctor.servo_search import RETRIES, SOUGHT, find_servos
+from tendon_hardware.doctor.servo_search import RETRIES, find_servos, sought
 from tendon_hardware.errors import HardwareFault, ServoSilent
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.base import ServoHealth, ServoSettings, ServoSpec
@@ -14,11 +14,6 @@ from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 
-REMEDIES = {
-    "dynamixel": "restart it: tendon-newton doctor --port ... --reboot",
-    "feetech": FAMILIES["feetech"].remedy,
-}
-"""What ends an alert, by the servo's family."""
 RATE_MIN = 1_000_000
 """Slowest rate at which a read leaves time for a loop at 80 Hz [1/s]: it takes 0.35 ms on the bus,
 and 6.1 ms at the factory's 57,600."""
@@ -37,7 +32,7 @@ def check_servo(
     """
     found = find_servos(port, clock, show)
     if found is None:
-        listed = ", ".join(str(rate) for rate in dict.fromkeys(rate for _, rate in SOUGHT))
+        listed = ", ".join(str(rate) for rate in dict.fromkeys(rate for _, rate in sought()))
         yield observed(
             "fix",
             "servo",
@@ -147,7 +142,7 @@ def check_health(subject: str, spec: ServoSpec, health: ServoHealth) -> Iterator
         "fix" if health.alerts else "good",
         f"{subject} alerts",
         ", ".join(health.alerts) or "none",
-        f"remove the cause, then {REMEDIES[spec.family]}",
+        f"remove the cause, then {FAMILIES[spec.family].remedy}",
     )
     if health.watchdog_tripped:
         yield observed(

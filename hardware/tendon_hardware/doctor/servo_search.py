@@ -14,13 +14,6 @@ from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.serial_bus.packets import Register
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler
 
-SOUGHT = tuple(
-    (name, rate)
-    for each in zip_longest(*(family.rates_sought for family in FAMILIES.values()))
-    for name, rate in zip(FAMILIES, each, strict=True)
-    if rate is not None
-)
-"""Families and rates [1/s] at which servos are looked for, likeliest first."""
 LAST_IDENTIFIER = 252
 """Greatest ID that a servo can have; those above mean something else on the bus."""
 RETRIES = 20  # More than a loop can afford: a bad bus is to be described, not given up on
@@ -37,6 +30,16 @@ class FoundServo:
     models: dict[int, int]  # Model numbers by ID
 
 
+def sought() -> tuple[tuple[str, int], ...]:
+    """Return families and rates [1/s] at which servos are looked for, likeliest first."""
+    return tuple(
+        (name, rate)
+        for each in zip_longest(*(family.rates_sought for family in FAMILIES.values()))
+        for name, rate in zip(FAMILIES, each, strict=True)
+        if rate is not None
+    )
+
+
 def port_name(port: str | PortHandler) -> str:
     """Return what a port is called in messages."""
     return port if isinstance(port, str) else "the virtual bench"
@@ -46,7 +49,7 @@ def find_servos(
     port: str | PortHandler, clock: Clock, show: Callable[[str], None]
 ) -> FoundServo | None:
     """Return the servos of the first family and rate that answer."""
-    for family, rate in SOUGHT:
+    for family, rate in sought():
         show(f"looking for {family} servos on {port_name(port)} at {rate} baud")
         with opened(port, clock, family, 1, rate, retries=0) as bus:
             models = bus.find_all()
@@ -90,7 +93,7 @@ def set_baud(
         ServoSilent: None answers, or more than one, or not at the new rate.
     """
     found = find_servos(port, clock, show)
-    codes = FAMILIES[found.family if found else "dynamixel"].rates
+    codes = FAMILIES[found.family if found else next(iter(FAMILIES))].rates
     listed = ", ".join(str(rate) for rate in sorted(codes))
     wanted = f"set to one of {listed} baud; asked for {baud}"
     found, identifier = only_servo(port, found, wanted, allowed=baud in codes)

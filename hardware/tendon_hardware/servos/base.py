@@ -5,28 +5,10 @@ from dataclasses import dataclass
 from math import pi
 
 VOLTAGE = "input voltage outside its limits"
-ALERTS: Mapping[str, Mapping[int, str]] = {
-    "dynamixel": {
-        0: VOLTAGE,
-        2: "overheating",
-        3: "encoder fault",
-        4: "electrical shock or too little power",
-        5: "overload",
-    },
-    "feetech": {
-        0: VOLTAGE,
-        1: "encoder fault",
-        2: "overheating",
-        3: "current beyond its limit",
-        5: "overload",
-    },
-}
-"""Bits of Hardware Error Status (70) of the X-330 series and of Feetech's Status (65)."""
 
 
-def alert_words(bits: int, family: str = "dynamixel") -> tuple[str, ...]:
-    """Name the alerts of a servo of a family."""
-    words = ALERTS[family]
+def alert_words(bits: int, words: Mapping[int, str]) -> tuple[str, ...]:
+    """Name the alerts of a servo, of whose family each bit has its word."""
     return tuple(words.get(bit, f"unknown alert, bit {bit}") for bit in range(8) if bits >> bit & 1)
 
 
@@ -82,12 +64,7 @@ class ServoHealth:
     # The motor is driven; false after a restart of the servo, whatever was set
     torque_enabled: bool
     watchdog_tripped: bool  # The servo stopped because no instruction came in time
-    family: str = "dynamixel"  # Family of the servo, whose bits the hardware error has
-
-    @property
-    def alerts(self) -> tuple[str, ...]:
-        """Meaning of the hardware error, in words."""
-        return alert_words(self.hardware_error, self.family)
+    alerts: tuple[str, ...] = ()  # Meaning of the hardware error, in words
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -11,6 +11,7 @@ from tendon_hardware.servos.base import (
     ServoSettings,
     ServoSpec,
     ServoState,
+    alert_words,
 )
 from tendon_hardware.servos.bus import Bus
 from tendon_hardware.servos.families import FAMILIES
@@ -197,7 +198,7 @@ class BusServo:
             hardware_error=error,
             torque_enabled=bool(torque),
             watchdog_tripped=tripped,
-            family=self.spec.family,
+            alerts=alert_words(error, FAMILIES[self.spec.family].alerts),
         )
 
     def check(self) -> ServoHealth:

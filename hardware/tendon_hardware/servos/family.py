@@ -82,4 +82,5 @@ class ServoFamily:
     motor_off: Callable[[int], bytes] | None
     # How a motor lets go that is given a duty and no rest from it; None where a watchdog does
     forgets: OverloadProtection | None
+    alerts: Mapping[int, str]  # Words for the bits of the register of alerts
     remedy: str  # What ends an alert once its cause is gone

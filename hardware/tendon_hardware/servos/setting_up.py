@@ -113,10 +113,11 @@ def refuse_alert(bus: Bus, spec: ServoSpec) -> None:
 
 def alert_text(bus: Bus, spec: ServoSpec, error: int) -> str:
     """Say what a hardware error is and what ends it."""
-    words = ", ".join(alert_words(error, spec.family))
+    family = FAMILIES[spec.family]
+    words = ", ".join(alert_words(error, family.alerts))
     return (
         f"servo {bus.identifier} reports {words} (register {bus.table.alerts.address} is "
-        f"{error}); remove the cause, then {FAMILIES[spec.family].remedy}"
+        f"{error}); remove the cause, then {family.remedy}"
     )
 
 

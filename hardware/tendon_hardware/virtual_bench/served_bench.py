@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from tendon_hardware.virtual_bench.emulation.emulations import AnyEmulator, AnyModel, set_up
+from tendon_hardware.virtual_bench.emulation.emulations import AnyEmulator, AnyModel
 from tendon_hardware.virtual_bench.emulation.firmware import TICK
 from tendon_hardware.virtual_bench.emulation.plant import DriveLine, Plant, PlantState
 from tendon_hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
@@ -253,7 +253,7 @@ class VirtualBench:
 
 def emulator_of(line: DriveLine, seed: int, place: int) -> AnyEmulator:
     """Return a servo on the bus; its noise is its own."""
-    set_up(line.registers, place + 1)
+    line.family.set_up(line.registers, place + 1)
     rng = random.Random(f"servo sensors {seed} {place}" if place else f"servo sensors {seed}")
     constants = line.constants.servo
     return line.family.emulator(line.registers, line.firmware, line.motor, constants, rng)

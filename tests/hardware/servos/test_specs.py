@@ -10,6 +10,7 @@ from tendon_hardware.errors import CommandNotFinite
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.base import alert_words
 from tendon_hardware.servos.dynamixel import dynamixel_registers as r
+from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.servos.spool_angle import SpoolAngle
 from tendon_newton.errors import InvalidParameter
@@ -82,10 +83,11 @@ def test_the_state_is_one_block_of_ten_bytes() -> None:
 
 def test_alerts_have_words() -> None:
     """The bits of register 70, not those of 63, which is a mask."""
-    assert alert_words(0) == ()
-    assert alert_words(0x20) == ("overload",)
-    assert alert_words(0x05) == ("input voltage outside its limits", "overheating")
-    assert alert_words(0x40) == ("unknown alert, bit 6",)
+    words = FAMILIES["dynamixel"].alerts
+    assert alert_words(0, words) == ()
+    assert alert_words(0x20, words) == ("overload",)
+    assert alert_words(0x05, words) == ("input voltage outside its limits", "overheating")
+    assert alert_words(0x40, words) == ("unknown alert, bit 6",)
 
 
 SPEC = SERVOS["xc330_t288_t"]

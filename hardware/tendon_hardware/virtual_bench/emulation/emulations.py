@@ -32,43 +32,52 @@ AnyModel = ServoModel | FeetechModel
 AnyRegisters = Registers | FeetechRegisters
 AnyFirmware = Firmware | FeetechFirmware
 AnyEmulator = ServoEmulator | FeetechEmulator
-SERVO_MODELS: dict[str, AnyModel] = {
-    model.name: model for model in (STS3215, STS3250, XC330_T288_T, XL330_M288_T)
-}
-"""Servos that a virtual bench can have, by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
-    """Classes of a servo's memory, loop and side of the bus, and what parses that bus."""
+    """Servos of one family, the classes of their memory, loop and side of the bus, and its parser.
 
+    `set_up` gives a servo's memory an ID and 1 Mbit/s, as an operator does once.
+    """
+
+    models: tuple[AnyModel, ...]
     registers: Callable[[Any], AnyRegisters]
     firmware: Callable[[Any, Motor, Encoder], AnyFirmware]
     emulator: Callable[[Any, Any, Motor, ServoConstants, random.Random], AnyEmulator]
     parser: type[FrameParser]
+    set_up: Callable[[Any, int], None]
 
 
-DYNAMIXEL = Family(
-    registers=Registers, firmware=Firmware, emulator=ServoEmulator, parser=FrameParser
-)
-FEETECH = Family(
-    registers=FeetechRegisters,
-    firmware=FeetechFirmware,
-    emulator=FeetechEmulator,
-    parser=FeetechParser,
-)
+def set_up_dynamixel(registers: Registers, identifier: int) -> None:
+    """Store what the EEPROM of a Dynamixel keeps."""
+    registers.store(dynamixel.IDENTIFIER, identifier)
+    registers.store(dynamixel.BAUD_RATE, 3)
+
+
+def set_up_feetech(registers: FeetechRegisters, identifier: int) -> None:
+    """Store what a Feetech servo keeps."""
+    registers.keep(feetech.IDENTIFIER, identifier)
+    registers.keep(feetech.BAUD_RATE, 0)
+
+
+EMULATED: dict[str, Family] = {
+    "dynamixel": Family(
+        models=(XC330_T288_T, XL330_M288_T), registers=Registers, firmware=Firmware,
+        emulator=ServoEmulator, parser=FrameParser, set_up=set_up_dynamixel,
+    ),
+    "feetech": Family(
+        models=(STS3215, STS3250), registers=FeetechRegisters, firmware=FeetechFirmware,
+        emulator=FeetechEmulator, parser=FeetechParser, set_up=set_up_feetech,
+    ),
+}  # fmt: skip
+"""Families that a virtual bench can have, by the keys of the real ones."""
+SERVO_MODELS: dict[str, AnyModel] = {
+    model.name: model for family in EMULATED.values() for model in family.models
+}
+"""Servos that a virtual bench can have, by name."""
 
 
 def family_of(model: AnyModel) -> Family:
     """Return the family of a servo."""
-    return FEETECH if isinstance(model, FeetechModel) else DYNAMIXEL
-
-
-def set_up(registers: AnyRegisters, identifier: int) -> None:
-    """Give a servo its ID and 1 Mbit/s, as an operator does once."""
-    if isinstance(registers, FeetechRegisters):
-        registers.keep(feetech.IDENTIFIER, identifier)
-        registers.keep(feetech.BAUD_RATE, 0)
-    else:
-        registers.store(dynamixel.IDENTIFIER, identifier)
-        registers.store(dynamixel.BAUD_RATE, 3)
+    return next(family for family in EMULATED.values() if model in family.models)
