@@ -168,9 +168,9 @@ def unknown() -> str:
     """Say what fit does."""
     return (
         "## Unknown numbers\n\n"
-        "`fit` lists keys of the actuator, or of a bench's numbers, that nobody has measured. A "
-        "diagnosis refits them with every cause that it tries; other numbers of the actuator stay "
-        "as they are.\n\n"
+        "`fit` lists keys of the actuator, its `spool_radius`, or keys of a bench's numbers, that "
+        "nobody has measured. A diagnosis refits them with every cause that it tries; other "
+        "numbers of the actuator stay as they are.\n\n"
         "Masses, lengths and moment arms of a bench may differ from its drawing by up to "
         f"{100.0 * TOLERANCE:.0f} %, and no cause is named for that. The fitted ones stand in "
         "`bench_overrides` of the answer's `model.toml`. Numbers that you state in "

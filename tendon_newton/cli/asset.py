@@ -102,32 +102,35 @@ EXIT_FINDINGS = 1  # Exit code where an asset was read and has errors; an unread
 
 @dataclass(frozen=True, kw_only=True)
 class New:
-    """Write a starting asset: of a finger, a cart on a rail or a mass on a shaft.
+    """Write a starting asset: of a finger, a cart on a rail or a string, or a mass on a shaft.
 
     A finger has joints in a row, springs that open them and one tendon: give one value per joint
     from the base to the tip, or one for all. A slider and a shaft have a drive that pushes as well
     as pulls; mass, length, range, damping, stiffness and force limit say all of them, in SI units
-    of any size. Edit the numbers in the files, then check and show it: docs/your_own_finger.md.
+    of any size. A cart is pulled by a string against a spring. Edit the numbers in the files, then
+    check and show it: docs/your_own_finger.md.
     """
 
     name: tyro.conf.Positional[str]
     """Name of the bench; its folder, its file and its root prim have it."""
-    kind: Literal["finger", "slider", "shaft"] = "finger"  # What it is.
+    kind: Literal["finger", "slider", "shaft", "cart"] = "finger"  # What it is.
     joints: tuple[str, ...] = ("pip", "dip")  # Names of the joints, from the base to the tip.
     length: tuple[float, ...] | None = None
     """From each joint to the next, and to the tip, 0.030 unless given; arm of a shaft, 0.1 [m]."""
     mass: tuple[float, ...] | None = None
-    """Mass of each link, a slender rod, 0.010 unless given; of a cart, or at an arm's end, 1
-    [kg]."""
+    """Mass of each link, a slender rod, 0.010 unless given; of a slider, or at an arm's end, 1
+    [kg]; of a cart 0.05."""
     moment_arm: tuple[float, ...] = (0.008,)
     """Tendon excursion per joint angle [m/rad], positive closes."""
     stiffness: tuple[float, ...] | None = None
-    """Return spring of each joint [N m/rad], 0.045 unless given; of a cart [N/m] or shaft, none."""
+    """Return spring of each joint [N m/rad], 0.045 unless given; of a slider or shaft none, of
+    a cart 200 [N/m]."""
     range: tuple[float, ...] | None = None
-    """Angle at which each joint is closed [rad], 1.57 unless given, open at 0; travel of a cart,
-    half of it to either side of 0, 1 [m]."""
+    """Angle at which each joint is closed [rad], 1.57 unless given, open at 0; travel of a slider,
+    half of it to either side of 0, 1 [m], of a cart from 0, 0.08 [m]."""
     damping: tuple[float, ...] | None = None
-    """Viscous damping of each joint [N m s/rad], 5e-4 unless given; of a cart [N s/m], none."""
+    """Viscous damping of each joint [N m s/rad], 5e-4 unless given; of a slider none, of a cart 5
+    [N s/m]."""
     spool_radius: float = 0.0125  # Radius of the spool that winds the tendon [m].
     force_limit: float | None = None
     """The most that the servo can pull [N], 21 unless given; that a drive gives [N, N m], 100."""
@@ -213,16 +216,22 @@ def direct_plan(config: New, kind: Kind) -> DirectPlan:
         InvalidAsset: A number has several values, or belongs to a finger.
     """
     from tendon_newton.errors import InvalidAsset
-    from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan
+    from tendon_newton.mechanisms.authoring.direct_plan import CART, DirectPlan
 
     given = {key: getattr(config, key) for key in FINGER if getattr(config, key) is not None}
     for key, values in given.items():
         if len(values) != 1:
             raise InvalidAsset(f"{key} of a {kind} is one number; there are {len(values)}")
-    for key, value in FINGER_ALONE.items():
+    of_a_finger = {**FINGER_ALONE}
+    if kind == "cart":
+        del of_a_finger["spool_radius"]
+    for key, value in of_a_finger.items():
         if getattr(config, key) != value:
             raise InvalidAsset(f"{key} belongs to a finger; the bench is a {kind}")
-    numbers = {"mass": 1.0, **{key: values[0] for key, values in given.items()}}
+    if kind != "shaft" and "length" in given:
+        raise InvalidAsset(f"length is of a finger's links or a shaft's arm; the bench is a {kind}")
+    numbers = {**CART, "spool_radius": config.spool_radius} if kind == "cart" else {"mass": 1.0}
+    numbers |= {key: values[0] for key, values in given.items()}
     if config.force_limit is not None:
         numbers["force_limit"] = config.force_limit
     return DirectPlan(name=config.name, kind=kind, **numbers)

@@ -32,6 +32,7 @@ from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajector
 from tendon_newton.simulation.hosts.timeline import Timeline
 from tendon_newton.simulation.model.bench_numbers import (
     OWNER,
+    RADIUS,
     tolerated_numbers,
     unknown_numbers,
     with_estimates,
@@ -224,7 +225,7 @@ class Study:
             ]
             if not found:
                 known = [p.name for owner, p in owners if owner == model.actuator.name]
-                raise unknown_name("number to fit", name, [*known, *BENCH_OVERRIDE_RANGES])
+                raise unknown_name("number to fit", name, [*known, RADIUS, *BENCH_OVERRIDE_RANGES])
             out += found
         return tuple(out)
 
@@ -246,6 +247,7 @@ class Study:
             owners[c][1].name: values[c] for c in columns if owners[c][0] == model.actuator.name
         }
         bench = {owners[c][1].name: values[c] for c in columns if owners[c][0] == OWNER}
+        actuator |= {RADIUS: bench[RADIUS]} if RADIUS in bench else {}
         numbers = [number for number in (*self.unknown, *self.tolerated) if number.name in bench]
         return replace(
             model,

@@ -200,3 +200,20 @@ def test_what_cannot_be_fitted_is_refused() -> None:
     model = Model(actuator=IDEAL, fit=("weight",))
     with pytest.raises(UnknownName, match="weight"):
         Study([slider], model, ()).fit_columns(model)
+
+
+def test_a_spool_that_nobody_measured_is_found_on_all_benches() -> None:
+    """One radius of one servo: 12.5 mm from a start of 15 mm, within 1 %, and the model has it."""
+    plain = BenchOverrides()
+    data = [
+        measured("finger", plain, 0.5 * steps_and_waves(80)),
+        measured("spring_weak", plain, steps_and_waves(80)),
+    ]
+    wide = replace(IDEAL, values={**IDEAL.values, "spool_radius": 0.015})
+    numbers, model = fitted(data, Model(actuator=wide, fit=("spool_radius",)))
+    assert numbers == {"spool_radius": pytest.approx(0.0125, rel=0.01)}
+    assert model.actuator.values["spool_radius"] == numbers["spool_radius"]
+    assert not model.bench_overrides
+    shaft = commanded(steps_and_waves(), "pendulum")
+    with pytest.raises(InvalidModelFile, match="has a shaft, no spool"):
+        Study([shaft], Model(actuator=IDEAL, fit=("spool_radius",)), ())

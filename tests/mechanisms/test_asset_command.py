@@ -232,6 +232,9 @@ def test_oblique_frames_and_strange_names_come_in(tmp_path: Path) -> None:
     assert data.qfrc_passive - data.qfrc_bias + pull == pytest.approx([0.0, 0.0], abs=1e-6)
 
 
+EQUAL = '<equality><joint joint1="pip" joint2="dip" polycoef="0 0.8 0 0 0"/></equality>'
+
+
 @pytest.mark.parametrize(
     ("text", "more", "message"),
     [
@@ -241,12 +244,24 @@ def test_oblique_frames_and_strange_names_come_in(tmp_path: Path) -> None:
         (MJCF, {"stiffness": (1.0, 1.0, 1.0)}, "stiffness needs one value, or one per joint: 2"),
         (MJCF.replace('name="tip"', 'name="top"'), {}, "name a site of the file 'tip'"),
         (MJCF.replace('axis="0 1 0" range="0 1.75"', 'type="ball"'), {}, "ball joint"),
+        (MJCF.replace("</mujoco>", f"{EQUAL}</mujoco>"), {}, r"couples them by <joint joint1="),
+        (MJCF.replace("</mujoco>", f"{EQUAL.replace('joint', 'weld')}</mujoco>"), {}, "by <weld"),
     ],
 )
 def test_a_file_that_is_no_finger_is_refused(text, more, message, tmp_path) -> None:
     """Each with what is missing."""
     with pytest.raises(InvalidAsset, match=message):
         imported(tmp_path, "xml", text, **more)
+
+
+def test_a_joint_that_mimics_another_is_refused(tmp_path: Path) -> None:
+    """Else two joints would move freely that are one; a coupling that is off or told of is none."""
+    with pytest.raises(InvalidAsset, match=r'couples them by <mimic joint="pip"'):
+        imported(tmp_path, "urdf", URDF.replace("</joint>", '<mimic joint="pip"/></joint>'))
+    for text in (EQUAL.replace("/>", ' active="false"/>'), f"<!-- {EQUAL} -->"):
+        folder = tmp_path / str(len(text))
+        folder.mkdir()
+        imported(folder, "xml", MJCF.replace("</mujoco>", f"{text}</mujoco>"))
 
 
 def test_places_that_are_taken_or_missing_are_refused(tmp_path: Path) -> None:

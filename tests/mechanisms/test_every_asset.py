@@ -8,11 +8,13 @@ import pytest
 import warp as wp
 
 from tendon_newton.cli import main
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.mechanisms.asset_library import asset_folder, asset_names
 from tendon_newton.mechanisms.authoring.asset_plot import plot_asset
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
 from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -21,6 +23,8 @@ from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.physics.runs import run_of
+
+FLOAT32 = 1e-6  # relative: Newton's arrays are float32, limits pass through degrees
 
 every_asset = pytest.mark.parametrize("name", asset_names())
 
@@ -155,12 +159,33 @@ def test_a_shaft_holds_its_weight(tmp_path: Path) -> None:
     assert 5.0 * (1.0 - theta) == pytest.approx(0.969 * 9.81 * 0.15 * np.sin(theta), rel=1e-4)
 
 
+def test_a_recording_may_state_another_arm_of_a_shaft(tmp_path: Path) -> None:
+    """The arm that `asset new` was told can be overridden as that of the pendulum."""
+    path = made(tmp_path, "arm", "--kind", "shaft", "--length", "0.15")
+    shaft = override_mechanism(load_mechanism(path), BenchOverrides(length=(0.3,)))
+    assert shaft.joints[0].center_of_mass == pytest.approx([0.0, 0.0, -0.3], abs=FLOAT32)
+
+
+def test_a_string_pulls_a_cart_from_its_open_end(tmp_path: Path) -> None:
+    """From 0, k x / r at the spool; nothing is found against it, and it is no direct drive."""
+    numbers = ("--mass", "0.6", "--stiffness", "150", "--range", "0.12", "--spool-radius", "0.015")
+    path = made(tmp_path, "cart", "--kind", "cart", *numbers)
+    assert not check_asset(path)
+    cart = load_mechanism(path)
+    assert not cart.tendons[0].direct
+    closing = closing_path(cart)
+    assert closing.tension[-1] == pytest.approx(150.0 * 0.12, rel=1e-3)
+    assert cart.tendons[0].spool_radius == pytest.approx(0.015)
+    assert cart.joints[0].limits == pytest.approx((0.0, 0.12))
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (("--kind", "slider", "--mass", "0"), "mass of a slider must lie in"),
         (("--kind", "shaft", "--mass", "1", "2"), "mass of a shaft is one number; there are 2"),
         (("--kind", "shaft", "--moment-arm", "0.01"), "moment_arm belongs to a finger"),
+        (("--kind", "cart", "--length", "0.1"), "length is of a finger's links or a shaft's arm"),
     ],
 )
 def test_numbers_of_no_such_bench_are_refused(words, said, tmp_path, capsys) -> None:
@@ -168,8 +193,6 @@ def test_numbers_of_no_such_bench_are_refused(words, said, tmp_path, capsys) -> 
     assert main(["asset", "new", "bench", "--folder", str(tmp_path), *words]) == 2
     assert said in capsys.readouterr().err
 
-
-FLOAT32 = 1e-6  # relative: Newton's arrays are float32, limits pass through degrees
 
 SLIDER = {
     "body_mass": [0.05],

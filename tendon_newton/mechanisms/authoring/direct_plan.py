@@ -13,7 +13,13 @@ from tendon_newton.mechanisms.authoring.asset_plan import (
     check_name,
 )
 
-Kind = Literal["slider", "shaft"]
+Kind = Literal["slider", "shaft", "cart"]
+TEMPLATES: dict[Kind, str] = {"slider": "new_slider", "shaft": "new_shaft", "cart": "new_slider"}
+# Numbers of a cart that a string pulls where none is given: those of the weak spring bench
+CART = {
+    "mass": 0.05, "range": 0.08, "damping": 5.0, "stiffness": 200.0, "force_limit": 21.0,
+    "spool_radius": 0.0125,
+}  # fmt: skip
 # Numbers of a machine from a watch to a crane; units as in `DirectPlan`
 RANGES: dict[str, tuple[float, float]] = {
     "mass": (1e-6, 1e6),
@@ -22,6 +28,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "damping": (0.0, 1e6),
     "stiffness": (0.0, 1e9),
     "force_limit": (1e-6, 1e6),
+    "spool_radius": (1e-4, 10.0),
 }
 # By this share of its range [1] a cart enters a stop that holds its drive's full force
 STOP_GIVE = 1e-3
@@ -29,28 +36,40 @@ STOP_GIVE = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class DirectPlan:
-    """A bench without a string: its drive pushes as well as pulls."""
+    """A bench whose drive pushes as well as pulls, or a cart that a string pulls."""
 
     name: str
-    kind: Kind  # A cart on a rail, or a mass on an arm that hangs from a shaft
+    # A cart on a rail, a mass on an arm that hangs from a shaft, or a cart on a string
+    kind: Kind
     mass: float  # Mass of the cart, or at the arm's end [kg]
     length: float = 0.1  # Length of the arm [m]; a slider has none
-    # Travel of the cart from stop to stop, the middle at 0 [m]; a shaft turns freely
+    # Travel of the cart from stop to stop, the middle at 0, with a string the open end [m]; a
+    # shaft turns freely
     range: float = 1.0
     damping: float = 0.0  # Viscous damping [N s/m], of a shaft [N m s/rad]
     stiffness: float = 0.0  # Spring to the middle [N/m], of a shaft to straight down [N m/rad]
     force_limit: float = 100.0  # The most that the drive can give [N], of a shaft [N m]
+
+    spool_radius: float | None = None  # Of the spool that winds the string [m]; None without one
 
     def __post_init__(self) -> None:
         """Refuse names and numbers that are none."""
         check_name(self.name)
         for key, (low, high) in RANGES.items():
             value = getattr(self, key)
+            if value is None:
+                continue
             if not low <= value <= high:
                 raise InvalidAsset(
                     f"{key} of a {self.kind} must lie in [{low:g}, {high:g}] in SI units; it is "
                     f"{value:g}"
                 )
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the cart's travel [m]."""
+        half = 0.0 if self.spool_radius else 0.5 * self.range
+        return -half, self.range - half
 
     @property
     def cube(self) -> float:
@@ -79,4 +98,4 @@ def write_direct_asset(folder: Path, plan: DirectPlan) -> Path:
     Raises:
         InvalidOutput: The new folder is there already, or cannot be made.
     """
-    return write_layers(folder, f"new_{plan.kind}", ("interface",), plan, NUMBER_FILTERS)
+    return write_layers(folder, TEMPLATES[plan.kind], ("interface",), plan, NUMBER_FILTERS)

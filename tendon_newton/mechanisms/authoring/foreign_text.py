@@ -38,7 +38,7 @@ def closed_text(path: Path) -> ForeignText:
 
     Raises:
         InvalidAsset: A file is broken, too large or not in the folder, a name is a URL or leads
-            away, or a link's inertia would come from its mesh.
+            away, joints are coupled, or a link's inertia would come from its mesh.
     """
     try:
         root = read_tree(path, path, [SIZE_LIMIT])
@@ -52,6 +52,7 @@ def closed_text(path: Path) -> ForeignText:
                     raise InvalidAsset(f"{path}: <{element.tag} {key}> must be numbers; {value!r}")
         if (joints := sum(1 for _ in root.iter("joint"))) > JOINT_LIMIT:
             raise InvalidAsset(f"{path}: has at most {JOINT_LIMIT} joints; there are {joints}")
+        refuse_couplings(path, root)
         refuse_unknown_inertia(path, root)
         meshes = leave_out(root)
         return ForeignText(text=ET.tostring(root, encoding="unicode"), meshes=meshes)
@@ -110,6 +111,19 @@ def refuse_elsewhere(path: Path, tag: str, name: str) -> None:
             f"{path}: what a file names lies beside it; <{tag}> names {shown(name)}: copy it there "
             "and write its name alone, or take the element out"
         )
+
+
+def refuse_couplings(path: Path, root: ET.Element) -> None:
+    """Refuse a URDF's mimic and an MJCF's equality: an asset's joints would be free of them."""
+    for element in (*root.findall("joint/mimic"), *root.findall("equality/*")):
+        if element.get("active", "true") == "true":
+            words = ET.tostring(element, encoding="unicode").strip().strip("</>")
+            raise InvalidAsset(
+                f"{path}: joints of an asset are coupled by strings alone; the file couples them "
+                f"by <{words:.100}>, without which they would move freely: take it out if it may "
+                "go, and give the string an arm at each joint (--moment-arm) if it is one that "
+                "couples them"
+            )
 
 
 def refuse_unknown_inertia(path: Path, root: ET.Element) -> None:

@@ -142,7 +142,7 @@ class Rollout:
             for recording, spring in zip(recordings, self._has_spring, strict=True)
         )
         self._unknown = tuple(unknown)
-        own = [number.bench == recordings[0].bench for number in unknown]
+        own = [number.is_of(recordings[0].bench) for number in unknown]
         self._is_own = np.array(own, dtype=bool)
         self.time_step = time_step
         model = build_model(
@@ -304,7 +304,8 @@ class Rollout:
         vectors = self.table.kernel_vectors(parameters, self._chains.count)
         chain = np.array([number.joint for number in self._unknown], dtype=np.intp)
         chain //= self.kernels.structure.joint_count
-        mine = self._is_own & (chain == np.arange(self._chains.count)[:, None])
+        everywhere = np.array([not number.bench for number in self._unknown], dtype=bool)
+        mine = self._is_own & (everywhere | (chain == np.arange(self._chains.count)[:, None]))
         bench = np.where(mine, parameters[..., None, self.table.bench_columns], 0.0)
         return vectors.reshape(-1, vectors.shape[-1]), bench.reshape(vectors[..., 0].size, -1)
 

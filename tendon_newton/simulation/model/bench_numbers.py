@@ -28,19 +28,26 @@ REACH = 10.0
 TOLERATED, TOLERANCE = ("mass", "length", "moment_arm"), 0.05
 BY_DEFINITION = 1.0  # Moment arm of a slider and of a shaft: they have no other
 # Arrays of a mechanism that these numbers change
-WRITTEN = ("stiffness", "damping", "upper", "mass", "inertia", "centre", "offset", "arms")
+WRITTEN = (
+    "stiffness", "damping", "upper", "mass", "inertia", "centre", "offset", "arms", "spool_radius",
+)  # fmt: skip
+RADIUS = "spool_radius"  # The one number that a model states of its servo, and all benches have
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchNumber:
-    """One unknown number of one bench."""
+    """One unknown number of one bench, or of all of them."""
 
-    bench: str
-    key: str  # Key in ``bench_overrides``
+    bench: str  # Empty where it is of all benches
+    key: str  # Key in ``bench_overrides``, or that of the spool's radius
     joint: int
     value: float  # Where its search starts [the key's unit]
     name: str  # The key, with bench and joint where there are several
     reach: float = REACH  # How many times as large, or as small, it may turn out
+
+    def is_of(self, bench: str) -> bool:
+        """Tell whether a bench has this number."""
+        return self.bench in ("", bench)
 
     @property
     def parameter(self) -> Parameter:
@@ -48,7 +55,7 @@ class BenchNumber:
         low, high = sorted((self.value / self.reach, self.value * self.reach))
         return Parameter(
             self.name,
-            BENCH_OVERRIDE_RANGES[self.key][2],
+            "m" if self.key == RADIUS else BENCH_OVERRIDE_RANGES[self.key][2],
             null=self.value,
             nominal=self.value,
             lower=low,
@@ -71,7 +78,7 @@ def unknown_numbers(
     actuator = {p.name for p in find_actuator(model.actuator.name).parameters}
     keys = [key for key in model.fit if key in BENCH_OVERRIDE_RANGES and key not in actuator]
     refuse_mass_on_an_arm(keys, benches, recordings)
-    out = []
+    out = [spool_number(model, benches)] if RADIUS in model.fit else []
     for key in keys:
         found = []
         for bench, mechanism in benches.items():
@@ -90,6 +97,17 @@ def unknown_numbers(
             )
         out += found
     return tuple(out)
+
+
+def spool_number(model: Model, benches: Mapping[str, Mechanism]) -> BenchNumber:
+    """Return the radius of the spool, which is that of one servo on all benches."""
+    for bench, mechanism in benches.items():
+        if any(tendon.direct for tendon in mechanism.tendons):
+            raise InvalidModelFile(f"fit names {RADIUS!r}; bench {bench!r} has a shaft, no spool")
+    first = next(iter(benches.values()))
+    said = model.actuator.values.get(RADIUS)
+    value = said if isinstance(said, float) else first.tendons[0].spool_radius
+    return BenchNumber(bench="", key=RADIUS, joint=0, value=value, name=RADIUS)
 
 
 def name_of(
@@ -209,7 +227,7 @@ def with_estimates(
 ) -> dict[str, BenchOverrides]:
     """Return a model's ``bench_overrides`` with fitted numbers, given by name, in place."""
     tables = {bench: dict(given.given) for bench, given in model.bench_overrides.items()}
-    for number in numbers:
+    for number in (n for n in numbers if n.key != RADIUS):
         table = tables.setdefault(number.bench, {})
         same = [n for n in numbers if (n.bench, n.key) == (number.bench, number.key)]
         table[number.key] = tuple(values[n.name] for n in same)
@@ -229,7 +247,8 @@ def write_by_chain(
     """
     joints = len(parents)
     for k in np.unique(chain):
-        worlds, own = chain == k, [n.joint // joints == k for n in numbers]
+        worlds = chain == k
+        own = [n.joint // joints == k or not n.bench for n in numbers]
         part = {name: array[worlds] for name, array in arrays.items()}
         local = [replace(n, joint=n.joint % joints) for n, mine in zip(numbers, own, strict=True)
                  if mine]  # fmt: skip
@@ -251,7 +270,9 @@ def write_numbers(
         change_arm(arrays, number.joint, without_arm, np.array(number.value))
     for column, number in enumerate(numbers):
         value, j = values[:, column], number.joint
-        if number.key in ("stiffness", "damping"):
+        if number.key == RADIUS:
+            arrays[RADIUS][:] = value[:, None]
+        elif number.key in ("stiffness", "damping"):
             arrays[number.key][:, j] = value
         elif number.key == "range":
             arrays["upper"][:, j] = value
