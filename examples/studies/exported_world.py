@@ -1,5 +1,8 @@
 """One bench of an export to MuJoCo, stepped as its user would, without any of this project."""
 
+# The stubs of mujoco leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
 import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,14 +69,19 @@ class FileWorld:
         self.model = mujoco.MjModel.from_xml_path(str(bench.folder / "model.xml"))
         self.model.opt.timestep = bench.step
         self.data, self.bench = mujoco.MjData(self.model), bench
+        names = [self.model.joint(k).name for k in range(self.model.njnt)]
+        self.joints = [k for k, name in enumerate(names) if not name.endswith("_spool")]
 
     def reset(self, command: Any) -> None:
         """Swing in without dry friction under a command [rad], shape (D,)."""
         mujoco.mj_resetData(self.model, self.data)
-        lost = self.model.tendon_frictionloss.copy()
-        self.model.tendon_frictionloss[:] = 0.0
+        frictions = (self.model.tendon_frictionloss, self.model.dof_frictionloss)
+        kept = [friction.copy() for friction in frictions]
+        for friction in frictions:
+            friction[:] = 0.0
         self.advance(command, round(SWING_IN / self.model.opt.timestep))
-        self.model.tendon_frictionloss[:] = lost
+        for friction, lost in zip(frictions, kept, strict=True):
+            friction[:] = lost
 
     def advance(self, command: Any, count: int) -> None:
         """Hold a command [rad] for some steps."""
@@ -83,13 +91,16 @@ class FileWorld:
     def read(self) -> Any:
         """Return angles [rad], speeds [rad/s], forces [N], joints, their rates and the tip [m].
 
-        The length of an exported actuator is the motor's angle.
+        The length of an exported actuator is the motor's angle. A string behind a rotor has a
+        sensor of its tension.
         """
         mujoco.mj_forward(self.model, self.data)
         data = self.data
         force = data.actuator_force * np.abs(self.model.actuator_gear[:, 0])
+        force = data.sensordata if self.model.nsensor else force
         seen = [data.actuator_length, data.actuator_velocity, force]
-        return np.concatenate([*seen, data.qpos, data.qvel, self.bench.tip(data)])
+        joints = [data.qpos[self.joints], data.qvel[self.joints]]
+        return np.concatenate([*seen, *joints, self.bench.tip(data)])
 
 
 WAYS = {"program": ProgramWorld, "file": FileWorld}

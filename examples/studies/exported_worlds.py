@@ -1,5 +1,8 @@
 """Many exported benches as the simulator of a policy's training, on some cores."""
 
+# The stubs of mujoco leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import multiprocessing
@@ -105,6 +108,7 @@ def place_of_tip(folder: Path, mechanism: Mechanism) -> tuple[int, tuple[float, 
     assert mechanism.tip is not None
     name = mechanism.joints[mechanism.tip.body].name
     body = int(model.jnt_bodyid[model.joint(name).id])
-    tip = tip_position(mechanism, data.qpos)
+    places = [model.joint(joint.name).qposadr[0] for joint in mechanism.joints]
+    tip = tip_position(mechanism, data.qpos[places])
     point = data.xmat[body].reshape(3, 3).T @ (tip - data.xpos[body])
     return body, tuple(float(x) for x in point)

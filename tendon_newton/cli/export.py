@@ -41,7 +41,7 @@ def main(config: ExportConfig) -> None:
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
     from tendon_newton.exports import find_export
-    from tendon_newton.exports.export_page import measure, write_page
+    from tendon_newton.exports.export_page import measure, told_lines, write_page
     from tendon_newton.exports.source import read_source
 
     quiet_warp()
@@ -55,17 +55,14 @@ def main(config: ExportConfig) -> None:
     print(f"  {source.mechanism.name}, as {config.to} has it", flush=True)
     if numbers := recorded_numbers(config.model, source.mechanism.name):
         print(f"  with the asset's {', '.join(numbers)}: recordings had values of their own")
+    seconds = sum(run.duration for run in (*source.runs, *source.sines.values()))
     if exported.replays:
-        seconds = sum(run.duration for run in source.runs)
         ways = " and by ".join(exported.replays)
         print(f"  replaying {seconds:.0f} s of commands by {ways} ...", flush=True)
-    told = TimeLeft(sum(run.duration for run in source.runs) * len(exported.replays))
+    told = TimeLeft(seconds * len(exported.replays))
     fidelity = measure(target, exported, source, trust=config.trust, progress=told)
     write_page(out, f"{source.mechanism.name}, for {config.to}", exported, fidelity)
-    for way, departure in fidelity.replays.items():
-        print(f"  {way:24s} {departure.text}")
-    for way, costs in fidelity.costs.items():
-        print(f"  {way} leaves out: {', '.join(costs)}")
+    print("\n".join(told_lines(fidelity, exported)))
     print(f"\nwrote {', '.join(path.name for path in exported.files)}, README.md to {out}")
 
 
@@ -84,9 +81,6 @@ def export_whole_arm(config: ExportConfig, file: Path) -> None:
     arm = read_arm(file, config.bench)
     motions = arm_motions(arm.arm, config.dataset, config.seconds)
     out = make_folder(config.out)
-    fidelity = export_arm(out, arm, motions, progress=lambda text: print(f"  {text} ..."))
-    for way, departure in fidelity.replays.items():
-        print(f"  {way:24s} {departure.text}")
-    for way, costs in fidelity.costs.items():
-        print(f"  {way} leaves out: {', '.join(costs)}")
+    told = export_arm(out, arm, motions, progress=lambda text: print(f"  {text} ..."))
+    print("\n".join(told))
     print(f"\nwrote arm.xml, arm_step.py, README.md to {out}")

@@ -15,9 +15,9 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.effects import find_effect
 from tendon_newton.exports.departure import Departure, pooled
-from tendon_newton.exports.export_page import Fidelity, write_page
+from tendon_newton.exports.export_page import Fidelity, told_lines, write_page
 from tendon_newton.exports.export_target import Exported
-from tendon_newton.exports.model_numbers import not_exact
+from tendon_newton.exports.model_numbers import nearly, not_exact
 from tendon_newton.exports.mujoco import arm_target
 from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.kinematics import posture
@@ -69,23 +69,22 @@ def swings(arm: Arm) -> ArmMotion:
 
 def export_arm(
     out: Path, arm: IdentifiedArm, motions: Sequence[ArmMotion], progress: Callable[[str], None]
-) -> Fidelity:
-    """Write an arm for MuJoCo, with a page that says how far it strays.
+) -> list[str]:
+    """Write an arm for MuJoCo, with a page that says how far it strays; return its lines.
 
     Raises:
         InvalidModelFile: A number of a servo is missing or out of range.
         InvalidOutput: A file cannot be written.
     """
-    left_out = {
-        way: tuple(sorted({e for model in arm.models for e in not_exact(model, coverage)}))
-        for way, coverage in (
-            (arm_target.PROGRAM, arm_target.COVERAGE),
-            (ALONE, arm_target.IN_THE_FILE),
-        )
-    }
-    exported = Exported(
-        files=arm_target.write_arm(out, arm), loading=loading_text(arm), left_out=left_out
+    has = {arm_target.PROGRAM: arm_target.COVERAGE, ALONE: arm_target.IN_THE_FILE}
+    left_out, in_another_form = (
+        {way: tuple(sorted({e for m in arm.models for e in which(m, has[way])})) for way in has}
+        for which in (not_exact, nearly)
     )
+    exported = Exported(
+        files=arm_target.write_arm(out, arm), loading=loading_text(arm), left_out=left_out,
+        nearly=in_another_form,
+    )  # fmt: skip
     ours = simulated(arm, motions)
     progress(f"replaying {sum(motion.time[-1] - motion.time[0] for motion in motions):.0f} s")
     ways: Mapping[str, Callable[[ArmMotion], Array]] = {
@@ -105,7 +104,7 @@ def export_arm(
         costs={way: {e: worth[e] for e in names} for way, names in left_out.items() if names},
     )
     write_page(out, f"{arm.arm.mechanism.name}, for mujoco", exported, fidelity)
-    return fidelity
+    return told_lines(fidelity, exported)
 
 
 def simulated(arm: IdentifiedArm, motions: Sequence[ArmMotion]) -> list[Array]:

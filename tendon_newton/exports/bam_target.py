@@ -21,6 +21,7 @@ from tendon_newton.errors import InvalidModelFile, InvalidOutput
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.model_numbers import (
     coverage_of,
+    nearly,
     not_exact,
     number,
     refuse_damaged,
@@ -98,6 +99,7 @@ def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Export
             else {}
         ),
         left_out={PROGRAM_FILE: not_exact(model, COVERAGE)},
+        nearly={PROGRAM_FILE: nearly(model, COVERAGE)},
     )
 
 

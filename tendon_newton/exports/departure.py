@@ -19,6 +19,7 @@ from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory, rollout_groups
 
 STANDARD_SPAN = (0.1, 0.8)  # Share of a bench's range between which the standard commands move
+SINES = {0.5: 2.0, 2.0: 1.0, 8.0: 0.5}  # How long a sine lasts [s], by its frequency [Hz]
 SWING = (-0.5, 0.5)  # Range of the standard commands on a bench without end stops [rad]
 
 
@@ -76,6 +77,18 @@ def standard_runs(mechanism: Mechanism, radius: float | None = None) -> list[Rec
     sine = 0.5 - 0.5 * np.cos(1.5 * np.pi * (time - 1.5))
     share = np.where(time < 1.5, steps, sine)  # 0, 1, 0, then from 0 at 1.5 s
     return [asked_of(mechanism, "standard", time, low + (high - low) * share)]
+
+
+def sines(mechanism: Mechanism, radius: float | None = None) -> dict[str, Recording]:
+    """Return a sine of each of some frequencies, by name; all else is as for `standard_runs`."""
+    low, high = command_range(mechanism, radius)
+    out = {}
+    for frequency, seconds in SINES.items():
+        time = np.arange(round(seconds * RATE) + 1) / RATE
+        share = 0.5 - 0.5 * np.cos(2.0 * np.pi * frequency * time)
+        name = f"{frequency:g} Hz"
+        out[name] = asked_of(mechanism, name, time, low + (high - low) * share)
+    return out
 
 
 def asked_of(mechanism: Mechanism, name: str, time: Array, command: Array) -> Recording:

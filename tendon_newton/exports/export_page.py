@@ -1,18 +1,20 @@
 """The page beside an export: how to load it, how far it strays, what it leaves out."""
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.recording import Recording
 from tendon_newton.exports.departure import Departure, departure, replayed, with_and_without
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.source import Source
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
 PAGE, NUMBERS = "README.md", "replay.json"
+COUNT, NOISE = 1.5e-3, 0.05  # One count of a servo's encoder [rad], and a load cell's noise [N]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +24,10 @@ class Fidelity:
     runs: tuple[str, ...]  # Names of the recordings that were replayed
     replays: Mapping[str, Departure]  # Departure of each way of running it
     costs: Mapping[str, Mapping[str, Departure]]  # What each effect is worth that a way leaves out
+    # Departure of each way on a sine, by the sine's frequency
+    sines: Mapping[str, Mapping[str, Departure]] = field(
+        default_factory=dict[str, Mapping[str, Departure]]
+    )
 
 
 def measure(
@@ -32,14 +38,14 @@ def measure(
     trust: bool = False,
     progress: Callable[[float], None],
 ) -> Fidelity:
-    """Replay recordings in the target and in our own simulation.
+    """Replay recordings, and sines of some frequencies, in the target and in our own simulation.
 
     `progress` is told of each replay how long it was [s].
     """
 
-    def replay_by(way: str) -> list[Trajectory]:
+    def replay_by(way: str, asked: Sequence[Recording]) -> list[Trajectory]:
         out: list[Trajectory] = []
-        for run in runs:
+        for run in asked:
             out += replayed(target, exported, way, model, [run])
             progress(run.duration)
         return out
@@ -48,13 +54,22 @@ def measure(
     left_out = sorted({name for names in exported.left_out.values() for name in names})
     ours, without = with_and_without(model, runs, left_out, trust=trust)
     worth = {name: departure(mechanism, fewer, ours) for name, fewer in without.items()}
+    waves = source.sines if exported.replays else {}
+    swung, _ = with_and_without(model, [*waves.values()], (), trust=trust)
     return Fidelity(
         runs=tuple(run.name for run in runs),
-        replays={way: departure(mechanism, replay_by(way), ours) for way in exported.replays},
+        replays={way: departure(mechanism, replay_by(way, runs), ours) for way in exported.replays},
         costs={
             way: {name: worth[name] for name in names}
             for way, names in exported.left_out.items()
             if names
+        },
+        sines={
+            way: {
+                name: departure(mechanism, replay_by(way, [wave]), [own])
+                for (name, wave), own in zip(waves.items(), swung, strict=True)
+            }
+            for way in exported.replays
         },
     )
 
@@ -67,16 +82,18 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
     """
     files = ", ".join(f"`{path.name}`" for path in exported.files)
     lines = [f"# {title}", "", f"Files: {files}.", "", "## How to load it", "", exported.loading]
-    page = "\n".join([*lines, *fidelity_part(fidelity, exported.checked), *costs_part(fidelity)])
+    lines += [*fidelity_part(fidelity, exported.checked), *costs_part(fidelity, exported)]
+
+    def numbers_of(tables: Mapping[str, Mapping[str, Departure]]) -> dict[str, Any]:
+        return {way: {k: asdict(d) for k, d in row.items()} for way, row in tables.items()}
+
     numbers: dict[str, Any] = {
         "runs": fidelity.runs,
         "replay": {way: asdict(d) for way, d in fidelity.replays.items()},
-        "left_out": {
-            way: {name: asdict(d) for name, d in costs.items()}
-            for way, costs in fidelity.costs.items()
-        },
+        "sines": numbers_of(fidelity.sines),
+        "left_out": numbers_of(fidelity.costs),
     }
-    write_text(folder / PAGE, page + "\n")
+    write_text(folder / PAGE, "\n".join(lines) + "\n")
     write_text(folder / NUMBERS, json.dumps(numbers, indent=2) + "\n")
 
 
@@ -84,34 +101,65 @@ def fidelity_part(fidelity: Fidelity, checked: str) -> list[str]:
     """Tell how far each way of running it strays, or what was checked instead."""
     if not fidelity.replays:
         return ["", "## How far it strays", "", checked]
-    rows = [f"| {way} | {d.text} |" for way, d in fidelity.replays.items()]
+    names = ", ".join(fidelity.runs[:6])
+    rows = [(way, f"{len(fidelity.runs)} runs ({names})", d) for way, d in fidelity.replays.items()]
+    rows += [
+        (way, f"sine of {k}", d) for way, own in fidelity.sines.items() for k, d in own.items()
+    ]
     return [
         "",
         "## How far it strays",
         "",
-        f"Root mean squares against our own simulation of the same commands, over "
-        f"{len(fidelity.runs)} runs ({', '.join(fidelity.runs[:6])}):",
+        "Root mean squares against our own simulation of the same commands:",
         "",
-        "| run by | motor angle | force | tip |",
-        "|---|---|---|---|",
-        *rows,
-    ]
-
-
-def costs_part(fidelity: Fidelity) -> list[str]:
-    """Tell what each way leaves out, and what that is worth."""
-    out = ["", "## What it leaves out", ""]
-    if not fidelity.costs:
-        return [*out, "Nothing of this model."]
-    out += [
-        "How far our own simulation strays without the effect, on the same commands. Effects that",
-        "are only nearly the same stand here as well.",
-        "",
-        "| run by | effect | motor angle | force | tip |",
+        "| run by | commands | motor angle | force | tip |",
         "|---|---|---|---|---|",
+        *(f"| {way} | {what} | {d.text} |" for way, what, d in rows),
     ]
-    return out + [
-        f"| {way} | {name} | {d.text} |"
-        for way, costs in fidelity.costs.items()
-        for name, d in costs.items()
-    ]
+
+
+def costs_part(fidelity: Fidelity, exported: Exported) -> list[str]:
+    """Tell what each way leaves out or has in another form, and what that is worth."""
+    out = ["", "## What it leaves out", ""]
+    if fidelity.costs:
+        out += [
+            "How far our own simulation strays without the effect, on the same commands:",
+            "",
+            "| run by | effect | there | motor angle | force | tip |",
+            "|---|---|---|---|---|---|",
+        ]
+    for way, costs in fidelity.costs.items():
+        form = exported.nearly.get(way, ())
+        out += [
+            f"| {way} | {name} | {'in another form' if name in form else 'left out'} | {d.text} |"
+            for name, d in costs.items()
+        ]
+    ways = [way for way in exported.replays or exported.left_out if way not in fidelity.costs]
+    out += [""] * bool(fidelity.costs and ways)
+    for way in ways:
+        strays = way in fidelity.replays and beyond(fidelity, way)
+        out.append(
+            f"{way}: no effect of this model."
+            + (" How its servo, its string and its steps differ is in the table above." * strays)
+        )
+    return out
+
+
+def beyond(fidelity: Fidelity, way: str) -> bool:
+    """Tell whether a way strays by more than an encoder's count or a load cell's noise."""
+    every = [fidelity.replays[way], *fidelity.sines.get(way, {}).values()]
+    return any(d.angle > COUNT or (d.force or 0.0) > NOISE for d in every)
+
+
+def told_lines(fidelity: Fidelity, exported: Exported) -> list[str]:
+    """Return what a terminal shows: how far each way strays, and what it does not have."""
+    lines = [f"  {way:24s} {d.text}" for way, d in fidelity.replays.items()]
+    for way, own in fidelity.sines.items():
+        angles = ", ".join(f"{1e3 * d.angle:.2f} at {name}" for name, d in own.items())
+        lines.append(f"  {way:24s} {angles} [mrad]")
+    for way, costs in fidelity.costs.items():
+        form = exported.nearly.get(way, ())
+        left = [name for name in costs if name not in form]
+        lines += [f"  {way} leaves out: {', '.join(left)}"] * bool(left)
+        lines += [f"  {way} has in another form: {', '.join(form)}"] * bool(form)
+    return lines

@@ -25,8 +25,10 @@ class Exported:
     loading: str  # How a user loads the files, in Markdown
     # Ways in which the target runs what was written, where it is installed: name -> replay
     replays: Mapping[str, Callable[[Recording], Trajectory]] = field(default_factory=dict)
-    # Effects of the model that each way of running it does not have
+    # Effects of the model that each way of running it does not have, or not as they are
     left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # Those of them that it has in another form
+    nearly: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     checked: str = NOT_RUN  # What was checked where nothing can be replayed, in Markdown
 
 

@@ -60,6 +60,11 @@ def coverage_of(exact: tuple[str, ...], nearly: tuple[str, ...]) -> dict[str, Co
     }
 
 
+def nearly(model: Model, coverage: Mapping[str, Coverage]) -> tuple[str, ...]:
+    """Return the effects of a model that a way of running it has in another form."""
+    return tuple(e.name for e in model.effects if coverage[e.name] == "approximate")
+
+
 def not_exact(model: Model, coverage: Mapping[str, Coverage]) -> tuple[str, ...]:
     """Return the effects of a model that a way of running it does not have as they are."""
     return tuple(e.name for e in model.effects if coverage[e.name] != "exact")

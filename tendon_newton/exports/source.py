@@ -1,6 +1,6 @@
 """What is exported or compared: a model or a diagnosis, a bench, and the commands to replay."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -10,7 +10,7 @@ from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosed_bench import bench_for, model_path
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.exports.departure import standard_runs
+from tendon_newton.exports.departure import sines, standard_runs
 from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
@@ -26,6 +26,7 @@ class Source:
     model: Model
     mechanism: Mechanism  # With the model's own numbers
     runs: Sequence[Recording]  # Recordings with commands
+    sines: Mapping[str, Recording]  # Commands of some frequencies, by name
 
 
 def read_source(
@@ -61,8 +62,10 @@ def read_source(
     runs = [run for run in recordings if run.bench == name]
     if dataset is not None and not runs:
         raise InvalidParameter(f"{dataset} must hold commands of the bench {name}; it has none")
+    radius = spool_radius_of(read)
     return Source(
         model=read,
         mechanism=mechanism,
-        runs=first_part(runs, seconds) or standard_runs(mechanism, spool_radius_of(read)),
+        runs=first_part(runs, seconds) or standard_runs(mechanism, radius),
+        sines=sines(mechanism, radius),
     )

@@ -73,6 +73,7 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
             targets=targets, note=note, gravity=text.gravity_text(correction.corrected.gravity)
         ),
         left_out={text.CONFIG_FILE: model_numbers.not_exact(model, COVERAGE)},
+        nearly={text.CONFIG_FILE: model_numbers.nearly(model, COVERAGE)},
         checked=CHECKED,
     )
 

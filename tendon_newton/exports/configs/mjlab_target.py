@@ -11,14 +11,16 @@ from tendon_newton.exports import model_numbers
 from tendon_newton.exports.configs import text
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.linking import Text
+from tendon_newton.exports.mujoco.mjcf_servo import armature_of, has_spool
+from tendon_newton.exports.mujoco.mjcf_spool import add_spool, spool_name
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE, change_mechanism, placed_tendons
 from tendon_newton.exports.networks.students import HISTORY
-from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, write_spec
+from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, named_apart, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
 BENCH_FILE = "bench.xml"
-# Delays are whole steps of the physics, and a string pushes
+# Delays are whole steps of the physics
 COVERAGE: dict[str, Coverage] = {**IN_THE_FILE, "tendon_slack": "approximate"}
 IMPORTS = [
     "from pathlib import Path",
@@ -45,6 +47,7 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
         InvalidOutput: A file cannot be written.
     """
     model_numbers.refuse_damaged(model, "mjlab")
+    mechanism = named_apart(mechanism)
     signs, offsets = placed_tendons(mechanism)
     spec = mujoco_spec(mechanism)
     change_mechanism(spec, mechanism, model)
@@ -55,45 +58,68 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
             "it is wound in; a routed tendon needs --to mujoco"
         )
     learned, note, network = text.write_network(folder, mechanism, model)
-    write_spec(folder / BENCH_FILE, spec)
     rows = list(zip(mechanism.tendons, signs, offsets, strict=True))
+    for tendon, sign, offset in rows:
+        prepare_string(spec, tendon, model, sign, offset)
+    write_spec(folder / BENCH_FILE, spec)
     entries = {t.name: entry(t, model, sign, learned) for t, sign, _ in rows}
     title = TITLE.format(bench=mechanism.name, step=text.PHYSICS_STEP)
     write_text(folder / text.CONFIG_FILE, text.config_text(title, IMPORTS, entries))
-    targets = "\n".join(
-        f"    {tendon.name}: {target_text(tendon, model, sign, offset, entries[tendon.name][0])}"
-        for tendon, sign, offset in rows
-    )
+    lines = []
+    for tendon, sign, offset in rows:
+        kind, numbers = entries[tendon.name]
+        (target,) = numbers["target_names_expr"]
+        lines.append(f"    {target}: {target_text(tendon, model, sign, offset, kind)}")
     return Exported(
         files=(folder / BENCH_FILE, folder / text.CONFIG_FILE, *network),
         loading=LOADING.format(
-            targets=targets, note=note, gravity=text.gravity_text(spec.option.gravity)
+            targets="\n".join(lines), note=note, gravity=text.gravity_text(spec.option.gravity)
         ),
         left_out={text.CONFIG_FILE: model_numbers.not_exact(model, COVERAGE)},
+        nearly={text.CONFIG_FILE: model_numbers.nearly(model, COVERAGE)},
         checked=CHECKED,
     )
 
 
+def prepare_string(spec: Any, tendon: Tendon, model: Model, sign: float, offset: float) -> None:
+    """Give a string what only pulls: its rotor's spool, else a force that has one sign."""
+    if has_spool(tendon, model):
+        radius = model_numbers.spool_of(tendon, model)
+        taut_at = model_numbers.angle_shift(tendon, model, offset)
+        add_spool(spec, tendon, radius, armature_of(model), taut_at)
+    elif not tendon.direct:
+        row, limit = spec.tendon(tendon.name), model_numbers.force_limit_of(tendon, model)
+        least = -model_numbers.dry_friction(model)[0]  # what it takes to overcome its friction
+        row.actfrclimited, row.actfrcrange = True, sorted((sign * least, sign * limit))
+
+
 def target_text(tendon: Tendon, model: Model, sign: float, offset: float, kind: str) -> str:
     """Return a tendon's target of a desired motor angle [rad]: a length, or a geared one."""
-    shift = model_numbers.angle_shift(tendon, model, offset) - model_numbers.command_lead(model)
+    shift = -model_numbers.command_lead(model)
+    if not has_spool(tendon, model):
+        shift += model_numbers.angle_shift(tendon, model, offset)
     if kind == "BuiltinDcMotorActuatorCfg":
         return f"angle - {shift:.8g}"
-    return f"(angle - {shift:.8g}) * {sign * model_numbers.spool_of(tendon, model):.8g}"
+    return f"(angle - {shift:.8g}) * {towards(tendon, model, sign):.8g}"
+
+
+def towards(tendon: Tendon, model: Model, sign: float) -> float:
+    """Return how much the tendon of a servo grows as its motor turns [m/rad]."""
+    return (1.0 if has_spool(tendon, model) else sign) * model_numbers.spool_of(tendon, model)
 
 
 def entry(
     tendon: Tendon, model: Model, sign: float, learned: tuple[float, float, float] | None
 ) -> tuple[str, dict[str, Any]]:
     """Return the class of an actuator's configuration, and its numbers by field."""
-    radius = model_numbers.spool_of(tendon, model)
+    radius, spool = model_numbers.spool_of(tendon, model), has_spool(tendon, model)
     values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
     lost = model_numbers.number(model, "viscous_friction", "coefficient") / radius  # [N s/m]
     late = round(model_numbers.number(model, "command_delay", "delay") / text.PHYSICS_STEP)
     numbers: dict[str, Any] = {
-        "target_names_expr": (tendon.name,),
+        "target_names_expr": (spool_name(tendon.name) if spool else tendon.name,),
         "transmission_type": Text("TransmissionType.TENDON"),
-        "armature": values.get("armature", 0.0) / radius**2,
+        "armature": 0.0 if spool else armature_of(model) / radius**2,  # else the file has it
         "frictionloss": model_numbers.dry_friction(model)[0],
         "viscous_damping": lost,
         "delay_min_lag": late,
@@ -126,7 +152,7 @@ def entry(
             "stiffness": gains.kp * ohms / constant,  # [V/rad]
             "damping": 0.0,
             "voltage_limit": values["max_duty"] * values["supply_voltage"],
-            "gear": sign / radius,
+            "gear": 1.0 / towards(tendon, model, sign),
             "effort_limit": gains.limit,
         }
     return "BuiltinPositionActuatorCfg", {
@@ -156,7 +182,7 @@ The target is a tendon's (`tendon_len_target`). Of a desired motor angle [rad] i
 
 {targets}
 {note}
-A string pushes there too.
+A string only pulls: behind a rotor by a spool of its own, else by the tendon's `actfrcrange`.
 """
 
 MJLAB = ExportTarget(coverage=COVERAGE, write=write_mjlab_target)

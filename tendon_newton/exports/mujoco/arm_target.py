@@ -64,8 +64,11 @@ def arm_spec(arm: IdentifiedArm) -> Any:
     """
     mechanism = arm.arm.mechanism
     template = mechanism.template
-    prims = (*mujoco_file.named_prims(mechanism), *template.body_label, *template.shape_label)
-    spec = mujoco_file.scene_spec(mechanism, {prim: mujoco_file.last(prim) for prim in prims})
+    last = mujoco_file.last
+    names = mujoco_file.told_apart(template.shape_label, last)
+    names |= mujoco_file.told_apart(template.body_label, last)
+    names |= {prim: last(prim) for prim in mujoco_file.named_prims(mechanism)}
+    spec = mujoco_file.scene_spec(mechanism, names)
     for tendon in list(spec.tendons):  # a servo sits on its joint
         spec.delete(tendon)
     spec.option.gravity = arm.arm.gravity
@@ -104,7 +107,7 @@ def add_floor(spec: Any, arm: Arm) -> None:
         name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1],
         pos=(arm.floor - TIP_RADIUS) * up, zaxis=up, contype=0, conaffinity=0,
     )  # fmt: skip
-    link = mujoco_file.last(arm.mechanism.template.body_label[tip.body])
+    link = spec.joint(arm.mechanism.joints[tip.body].name).parent.name
     spec.body(link).add_geom(
         name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS, 0.0, 0.0],
         pos=tip.point, mass=0.0, contype=0, conaffinity=0,

@@ -9,6 +9,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.exports import model_numbers
+from tendon_newton.exports.mujoco.mjcf_spool import add_spool, spool_name, tension_name
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.mujoco_file import newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -17,6 +18,7 @@ from tendon_newton.simulation.hosts.rollout import Trajectory
 
 # MuJoCo's `solimp` with which dry friction creeps least
 FRICTION_SHAPE = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
+TAUT = 1.0e-9  # By which a string is wound in beyond its limit [m], which does not pull at 0
 FRICTION_TIME = 1.0e-3  # Time constant of that friction [s]: two steps, the least that MuJoCo takes
 
 
@@ -24,40 +26,62 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     """Add an actuator whose control is the desired motor angle [rad].
 
     That of a force network has the tension [N] for its control. MuJoCo's tendon grows (sign +1) or
-    shrinks (-1) when it is wound in; at the offset [m] it has no length.
+    shrinks (-1) when it is wound in; at the offset [m] it has no length. A rotor behind a string
+    gets a spool of its own.
     """
     mujoco = newton_s_mujoco()
-    actuator = spec.add_actuator(
-        name=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon.name
-    )
-    set_friction(spec.tendon(tendon.name), model_numbers.dry_friction(model)[0])
+    friction = model_numbers.dry_friction(model)[0]
     limit = model_numbers.force_limit_of(tendon, model)
+    actuator = spec.add_actuator(name=tendon.name)
     if find_actuator(model.actuator.name).held:
+        actuator.trntype, actuator.target = mujoco.mjtTrn.mjTRN_TENDON, tendon.name
         actuator.gear[0] = sign
+        set_friction(spec.tendon(tendon.name), friction)
         actuator.ctrllimited, actuator.ctrlrange = True, [-limit if tendon.direct else 0.0, limit]
         return
     radius, gains = model_numbers.spool_of(tendon, model), model_numbers.servo_gains(tendon, model)
-    shift = model_numbers.angle_shift(tendon, model, offset) - model_numbers.command_lead(model)
-    actuator.gear[0] = sign / radius  # so that its length is an angle and its force a torque
-    if tendon.direct or find_actuator(model.actuator.name).rotor:
-        least = -gains.limit  # a motor brakes its rotor
-    else:
-        least = -radius * spec.tendon(tendon.name).frictionloss  # and overcomes its own friction
-    actuator.forcelimited, actuator.forcerange = True, [least, gains.limit]
+    shift, inertia = model_numbers.angle_shift(tendon, model, offset), armature_of(model)
     add_delay(actuator, model_numbers.number(model, "command_delay", "delay"), spec.option.timestep)
-    values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
-    spec.tendon(tendon.name).armature = values.get("armature", 0.0) / radius**2
-    if model.actuator.name != "pwm_servo" or shift or gains.lost:
-        set_affine(actuator, gains.kp, shift, gains.kd + gains.lost)
+    least = -gains.limit  # a motor brakes its rotor
+    if has_spool(tendon, model):
+        add_spool(spec, tendon, radius, inertia, shift)
+        driven, sign, shift = spec.tendon(spool_name(tendon.name)), 1.0, 0.0
+    else:
+        driven = spec.tendon(tendon.name)
+        driven.armature = inertia / radius**2
+    damping = gains.kd
+    if tendon.direct or has_spool(tendon, model):
+        driven.damping[0] = gains.lost / radius**2
+    else:  # a string without a rotor overcomes its friction alone, and no loss of speed pushes it
+        least, damping = -radius * friction, gains.kd + gains.lost
+    actuator.trntype, actuator.target = mujoco.mjtTrn.mjTRN_TENDON, driven.name
+    actuator.gear[0] = sign / radius  # so that its length is an angle and its force a torque
+    set_friction(driven, friction)
+    actuator.forcelimited, actuator.forcerange = True, [least, gains.limit]
+    shift -= model_numbers.command_lead(model)
+    if model.actuator.name != "pwm_servo" or shift or damping != gains.kd:
+        set_affine(actuator, gains.kp, shift, damping)
         return
     # MuJoCo's own motor asks for a torque and adds what its back-EMF takes, so that the loop's
     # gain is one of torque and its damping that of the back-EMF; its voltage is limited then. It
-    # knows neither an angle's zero nor viscous friction.
+    # does not know an angle's zero.
+    values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
     constant, most = values["torque_constant"], values["max_duty"] * values["supply_voltage"]
     controller = [gains.kp, 0.0, gains.kd, 0.0, 0.0, most]
     actuator.set_to_dcmotor(
         [constant, constant], values["resistance"], controller=controller, ctrlspec=1
     )
+
+
+def armature_of(model: Model) -> float:
+    """Return the inertia of a servo's rotor [kg m2], 0 where it has none."""
+    inertia = model.actuator.values.get("armature", 0.0)
+    return inertia if isinstance(inertia, float) else 0.0
+
+
+def has_spool(tendon: Tendon, model: Model) -> bool:
+    """Tell whether a servo's rotor turns freely while its string is loose."""
+    return not tendon.direct and armature_of(model) > 0.0
 
 
 def set_affine(actuator: Any, gain: float, shift: float, damping: float) -> None:
@@ -100,6 +124,10 @@ def replay_file(
     data = mujoco.MjData(mj_model)
     places = [mj_model.joint(joint.name).qposadr[0] for joint in mechanism.joints]
     data.qpos[places] = hook.data.qpos[hook.places]
+    for tendon, angle in zip(mechanism.tendons, hook.read().angle, strict=True):
+        if has_spool(tendon, model):
+            wound = model_numbers.spool_of(tendon, model) * angle
+            data.joint(spool_name(tendon.name)).qpos = wound + TAUT
     fill_history(mj_model, data, rows["theta_d"][0])
     joints: list[Array] = []
     readings: list[Any] = []
@@ -132,8 +160,14 @@ def file_row(
     kind = int(newton_s_mujoco().mjtConstraint.mjCNSTR_FRICTION_TENDON)
     angles, rates, forces = [], [], []
     for tendon, (sign, offset) in zip(mechanism.tendons, placed, strict=True):
-        number_ = mj_model.tendon(tendon.name).id
         radius = model_numbers.spool_of(tendon, model)
+        if has_spool(tendon, model):
+            spool = data.joint(spool_name(tendon.name))
+            angles.append(float(spool.qpos[0]) / radius)
+            rates.append(float(spool.qvel[0]) / radius)
+            forces.append(float(data.sensor(tension_name(tendon.name)).data[0]))
+            continue
+        number_ = mj_model.tendon(tendon.name).id
         shift = model_numbers.angle_shift(tendon, model, offset)
         angles.append(sign * data.ten_length[number_] / radius + shift)
         rates.append(sign * data.ten_velocity[number_] / radius)

@@ -14,6 +14,7 @@ from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.model_numbers import (
     command_span,
     coverage_of,
+    nearly,
     not_exact,
     number,
     refuse_damaged,
@@ -23,7 +24,12 @@ from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numb
 from tendon_newton.exports.networks.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import correct
-from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco, write_spec
+from tendon_newton.mechanisms.authoring.mujoco_file import (
+    mujoco_spec,
+    named_apart,
+    newton_s_mujoco,
+    write_spec,
+)
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
@@ -67,6 +73,7 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         InvalidOutput: A file cannot be written.
     """
     refuse_damaged(model, "MuJoCo")
+    mechanism = named_apart(mechanism)
     network, model = exported_network(folder, model)
     path = folder / MODEL_FILE
     signs, offsets = write_model_file(path, mechanism, model)
@@ -80,7 +87,9 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         network=network,
     )
     write_text(program, text)
-    left_out = () if network is not None else not_exact(model, IN_THE_FILE)
+    ways = {PROGRAM_FILE: COVERAGE}
+    if network is None:
+        ways[f"{MODEL_FILE} alone"] = IN_THE_FILE
     replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_program(folder, run, model)}
     if network is None:
         placed = list(zip(signs, offsets, strict=True))
@@ -91,7 +100,8 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         files=(path, program, *((folder / NETWORK_FILE,) if network else ())),
         loading=loading_text(learned=network is not None),
         replays=replays,
-        left_out={PROGRAM_FILE: not_exact(model, COVERAGE), f"{MODEL_FILE} alone": left_out},
+        left_out={way: not_exact(model, coverage) for way, coverage in ways.items()},
+        nearly={way: nearly(model, coverage) for way, coverage in ways.items()},
     )
 
 

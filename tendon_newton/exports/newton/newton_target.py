@@ -22,7 +22,7 @@ from tendon_newton.exports.newton.plain import IN_THE_PRIMS, plain_joints, plain
 from tendon_newton.exports.newton.prims import LONGEST_STEP, own_prims, plain_prims, write_actuators
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import Correction, correct
-from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec
+from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import moment_arms
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -93,13 +93,14 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     """Write the bench, its actuator prims, and the drive.
 
     Raises:
-        InvalidAsset: Two joints or tendons share the last part of their paths.
+        InvalidAsset: Two joints or tendons would have the same name.
         InvalidModelFile: Newton cannot hold the bench or its servo.
         InvalidOutput: A file cannot be written.
     """
     model_numbers.refuse_damaged(model, "Newton")
     refuse_shared_joints(mechanism)
-    mujoco_spec(mechanism)  # refuses a bench that SolverMuJoCo's own names cannot hold
+    mechanism.refuse_moving_obstacle("a bench for Newton's drive")
+    mechanism = named_apart(mechanism)
     correction = corrected_bench(mechanism, model)
     network, held = exported_network(folder, model)
     write_bench(folder / BENCH_FILE, correction, model)
@@ -113,7 +114,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     replays: dict[str, Any] = {
         PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
     }
-    left_out = {PROGRAM_FILE: model_numbers.not_exact(model, COVERAGE)}
+    ways = {PROGRAM_FILE: COVERAGE}
     plain = plain_prims(mechanism, model, LONGEST_STEP)
     if plain is not None:
         joints = plain_joints(mechanism, model)
@@ -125,7 +126,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
                 folder / PLAIN_FILE, mechanism, model, started_rows(mechanism, model, run)
             ),
         )
-        left_out[PLAIN_FILE] = model_numbers.not_exact(model, IN_THE_PRIMS)
+        ways[PLAIN_FILE] = IN_THE_PRIMS
     if network is not None:
         files.append(folder / NETWORK_FILE)
     return Exported(
@@ -134,7 +135,8 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
             network=network is not None, plain=plain is not None, stray=max(p.stray for p in paths)
         ),
         replays=replays,
-        left_out=left_out,
+        left_out={way: model_numbers.not_exact(model, has) for way, has in ways.items()},
+        nearly={way: model_numbers.nearly(model, has) for way, has in ways.items()},
     )
 
 

@@ -101,6 +101,9 @@ class Hook:
         late = cell_clock_effects(0.0, 0, PARAMETERS) != 0.0
         self.cell_is_slow = self.cell_lag > 0.0 or late
         self.own_armature = model.dof_armature.copy()
+        self.rotors = np.zeros(len(self.servos))  # what each adds to its tendon's inertia [kg]
+        self.bow = [0.0] * len(self.servos)
+        self.inertia_rows = np.repeat(np.arange(model.nv), model.M_rownnz)
         self.take_over()
         self.reset(self.command)
 
@@ -127,9 +130,33 @@ class Hook:
             model.actuator_gainprm[motor] = 0.0
             model.tendon_damping[tendon] = 0.0
             model.tendon_armature[tendon] = 0.0
+            self.leave_spool(servo.numbers["name"])
             model.tendon_solimp_fri[tendon] = STICKING
             holds = servo.dry or servo.greatest_speed < math.inf
             model.tendon_frictionloss[tendon] = 1.0 if holds else 0.0  # renewed in every step
+
+    def leave_spool(self, name: str) -> None:
+        """Let a spool of the file alone stand still: the hook has its own."""
+        model = self.model
+        spool = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TENDON, f"{name}_spool")
+        if spool >= 0:
+            model.tendon_frictionloss[spool] = 0.0
+            model.tendon_limited[model.tendon(f"{name}_string").id] = 0
+
+    def look(self) -> None:
+        """Let MuJoCo see where everything is, and put the rotors into its inertia.
+
+        An armature of MuJoCo's own does the same, but not at a tendon that is wrapped around a
+        pulley.
+        """
+        mujoco.mj_step1(self.model, self.data)
+        if not self.rotors.any():
+            return
+        columns = self.model.M_colind
+        for rotor, arm in zip(self.rotors, self.arms(), strict=True):
+            self.data.M[:] += rotor * arm[self.inertia_rows] * arm[columns]
+        mujoco.mj_factorM(self.model, self.data)
+        mujoco.mj_projectConstraint(self.model, self.data)
 
     # ---- the state
 
@@ -151,6 +178,7 @@ class Hook:
         for joint in self.joints:
             joint.memory = [0.0] * MEMORY_SIZE
         self.bow = [0.0] * len(self.servos)
+        self.rotors[:] = 0.0
         self.carried = [0.0] * len(self.servos)
         self.kept = [0.0] * len(self.servos)
         self.kept_of_joint: dict[int, float] = {}
@@ -166,7 +194,7 @@ class Hook:
             arms = self.arms()[:, self.dofs]
             for arm, servo, speed in zip(arms, self.servos, rate, strict=True):
                 self.data.qvel[self.dofs] += arm * (speed * servo.radius / (arm @ arm))
-        mujoco.mj_step1(self.model, self.data)
+        self.look()
         self.tension = self.solved_tension()
         self.cells = deque([(-math.inf, list(self.tension)), (0.0, list(self.tension))])
 
@@ -277,7 +305,7 @@ class Hook:
             loose = self.slack[d]
             hold = self.hold_of(servo, now, loose)
             holds.append(hold)
-            applied += arms[d] * (0.5 * (hold.lower + hold.upper))
+            applied += arms[d] * (0.5 * (hold.lower + hold.upper) - self.rotors[d] * self.bow[d])
             self.next_inertia(d, hold, 0.0 if now.velocity >= hold.speed else 1.0, h)
             row = rows.get(self.tendons[d])
             if row is not None:
@@ -303,7 +331,7 @@ class Hook:
             low, high = hold.least.pull_gain, hold.most.pull_gain
             inertia = self.servos[d].inertia * (low + share * (high - low))
             inertia += h * max(0.0, -0.5 * (hold.least.pull[2] + hold.most.pull[2]))
-        self.model.tendon_armature[self.tendons[d]] = inertia
+        self.rotors[d] = inertia
         return inertia
 
     def friction_rows(self) -> dict[int, int]:
@@ -362,7 +390,7 @@ class Hook:
         self.let_go()
         answer = self.moment_arms @ self.data.qacc
         self.time += h
-        mujoco.mj_step1(self.model, self.data)
+        self.look()
         _, rate = self.excursions()
         change = [(r - now.velocity) / h for r, now in zip(rate, nows, strict=True)]
         self.bow = [c - a for c, a in zip(change, answer, strict=True)]
@@ -386,7 +414,7 @@ class Hook:
             if HAS_ROTOR and not self.slack[d] and self.tension[d] < servo.least:
                 self.slack[d] = True
                 self.lead[d] = self.lead_rate[d] = self.tension[d] = 0.0
-                self.model.tendon_armature[self.tendons[d]] = 0.0
+                self.rotors[d] = 0.0
 
     def remember(
         self, nows: list[Now], change: list[float], holds: list[Hold], shares: list[float], h: float
@@ -453,8 +481,8 @@ class Hook:
         self.slack[d] = False
         self.lead[d] = self.lead_rate[d] = 0.0
         flow = servo.flow(self.now_of(0.0)[d], 1.0)
-        self.model.tendon_armature[self.tendons[d]] = servo.inertia * flow.pull_gain
-        mujoco.mj_step1(self.model, self.data)
+        self.rotors[d] = servo.inertia * flow.pull_gain
+        self.look()
 
     # ---- what the bench reports
 
@@ -464,7 +492,7 @@ class Hook:
         shafts = HAS_ROTOR and any(s.numbers["direct"] for s in self.servos)
         tension: list[float] = []
         for again in range(ROUNDS):
-            used = self.model.tendon_armature[self.tendons]
+            used = self.rotors.copy()
             nows = self.now_of(0.0)  # from the second round on they know what a shaft carries
             holds = self.prepare(nows, h, AT_ONCE)
             mujoco.mj_fwdActuation(self.model, self.data)
@@ -475,7 +503,7 @@ class Hook:
             inertia = [self.next_inertia(d, hold, share, h) for d, (hold, share) in sides]
             if (again or not shafts) and np.allclose(used, inertia, rtol=SAME_INERTIA):
                 break
-            mujoco.mj_step1(self.model, self.data)
+            self.look()
         return [max(t, s.least) for t, s in zip(tension, self.servos, strict=True)]
 
     def read(self) -> BenchReading:

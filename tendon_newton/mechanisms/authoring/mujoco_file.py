@@ -1,13 +1,15 @@
 """A mechanism as MJCF for plain MuJoCo: Newton's own export, with a motor on each tendon.
 
 Bodies, joints and tendons are called by the last part of their paths. Where two fingers share such
-names, the finger's stands before them: `index_mcp`.
+names, the finger's stands before them: `index_mcp`. A shape whose name another link's has as well
+is called by its link: `base_knuckle`.
 """
 
 import contextlib
 import io
 import tempfile
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -50,25 +52,31 @@ def write_mujoco(path: Path, mechanism: Mechanism) -> None:
     write_spec(path, spec)
 
 
+def named_apart(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose joints and tendons are called as MJCF calls them.
+
+    Raises:
+        InvalidAsset: Two joints or tendons would have the same name.
+    """
+    names = names_of(mechanism)
+    return replace(
+        mechanism,
+        joints=tuple(replace(joint, name=names[joint.prim]) for joint in mechanism.joints),
+        tendons=tuple(replace(tendon, name=names[tendon.prim]) for tendon in mechanism.tendons),
+    )
+
+
 def mujoco_spec(mechanism: Mechanism) -> Any:
     """Return a mechanism, with its own numbers, as MuJoCo's editable model without actuators.
 
-    Joints and tendons have the names that they have in the mechanism.
+    Joints and tendons have the names that `named_apart` gives them.
 
     Raises:
-        InvalidAsset: Two joints or tendons share the last part of their paths.
+        InvalidAsset: Two joints or tendons would have the same name.
         InvalidParameter: An obstacle has a mass.
     """
     mechanism.refuse_moving_obstacle("an MJCF file with a servo")
-    names = names_of(mechanism)
-    own = [last(prim) for prim in named_prims(mechanism)]
-    twice = sorted({name for name in own if own.count(name) > 1})
-    if twice:
-        raise InvalidAsset(
-            "MJCF calls joints and tendons by the last part of their paths, which "
-            f"{mechanism.name} has more than once: {', '.join(twice)}; export one finger of it"
-        )
-    return scene_spec(mechanism, names)
+    return scene_spec(mechanism, names_of(mechanism))
 
 
 def scene_spec(mechanism: Mechanism, names: Mapping[str, str]) -> Any:
@@ -127,7 +135,18 @@ def names_of(mechanism: Mechanism) -> dict[str, str]:
             f"MJCF calls joints and tendons by their finger and name; {mechanism.name} has some "
             "twice: each finger of a hand must stand directly below its root"
         )
-    return {prim: called(prim) for prim in (*prims, *template.body_label, *template.shape_label)}
+    unique = {**dict(zip(prims, names, strict=True)), **told_apart(template.body_label, called)}
+    return told_apart(template.shape_label, called) | unique
+
+
+def told_apart(prims: Sequence[str], called: Callable[[str], str]) -> dict[str, str]:
+    """Return names of prims: those that share one have as many parts of their paths as differ."""
+    names = {prim: called(prim) for prim in prims}
+    for parts in range(2, 1 + max((prim.count("/") for prim in prims), default=0)):
+        count = Counter(names.values())
+        for prim in (prim for prim, name in names.items() if count[name] > 1):
+            names[prim] = "_".join(prim.strip("/").split("/")[-parts:])
+    return names
 
 
 def short_names(text: str, mechanism: Mechanism, names: Mapping[str, str]) -> str:
