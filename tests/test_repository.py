@@ -1,5 +1,6 @@
 """What the repository says of itself is so."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -206,7 +207,7 @@ DELETIONS = {
     "hardware/tendon_hardware/load_cells/calibration_session.py": "points that the file now holds",
     "hardware/tendon_hardware/virtual_bench/process.py": "its own temporary folder",
     "hardware/tendon_hardware/virtual_bench/server.py": "links in that folder",
-    "tendon_newton/data/files/text_file.py": "the draft of the file that is being written",
+    "tendon_newton/data/files/together.py": "drafts of files that are being written",
 }
 """Files that delete something, and what: nothing that the same run has not written."""
 
@@ -218,3 +219,31 @@ def test_only_what_a_run_has_written_is_deleted() -> None:
     files = [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
     found = {f.relative_to(ROOT).as_posix() for f in files if deletes.search(f.read_text("utf-8"))}
     assert found == set(DELETIONS)
+
+
+def unquoted(text: ast.JoinedStr) -> list[str]:
+    """Return what a proposed command of the program takes in without quotes for a shell."""
+    shown = [v.value if isinstance(v, ast.Constant) else v for v in text.values]
+    places = [k for k, v in enumerate(shown) if isinstance(v, str) and COMMAND.search(v)]
+    values = [ast.unparse(v.value) for v in text.values[min(places, default=len(shown)) :]
+              if isinstance(v, ast.FormattedValue)]  # fmt: skip
+    return [v for v in values if "shlex." not in v and not v.isupper() and v not in QUOTED]
+
+
+COMMAND = re.compile(rf"(?:tendon-newton (?:{'|'.join(VERBS)})|chmod \d+|sudo rm|mjcf=)")
+QUOTED = {"verb", "named", "config.port"}  # What is safe, was quoted before, or is no command
+
+
+def test_paths_in_proposed_commands_are_quoted() -> None:
+    """A command can be copied into a shell whatever a folder is called."""
+    folders = ("tendon_newton", "train", "hardware", "lab/tendon_lab")
+    found = [
+        f"{file.relative_to(ROOT)}:{node.lineno}: {value}"
+        for folder in folders
+        for file in (ROOT / folder).rglob("*.py")
+        if COMMAND.search(text := file.read_text(encoding="utf-8"))
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.JoinedStr)
+        for value in unquoted(node)
+    ]
+    assert found == []

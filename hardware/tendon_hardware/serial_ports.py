@@ -3,6 +3,7 @@
 import contextlib
 import fcntl
 import os
+import shlex
 import signal
 import stat
 import termios
@@ -156,7 +157,7 @@ def lock_trouble(path: Path, error: OSError) -> str:
         return f"its lock {path} must be a file; it is a link: remove it"
     said = f"its lock {path} cannot be opened; {error.strerror or error}"
     with contextlib.suppress(OSError):
-        return f"{said}; it belongs to user {path.stat().st_uid}: sudo rm {path}"
+        return f"{said}; it belongs to user {path.stat().st_uid}: sudo rm {shlex.quote(str(path))}"
     return said
 
 

@@ -18,6 +18,7 @@ from typing import Annotated
 import tyro
 
 from tendon_newton.data.dataset import Dataset, load_dataset
+from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.force_networks import FORCE_NETWORKS, SETS, SetName, kinds_in
 from tendon_newton.scheduler import JobOptions, completed
 from tendon_train.actuator.fitting.run import train_to_file
@@ -71,7 +72,7 @@ class SweepConfig:
 
 def main(config: SweepConfig) -> None:
     """Train everything that is not finished."""
-    config.out.mkdir(parents=True, exist_ok=True)
+    make_folder(config.out)
     trainings = list(config.trainings())
     begun = time.monotonic()
     jobs = [(config, training) for training in trainings]

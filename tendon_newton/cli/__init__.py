@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from tendon_newton.data.files.output_folder import releasing
 from tendon_newton.errors import (
     InvalidParameter,
     MissingDependency,
@@ -162,7 +163,7 @@ def run_verb(verb: str, words: list[str]) -> int:
         f"{QUIET_OPTION} {QUIET_WORDS}.",
     )
     try:
-        with silence() if quiet else nullcontext():
+        with releasing(), silence() if quiet else nullcontext():
             module.main(config)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.startswith("tendon_newton"):

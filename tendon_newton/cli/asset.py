@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,7 +85,7 @@ def export_asset(config: Export) -> None:
     path = config.out or Path(f"{mechanism.name}.xml")
     write_mujoco(path, mechanism)
     print(path)
-    print(f"  python -m mujoco.viewer --mjcf={path}")
+    print(f"  python -m mujoco.viewer --mjcf={shlex.quote(str(path))}")
 
 
 FINGER = {
@@ -206,7 +207,8 @@ def new(config: New) -> None:
 def print_next(path: Path, what: str) -> None:
     """Print a new asset and what to do with it."""
     print(f"{path}\nedit {what}, then")
-    print(f"  tendon-newton asset check {path}\n  tendon-newton asset show {path}")
+    for verb in ("check", "show"):
+        print(f"  tendon-newton asset {verb} {shlex.quote(str(path))}")
 
 
 def direct_plan(config: New, kind: Kind) -> DirectPlan:

@@ -33,7 +33,8 @@ class CompareConfig:
 
 def main(config: CompareConfig) -> None:
     """Run, draw and print the table."""
-    from tendon_newton.data.files.text_file import make_folder, write_text
+    from tendon_newton.data.files.output_folder import make_folder
+    from tendon_newton.data.files.text_file import write_text
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.exports.comparison import compare, comparison_table, plot_comparison
     from tendon_newton.exports.source import read_source

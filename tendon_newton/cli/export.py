@@ -37,7 +37,7 @@ def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
     from tendon_newton.arms.arm_file import arm_file
     from tendon_newton.cli.duration import TimeLeft
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
     from tendon_newton.exports import find_export
@@ -69,7 +69,7 @@ def main(config: ExportConfig) -> None:
 def export_whole_arm(config: ExportConfig, file: Path) -> None:
     """Write an arm's files and say how far they stray."""
     from tendon_newton.arms.arm_file import read_arm
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.errors import InvalidParameter
     from tendon_newton.exports.arm_export import arm_motions, export_arm
 

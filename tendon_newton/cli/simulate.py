@@ -45,7 +45,7 @@ class SimulateConfig:
 def main(config: SimulateConfig) -> None:
     """Simulate and write trajectories and pictures."""
     from tendon_newton.data.dataset import load_dataset
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter

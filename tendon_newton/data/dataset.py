@@ -1,5 +1,6 @@
 """A dataset: a folder of recordings with ``dataset.toml``, split by recording."""
 
+import hashlib
 import logging
 import os.path
 import shlex
@@ -20,6 +21,7 @@ from tendon_newton.data.bench_overrides import (
 from tendon_newton.data.files.checked_table import CheckedTable, table_of
 from tendon_newton.data.files.file_names import check_path
 from tendon_newton.data.files.html_table import html_table
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import kept_inside
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables
@@ -116,6 +118,8 @@ class Dataset:
     """Recordings that a fit may see."""
     test: tuple[Recording, ...]
     """Recordings that are never fitted."""
+    sha256: str = ""
+    """Hash of the list and of every file that was read; empty where none was."""
 
     def __repr__(self) -> str:
         every = (*self.train, *self.test)
@@ -163,13 +167,40 @@ def load_dataset(
             f'no fit has seen; all {counts["train"]} have split = "train": '
             'give at least one whole recording split = "test"'
         )
+    begun = stamps(path, entries)
     processes = process_count([path / entry.file for entry in entries], jobs)
     recordings = read_all(partial(read_recording, path), entries, processes)
     train, test = (
         tuple(r for r, entry in zip(recordings, entries, strict=True) if entry.split == split)
         for split in SPLITS
     )
-    return Dataset(path=path, train=train, test=test)
+    sha256 = listed_hash(path, entries)
+    if stamps(path, entries) != begun:
+        raise InvalidDataset(f"{path}: recordings must stay as they are while they are read")
+    return Dataset(path=path, train=train, test=test, sha256=sha256)
+
+
+def listed_hash(path: Path, entries: Sequence[ListedRecording]) -> str:
+    """Return one SHA-256 of a dataset's list and of all files that it names, in its order."""
+    digest = hashlib.sha256()
+    for file in all_files(path, entries):
+        digest.update(file.relative_to(path).as_posix().encode())
+        digest.update(file_hash(file).encode())
+    return digest.hexdigest()
+
+
+def stamps(path: Path, entries: Sequence[ListedRecording]) -> list[tuple[int, int]]:
+    """Return when each file of a dataset was changed, and how long it is."""
+    states = [file.stat() for file in all_files(path, entries)]
+    return [(state.st_mtime_ns, state.st_size) for state in states]
+
+
+def all_files(path: Path, entries: Sequence[ListedRecording]) -> list[Path]:
+    """Return the files of a dataset: its list, recordings, which may be folders, and mappings."""
+    names = [name for entry in entries for name in (entry.file, entry.mapping) if name]
+    own = [inside(path, name, str(path / FILE_NAME)) for name in dict.fromkeys(names)]
+    named = [path / FILE_NAME, *own]
+    return [f for n in named for f in (sorted(n.rglob("*")) if n.is_dir() else [n]) if f.is_file()]
 
 
 def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:

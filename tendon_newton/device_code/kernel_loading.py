@@ -2,12 +2,14 @@
 
 import json
 import logging
+import os
 import shutil
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from errno import EACCES
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,6 +19,7 @@ from typing import Any
 import warp as wp
 
 from tendon_newton.data.files.text_file import write_text
+from tendon_newton.errors import InvalidOutput
 from tendon_newton.scheduler import thread_count
 
 LOG = logging.getLogger(__name__)
@@ -26,6 +29,24 @@ BROUGHT = Path(__file__).parents[1] / "_kernels"
 TIMES = "tendon_newton_compile_seconds.json"
 
 
+@contextmanager
+def written_cache() -> Generator[None]:
+    """Say what to do where compiled kernels cannot be kept.
+
+    Raises:
+        InvalidOutput: The folder for them cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InvalidOutput(
+            f"{error.filename or kernel_cache()}: compiled kernels must be kept on this computer, "
+            f"and cannot be: {error.strerror or error}; set WARP_CACHE_PATH to a folder that can "
+            "be written"
+        ) from error
+
+
+@written_cache()
 def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
     """Compile kernels that no run on this computer compiled before, on all cores.
 
@@ -39,6 +60,8 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
     missing = {kernel.module: kind_of(kernel) for kernel in kernels if not is_kept(kernel, device)}
     if not missing:
         return
+    if not os.access(kernel_cache(), os.W_OK):
+        raise OSError(EACCES, os.strerror(EACCES), kernel_cache())
     jobs, workers = iter(missing.items()), min(len(missing), thread_count())
     LOG.info(announcement(list(missing.values()), workers))
     begin, times, done, telling = time.monotonic(), last_times(), [], Lock()

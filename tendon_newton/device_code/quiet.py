@@ -32,11 +32,13 @@ def quiet_warp(*, on_errors: bool = False) -> None:
     """
     import warp as wp
 
-    from tendon_newton.device_code.kernel_loading import LOG
+    from tendon_newton.device_code.kernel_loading import LOG, written_cache
 
     LOG.handlers = [CompilingShown(on_errors=on_errors)]
     LOG.setLevel(logging.INFO)
     if os.environ.get(VERBOSE):
+        with written_cache():
+            wp.init()
         return
     wp.config.log_level = wp.LOG_ERROR
     sys.stderr.flush()
@@ -44,7 +46,8 @@ def quiet_warp(*, on_errors: bool = False) -> None:
     with TemporaryFile() as said:
         os.dup2(said.fileno(), 2)
         try:
-            wp.init()
+            with written_cache():
+                wp.init()
         finally:
             os.dup2(terminal, 2)
             os.close(terminal)

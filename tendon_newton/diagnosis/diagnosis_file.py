@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tendon_newton.data.files.checked_table import CheckedTable, read_checked
+from tendon_newton.data.files.together import refuse_mix
 from tendon_newton.diagnosis.result import SCHEMA, Errors, Estimate, Verdict
 from tendon_newton.errors import InvalidDiagnosis
 
@@ -45,8 +46,10 @@ def read_diagnosis(path: Path) -> StatedDiagnosis:
 
 
 def diagnosis_table(path: Path) -> CheckedTable:
-    """Read the object of a ``diagnosis.json``."""
-    return read_checked(path, InvalidDiagnosis, PROMISE)
+    """Read the object of a ``diagnosis.json``, beside which no other answer's files stand."""
+    table = read_checked(path, InvalidDiagnosis, PROMISE)
+    refuse_mix(path, table.values, InvalidDiagnosis)
+    return table
 
 
 def state_diagnosis(table: CheckedTable) -> StatedDiagnosis:

@@ -1,12 +1,11 @@
 """``identified.usda``: what a diagnosis found about a mechanism, for any program that reads USD."""
 
-import hashlib
 from dataclasses import replace
 from pathlib import Path
 
 from tendon_newton import __version__
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.dataset import FILE_NAME, Dataset
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.result import SCHEMA, Diagnosis
 from tendon_newton.effects import find_effect
@@ -33,7 +32,7 @@ def write_identified(out: Path, diagnosis: Diagnosis, dataset: Dataset) -> tuple
         version=__version__,
         schema=SCHEMA,
         verdict=diagnosis.verdict,
-        dataset=dataset_hash(dataset),
+        dataset=dataset.sha256,
         numbers=found_numbers(diagnosis),
     )
     files = []
@@ -69,16 +68,3 @@ def found_numbers(diagnosis: Diagnosis) -> dict[str, dict[str, FoundNumber]]:
             for name, value in effect.values.items()
         }
     return table
-
-
-def dataset_hash(dataset: Dataset) -> str:
-    """Return one SHA-256 of a dataset: of its list and of every recording's file, in order."""
-    total = hashlib.sha256()
-    names = [FILE_NAME, *(r.name for r in (*dataset.train, *dataset.test))]
-    for name in names:
-        path = dataset.path / name
-        files = sorted(path.rglob("*")) if path.is_dir() else [path]
-        for file in files:
-            if file.is_file():
-                total.update(hashlib.sha256(file.read_bytes()).digest())
-    return total.hexdigest()

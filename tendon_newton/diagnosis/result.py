@@ -12,6 +12,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.picture import new_figure, tidy
+from tendon_newton.data.files.together import together, with_hashes
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number
@@ -346,6 +347,7 @@ def account_json(criteria: tuple[Criterion, ...], probability: float | None) -> 
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
-    """Write ``diagnosis.json``, and before it what it leaves open."""
-    write_posterior(path, diagnosis.posterior)
-    write_json(path, diagnosis.to_json())
+    """Write ``diagnosis.json``, with what it leaves open and the hashes of files beside it."""
+    with together() as drafts:
+        write_posterior(path, diagnosis.posterior)
+        write_json(path, with_hashes(diagnosis.to_json(), drafts, path.parent))

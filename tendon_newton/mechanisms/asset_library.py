@@ -1,6 +1,7 @@
 """Folders of the assets: in the repository or an installed wheel, and in folders of the user's."""
 
 import os
+import shlex
 from pathlib import Path
 
 from tendon_newton.errors import InvalidAsset, UnknownName, unknown_name
@@ -107,6 +108,10 @@ def unknown_asset(kind: str, name: str) -> UnknownName:
     The kind is a word ("bench").
     """
     here = is_file(f"{name}/{name}.usda")
-    mend = f"{FOLDERS_VARIABLE}={Path.cwd()}" if here else f"folders in {FOLDERS_VARIABLE}"
+    mend = (
+        f"{FOLDERS_VARIABLE}={shlex.quote(str(Path.cwd()))}"
+        if here
+        else f"folders in {FOLDERS_VARIABLE}"
+    )
     own = f"./{name} is found with" if here else "your own are looked for in the"
     return UnknownName(f"{unknown_name(kind, name, asset_names())}; {own} {mend}")

@@ -17,7 +17,8 @@ from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_log import step_table
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH
 from tendon_newton.data.files.json_file import write_json
-from tendon_newton.data.files.text_file import make_folder, write_text
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, listed
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_files, asset_path

@@ -27,7 +27,7 @@ from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stron
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.dataset import ListedRecording, list_recording
-from tendon_newton.data.files.text_file import make_folder
+from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.data.model_file import load_model
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files
@@ -249,7 +249,7 @@ def get_ready(bench: Bench, operator: Operator) -> None:
 
 def free_log(options: DeployOptions) -> Path:
     """Return a path for the log that nothing has yet."""
-    folder = make_folder(options.out)
+    folder = make_folder(options.out, shared=True)  # benches side by side log into one
     stem = "jog" if options.policy is None else options.policy.stem
     return folder / f"{free_name(folder, stem)}.mcap"
 

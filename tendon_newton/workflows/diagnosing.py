@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tendon_newton.data.dataset import FILE_NAME, Dataset, dataset_folders, load_dataset
-from tendon_newton.data.files.text_file import make_folder
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.data.files.together import together
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.diagnosed_bench import recorded_benches
@@ -17,7 +18,7 @@ from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_e
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis, write_diagnosis
 from tendon_newton.diagnosis.unblocked import free
-from tendon_newton.errors import InvalidDataset, InvalidModelFile, listed
+from tendon_newton.errors import InvalidDataset, InvalidModelFile, InvalidOutput, listed
 
 ANSWER = "diagnosis.json"
 
@@ -38,20 +39,23 @@ def diagnose_into(
     *,
     progress: Callable[[str], None],
     budget: float | None = None,
+    finish: Callable[[Diagnosis], Model] = lambda diagnosis: diagnosis.model,
 ) -> DiagnosisAnswer:
-    """Diagnose, and write ``diagnosis.json`` last: where it stands, all else stands.
+    """Diagnose, and write all files of the answer, or none of them.
 
     Args:
         out: Folder of the results; made if it is not there.
         dataset: Training recordings decide, test recordings only report.
         budget: Time that it may take, about [s].
+        finish: Gives the model that is written.
     """
     make_folder(out)
     diagnosis, evidence = diagnose(dataset, model, progress=progress, budget=budget)
-    write_model(out / "model.toml", diagnosis.model)
-    write_report(out / "report.html", diagnosis, evidence, origin)
-    layers = write_identified(out, diagnosis, dataset)
-    write_diagnosis(out / ANSWER, diagnosis)
+    with together():
+        write_model(out / "model.toml", finish(diagnosis))
+        write_report(out / "report.html", diagnosis, evidence, origin)
+        layers = write_identified(out, diagnosis, dataset)
+        write_diagnosis(out / ANSWER, diagnosis)
     return DiagnosisAnswer(diagnosis=diagnosis, layers=layers)
 
 
@@ -81,6 +85,8 @@ def compare_days(
     Raises:
         TendonNewtonError: Something cannot be read or used; the message says why.
     """
+    if out is not None and (out / ANSWER).is_file():
+        raise InvalidOutput(f"{out}: holds a diagnosis; what changed goes into a folder of its own")
     against = against.parent if against.name == ANSWER else against
     days = {folder.name: day_of(folder) for folder in days_in(new)}
     known = earlier_model(against, model)
@@ -105,8 +111,9 @@ def compare_days(
             changes = replace(changes, events=events)
         found[name] = changes
     if out is not None:
-        write_changes(make_folder(out), found, str(against))
-        write_model(out / "model.toml", list(found.values())[-1].model)
+        with together():
+            write_model(make_folder(out) / "model.toml", list(found.values())[-1].model)
+            write_changes(out, found, str(against))
     return found
 
 

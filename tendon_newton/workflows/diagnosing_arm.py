@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,10 @@ from tendon_newton.arms.arm_simulation import SETTLED, simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, each_servo, know_arm
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
-from tendon_newton.data.files.text_file import make_folder
-from tendon_newton.data.model_file import Model, write_model
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.reporting.report import Origin
+from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
 
@@ -73,12 +75,14 @@ def diagnose_arm_into(
         if joint in datasets
     }
     models = dict(zip(joints, known.starts, strict=True))
-    servos = diagnose_each(out, datasets, models, command, progress, until)
     found = list(known.plain)
-    for place, joint in enumerate(joints):
-        if joint in servos:
-            found[place] = known.servo(place, servos[joint].diagnosis)
-            write_model(out / joint / "model.toml", found[place])
+
+    def finish(joint: str, diagnosis: Diagnosis) -> Model:
+        place = joints.index(joint)
+        found[place] = known.servo(place, diagnosis)
+        return found[place]
+
+    servos = diagnose_each(out, datasets, models, command, progress, until, finish)
     progress("simulating all servos together on the test recordings")
     errors = [errors_together(known, each, unseen, progress) for each in (known.plain, found)]
     plain, together = (dict(zip(joints, rms, strict=True)) for rms in errors)
@@ -108,8 +112,13 @@ def diagnose_each(
     command: str,
     progress: Callable[[str], None],
     until: float | None,
+    finish: Callable[[str, Diagnosis], Model] = lambda joint, diagnosis: diagnosis.model,
 ) -> dict[str, DiagnosisAnswer]:
-    """Diagnose one servo after the other; each has an equal part of the time that is left."""
+    """Diagnose one servo after the other; each has an equal part of the time that is left.
+
+    Args:
+        finish: Gives the model of a joint that is written.
+    """
     answers: dict[str, DiagnosisAnswer] = {}
     for joint, dataset in datasets.items():
         progress(f"{joint}.")
@@ -117,7 +126,13 @@ def diagnose_each(
         part = None if until is None else max(0.0, until - time.monotonic()) / waiting
         origin = Origin(dataset=dataset.path, command=command)
         answers[joint] = diagnose_into(
-            out / joint, dataset, models[joint], origin, progress=progress, budget=part
+            out / joint,
+            dataset,
+            models[joint],
+            origin,
+            progress=progress,
+            budget=part,
+            finish=partial(finish, joint),
         )
     return answers
 

@@ -12,7 +12,8 @@ from tendon_newton import __version__
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.data.files.origin import file_hash
-from tendon_newton.data.files.text_file import make_folder
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.data.files.together import together
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.in_time.changes_report import CHANGES
@@ -137,9 +138,10 @@ def find_wear(options: RefreshOptions, operator: Operator) -> Drift:
     diagnosis, evidence = find_drift(
         dataset, model, suspects=suspects, progress=lambda text: operator.announce(f"{text} ...")
     )
-    write_diagnosis(folder / "diagnosis.json", diagnosis)
-    write_model(folder / "model.toml", diagnosis.model)
-    write_report(folder / "report.html", diagnosis, evidence, Origin())
+    with together():
+        write_model(folder / "model.toml", diagnosis.model)
+        write_report(folder / "report.html", diagnosis, evidence, Origin())
+        write_diagnosis(folder / "diagnosis.json", diagnosis)
     return judge_drift(diagnosis, reference_error, grown=grown, slip=slip)
 
 

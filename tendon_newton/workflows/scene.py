@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import MissingDependency, TendonNewtonError
+from tendon_newton.errors import InvalidRecording, MissingDependency, TendonNewtonError
 from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
 from tendon_newton.mechanisms.loading import load_mechanism
 
 View = Literal["window", "file"]
 TIMELINE = "time"
+LONGEST = 9.0e9  # Greatest instant of a view [s]: 64 bits of nanoseconds
 COLORS = {
     "measured": (31, 111, 139),
     "simulated": (209, 96, 61),
@@ -66,7 +67,16 @@ class BenchScene:
             self.stream.log(place, lines, static=True)
 
     def at(self, seconds: float) -> None:
-        """Say at which instant of the recording [s] all that follows is."""
+        """Say at which instant of the recording [s] all that follows is.
+
+        Raises:
+            InvalidRecording: No view has room for it.
+        """
+        if not abs(seconds) < LONGEST:
+            raise InvalidRecording(
+                f"a view shows instants within {LONGEST:g} s of a recording's first; one is at "
+                f"{seconds:g} s"
+            )
         self.stream.set_time(TIMELINE, duration=seconds)
 
     def angle(self, who: str, value: float, tendon: int = 0) -> None:

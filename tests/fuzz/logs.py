@@ -15,9 +15,11 @@ from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.formats.mapped_column import read_topic_mapping
 from tendon_newton.data.formats.mcap_file import read_mcap
+from tendon_newton.data.importers.mapped import read_mapped
 from tests.formats.sessions import write_session
 from tests.fuzz.mutations import flip
 from tests.importers.logs import ROWS, dataset, recording
+from tests.importers.test_import_bags import MAPPING as ROWS_OF_A_BAG
 from tests.importers.test_rosbag import MAPPING, Bag
 
 DATASET: dict[str, Any] = {
@@ -174,3 +176,22 @@ def read_bag(path: Path) -> None:
     """Read a bag by its folder."""
     mapping = read_topic_mapping(path.parents[1] / "mapping.toml")
     read_recording_file(path.parent, bench="finger", name=path.name, mapping=mapping)
+
+
+def bag_of_rows(folder: Path) -> Path:
+    """Write a folder with a bag, one message for each row, and what `import mapped` makes of it."""
+    Bag(plugin="mcap").write(folder / "logs" / "bag_1")
+    (folder / "mapping.toml").write_text(ROWS_OF_A_BAG)
+    (log,) = (folder / "logs" / "bag_1").glob("*.mcap")
+    return log
+
+
+def bag_mapping(folder: Path) -> Path:
+    """Write the same; its mapping is spoilt."""
+    return bag_of_rows(folder).parents[2] / "mapping.toml"
+
+
+def import_bag(path: Path) -> None:
+    """Import a folder of bags."""
+    folder = next(parent for parent in path.parents if (parent / "mapping.toml").exists())
+    read_mapped(folder / "logs", folder / "mapping.toml", lambda _: 0.0125)

@@ -60,6 +60,10 @@ def recordings() -> dict[str, Target]:
         "mcap-steps": Target(logs.plain_mcap_file, flip, logs.read_steps),
         "topics": Target(logs.topics_file, either(change_lines, flip), logs.read_topics),
         "bag": Target(logs.bag_file, flip, logs.read_bag, share=0.15),
+        "bag-rows": Target(logs.bag_of_rows, flip, logs.import_bag, share=0.3),
+        "bag-mapping": Target(
+            logs.bag_mapping, either(change_lines, flip), logs.import_bag, share=0.3
+        ),
         "bag-yaml": Target(logs.bag_yaml, either(change_lines, flip), logs.read_bag, share=0.15),
     }
 
@@ -81,6 +85,17 @@ def settings() -> dict[str, Target]:
             tables.read_sound_arm,
             share=0.3,
         ),
+        "arm-motions": Target(
+            tables.arm_motions,
+            either(change_cells, change_cells, change_lines, flip),
+            tables.stand_arm,
+            share=0.3,
+        ),
+        "posterior": Target(tables.posterior_folder, tables.change_json_text, tables.draw_worlds),
+        "against": Target(
+            tables.earlier_folder, table_changer(tables.OPEN, json.dumps), tables.read_earlier
+        ),
+        "changes": Target(tables.changes_file, tables.change_json_text, tables.read_changes),
         "truth": Target(
             put("c001.json", json.dumps(tables.TRUTH)),
             table_changer(tables.TRUTH, json.dumps),

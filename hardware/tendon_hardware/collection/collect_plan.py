@@ -18,6 +18,7 @@ from tendon_hardware.servos.base import ServoSpec
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import ListedRecording, list_recording, listed_files
+from tendon_newton.data.files.output_folder import make_folder, releasing
 from tendon_newton.data.files.toml_file import read_toml, write_toml
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import InvalidOutput, shown
@@ -70,6 +71,7 @@ class Collection:
     left: int  # Runs that are still to be recorded
 
 
+@releasing()
 def collect(
     address: BenchAddress,
     plan: Sequence[PlannedRun],
@@ -96,6 +98,8 @@ def collect(
         TendonNewtonError: A bench cannot be opened, or a fault ended a run.
     """
     facts = shared_facts(title, address, settings)
+    if out.is_dir():
+        make_folder(out)  # before it is read; another one is made when a bench answers
     refuse_others(out, facts)
     addresses = {run.bench: replace(address, bench=run.bench) for run in plan}
     done = recorded_runs(out)
@@ -241,7 +245,7 @@ def refuse_others(out: Path, facts: Mapping[str, Any]) -> None:
 
 def begin(out: Path, facts: Mapping[str, Any], bench: Bench, settings: CollectSettings) -> None:
     """Make the folder of a bench that answers, with what its recordings share and its model."""
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     write_toml(out / COLLECTION_FILE, facts)
     voltage, radius = bench.servo.read_health().voltage, settings.spool_radius
     model = starting_model(bench.servo.spec, settings.loop, voltage=voltage, spool_radius=radius)

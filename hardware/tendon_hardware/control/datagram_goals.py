@@ -3,15 +3,17 @@
 A signed datagram is text, ``GOAL SEQUENCE TIME SIGNATURE``, separated by single spaces. The four
 are the goal [rad], a number that grows with every datagram, the sender's clock [s since 1970], and
 the HMAC-SHA256 of the three before it, in hexadecimal. A copy that somebody sends again has no
-greater number, and an old one no present time; the two computers' clocks must agree to a second, as
-NTP makes them.
+greater number, and an old one no present time; the two computers' clocks must agree to a second
+when the first one comes, as NTP makes them.
 """
 
 import hashlib
 import hmac
 import ipaddress
+import shlex
 import socket
 import time
+from math import isinf
 from pathlib import Path
 
 from tendon_hardware.control.goal_lines import PIECE, LineGoals, parse_goal
@@ -36,7 +38,9 @@ def read_key(path: Path) -> bytes:
                 "one: head -c 32 /dev/urandom > FILE"
             )
         if mode & 0o077:
-            raise InvalidParameter(f"{path}: a key is its owner's alone: chmod 600 {path}")
+            raise InvalidParameter(
+                f"{path}: a key is its owner's alone: chmod 600 {shlex.quote(str(path))}"
+            )
         return path.read_bytes()
     except OSError as error:
         raise InvalidParameter(f"{path}: a key cannot be read: {error.strerror}") from error
@@ -60,14 +64,24 @@ def signed_goal(key: bytes, goal: float, sequence: int, time: float) -> bytes:
 
 
 class SignedGoals:
-    """Believes datagrams of whoever has the key, each once and only while it is young."""
+    """Believes datagrams of whoever has the key, each once and only while it is young.
+
+    The first one is young by both computers' clocks. From then on a datagram may also be young by
+    the time that has passed here since, so that a clock may be set while a run goes on.
+    """
 
     def __init__(self, key: bytes) -> None:
         self._key = key
         self._sequence = -1
+        self._least: float | None = None
+        """Least difference so far between our running time and a sender's clock [s]."""
 
-    def goal(self, data: bytes, now: float) -> str:
-        """Return the text of the goal in a datagram that came now [s since 1970].
+    def goal(self, data: bytes, now: float, running: float) -> str:
+        """Return the text of the goal in a datagram that came now.
+
+        Args:
+            now: Our clock [s since 1970].
+            running: The same instant by a clock that nobody sets [s].
 
         Raises:
             InvalidGoal: The datagram has another form or signature, is a copy, or is too old.
@@ -86,12 +100,15 @@ class SignedGoals:
         sequence, sent = self._numbers(parts)
         if sequence <= self._sequence:
             raise InvalidGoal(f"a goal counts once; number {sequence} comes after {self._sequence}")
-        if not abs(now - sent) <= AGE_MAX:
+        late = running - sent
+        known = self._least is not None and late - self._least <= AGE_MAX
+        if not (abs(now - sent) <= AGE_MAX or known) or isinf(sent):
             raise InvalidGoal(
                 f"a goal must be younger than {AGE_MAX:g} s; one is {now - sent:.1f} s old: do "
                 "both clocks agree?"
             )
         self._sequence = sequence
+        self._least = late if self._least is None else min(late, self._least)
         return parts[0]
 
     @staticmethod
@@ -168,7 +185,7 @@ class DatagramGoals(LineGoals):
         """
         if self._signed is None:
             return super().read(line)
-        return parse_goal(self._signed.goal(line, time.time()))
+        return parse_goal(self._signed.goal(line, time.time(), time.monotonic()))
 
     def close(self) -> None:
         """Close the port."""

@@ -10,15 +10,19 @@ from typing import Any
 
 from tendon_lab.exam.exam_score import Mark, Truth, judge
 from tendon_lab.exam.truth_file import read_truth
+from tendon_newton.data.dataset import listed_hash, read_entries
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.origin import content_hash, file_hash
 from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.files.together import together, with_hashes
 from tendon_newton.data.files.values import is_table
 from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, TendonNewtonError, unknown_name
 from tendon_newton.scheduler import JobOptions, completed
 
 ANSWER = "diagnosis.json"
+QUESTION = "question_sha256"  # Key of an answer with the hash of what was asked
 
 
 def read_truths(folder: Path) -> list[Truth]:
@@ -44,7 +48,7 @@ def read_truths(folder: Path) -> list[Truth]:
 def take_exam(
     folder: Path, out: Path, *, options: JobOptions, only: Sequence[str] = ()
 ) -> Iterator[Mark]:
-    """Diagnose every dataset that has no answer yet, and yield all marks as they come.
+    """Diagnose every dataset that has no answer to what it holds, and yield marks as they come.
 
     Args:
         folder: Datasets and their truths.
@@ -60,7 +64,7 @@ def take_exam(
     waiting: list[Truth] = []
     for truth in truths:
         answer = read_answer(out / truth.id / ANSWER)
-        if answer is None:
+        if answer is None or answer.get(QUESTION) != question_of(folder / truth.id):
             waiting.append(truth)
         else:
             yield replace(judge(truth, answer), earlier=True)
@@ -83,6 +87,7 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
 
     quiet_warp()
     out.mkdir(parents=True, exist_ok=True)
+    question = question_of(dataset)
     try:
         diagnosis, _ = diagnose(
             load_dataset(dataset), load_model(dataset / "model.toml"), progress=whole
@@ -90,10 +95,17 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
     except TendonNewtonError as error:
         write_text(out / "error.txt", f"{error}\n")
         return None
-    write_model(out / "model.toml", diagnosis.model)
-    answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory()}
-    write_json(out / ANSWER, answer)
+    answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory(), QUESTION: question}
+    with together() as drafts:
+        write_model(out / "model.toml", diagnosis.model)
+        write_json(out / ANSWER, with_hashes(answer, drafts, out))
     return answer
+
+
+def question_of(dataset: Path) -> str:
+    """Return a hash of all that an answer is made from: recordings, their list and the model."""
+    listed = listed_hash(dataset, read_entries(dataset))
+    return content_hash(f"{listed} {file_hash(dataset / 'model.toml')}".encode())
 
 
 def whole(told: str) -> None:

@@ -32,7 +32,8 @@ def main(config: EvaluateForceConfig) -> None:
     """Evaluate, write and print the tables."""
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.files.json_file import write_json
-    from tendon_newton.data.files.text_file import make_folder, write_text
+    from tendon_newton.data.files.output_folder import make_folder
+    from tendon_newton.data.files.text_file import write_text
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

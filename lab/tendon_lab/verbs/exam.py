@@ -41,7 +41,7 @@ def main(config: ExamConfig) -> None:
     from tendon_lab.exam.exam_report import write_exam_report
     from tendon_lab.exam.run_exam import read_truths, take_exam
     from tendon_newton.data.files.json_file import write_json
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.diagnosis.time_left import time_text
 
     out = make_folder(config.out)

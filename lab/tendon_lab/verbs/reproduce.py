@@ -58,7 +58,7 @@ class ReproduceConfig:
 
 def main(config: ReproduceConfig) -> None:
     """Run the stages and write the report."""
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

@@ -23,7 +23,7 @@ def main(config: TrainForceConfig) -> None:
     """Find the force that the motion implies, and learn it."""
     from tendon_lab.without_cell.sensorless import IMPLIED_WORDS
     from tendon_newton.data.dataset import load_dataset
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
 
     dataset = load_dataset(config.dataset, require_test=False)
     out = make_folder(config.out)

@@ -5,6 +5,7 @@ PORT``, ROBOTIS's own tools, yours. Verbs that take --port virtual start a bench
 and need none of this.
 """
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -57,8 +58,8 @@ def main(config: VirtualBenchConfig) -> None:
             print(f"  servo      {ports.servo_port}   ID {place}, 1000000 baud")
             print(f"  load cell  {cell}   115200 baud")
         print("\ntry, in another terminal:")
-        words = f"--port {ports.servo_port} --load-cell-port {ports.load_cell_port}"
-        print(f"  tendon-newton doctor {words}")
+        words = ["--port", ports.servo_port, "--load-cell-port", ports.load_cell_port]
+        print(f"  tendon-newton doctor {shlex.join(words)}")
         print("\nCtrl-C ends it", flush=True)
         signal.pause()
     print("\nended")

@@ -81,7 +81,7 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.cli.duration import read_duration
     from tendon_newton.cli.heap import load_newton, share_heap
     from tendon_newton.data.dataset import dataset_folders
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter
@@ -125,7 +125,7 @@ def main(config: DiagnoseConfig) -> None:
     print(f"  extended model  {out / 'model.toml'}")
     print(f"  for programs    {out / 'diagnosis.json'}")
     print(f"  for USD         {', '.join(map(str, answer.layers))}")
-    print(f"  why, or why not  tendon-newton explain {out} [CAUSE]")
+    print(f"  why, or why not  tendon-newton explain {shlex.quote(str(out))} [CAUSE]")
     if any(effect.separating_experiment is not None for effect in answer.diagnosis.effects):
         print(f"  to tell apart   tendon-newton experiment {shlex.quote(str(out))} --out run.csv")
 
@@ -251,7 +251,7 @@ def model_file(config: DiagnoseConfig) -> Path:
 
 def read_dataset(config: DiagnoseConfig) -> Dataset:
     """Read the recordings, and cut those of a dataset that holds none out."""
-    from tendon_newton.data.dataset import Dataset, load_dataset
+    from tendon_newton.data.dataset import load_dataset
     from tendon_newton.errors import InvalidParameter
     from tendon_newton.identification.cutting import hold_out
     from tendon_newton.scheduler import core_count
@@ -268,7 +268,7 @@ def read_dataset(config: DiagnoseConfig) -> Dataset:
             f'{len(whole.test)} with split = "test"'
         )
     train, test = hold_out(whole.train, config.hold_out)
-    return Dataset(path=whole.path, train=train, test=test)
+    return replace(whole, train=train, test=test)
 
 
 VERDICTS = {

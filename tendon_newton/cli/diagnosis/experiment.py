@@ -40,7 +40,7 @@ class ExperimentConfig:
 
 def main(config: ExperimentConfig) -> None:
     """Find the run and write it."""
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidOutput, InvalidParameter, NothingToSeparate
 

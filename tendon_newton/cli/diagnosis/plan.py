@@ -41,7 +41,7 @@ class PlanConfig:
 def main(config: PlanConfig) -> None:
     """Design the runs, write them and say what they tell."""
     from tendon_newton.cli.duration import read_duration
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length

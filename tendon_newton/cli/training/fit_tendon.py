@@ -14,6 +14,7 @@ report.
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -40,7 +41,7 @@ class FitTendonConfig:
 def main(config: FitTendonConfig) -> None:
     """Fit, write and print what was found."""
     from tendon_newton.data.files.json_file import write_json
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
@@ -57,7 +58,7 @@ def main(config: FitTendonConfig) -> None:
     print(summary(fit))
     print(
         f"wrote {out / 'model.toml'} and tendon.json; next: tendon-newton train-policy --force "
-        f"{out / 'model.toml'} --randomise none --out policy"
+        f"{shlex.quote(str(out / 'model.toml'))} --randomise none --out policy"
     )
 
 

@@ -42,7 +42,7 @@ class TrainForceConfig:
 def main(config: TrainForceConfig) -> None:
     """Train and write the network."""
     from tendon_newton.data.dataset import load_dataset
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_train.actuator.samples.folds import SPLIT_WORDS
 
     dataset = load_dataset(config.dataset, require_test=False)

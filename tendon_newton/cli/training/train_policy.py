@@ -26,6 +26,7 @@ with more --iterations also with a finished one.
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -55,7 +56,7 @@ class TrainPolicyConfig:
 
 def main(config: TrainPolicyConfig) -> None:
     """Train and write the policy."""
-    from tendon_newton.data.files.text_file import make_folder
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
@@ -72,22 +73,23 @@ def main(config: TrainPolicyConfig) -> None:
         print(f"  on {own.environment.finger}, the bench of the diagnosis", flush=True)
     if config.trust:
         trust_force(own.environment.force)
-    out = make_folder(config.out)
+    rank = Process.own().rank
+    out = make_folder(config.out, shared=rank > 0)
     trained = train_policy(
         own, out, report=lambda p: print(f"  {p.text}", flush=True), expect=show_forecast
     )
     for divergence in trained.environment.divergences:
         print(f"  {divergence}")
-    if Process.own().rank > 0:
+    if rank > 0:
         return
     exported = export_policy(out, trained, own)
     print(f"\nwrote {exported.onnx} and {exported.torchscript.name}")
     if trained.points:
         last, finger = trained.points[-1], own.environment.finger
-        named = "" if finger in asset_files() else f" --finger {finger}"
+        named = "" if finger in asset_files() else f" --finger {shlex.quote(finger)}"
         print(
             f"{last.samples:,} steps; while exploring: {last.text}; "
-            f"next: tendon-newton evaluate-policy {exported.onnx}{named} "
+            f"next: tendon-newton evaluate-policy {shlex.quote(str(exported.onnx))}{named} "
             "--out comparison"
         )
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import Any, BinaryIO, TextIO
 
+from tendon_newton.data.files.together import together
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 
 SIZE_LIMIT = 4_000_000
@@ -64,18 +65,15 @@ def write_bytes(path: Path, content: bytes) -> None:
     Raises:
         InvalidOutput: The file cannot be written; the message names it.
     """
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
+    with together() as drafts:
+        drafts[path] = path.with_name(f".{path.name}.{os.getpid()}")
         try:
-            with beside.open("wb") as file:
+            with drafts[path].open("wb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())  # else a power cut may leave a name without its content
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
-    except OSError as error:
-        raise InvalidOutput(f"{path}: cannot be written: {error.strerror or error}") from error
+        except OSError as error:
+            raise InvalidOutput(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 @contextmanager
@@ -178,17 +176,3 @@ def finite_number(value: Any) -> float | None:
     except OverflowError:
         return None
     return number if isfinite(number) else None
-
-
-def make_folder(path: Path) -> Path:
-    """Make a folder for results, parents included.
-
-    Raises:
-        InvalidOutput: Something else is in the way, or it may not be made.
-    """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        reason = "it is a file" if path.is_file() else error.strerror or error
-        raise InvalidOutput(f"{path}: results need a folder; {reason}") from error
-    return path

@@ -10,6 +10,7 @@ from tendon_newton.data.checks.bench_checks import BenchFacts
 from tendon_newton.data.checks.finding import Finding, findings_text
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import FILE_NAME, write_dataset
+from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.data.importers.imported import Imported, ImportedLog, ImportedModel
 from tendon_newton.data.importers.split import Split
 from tendon_newton.data.model_file import write_model
@@ -62,6 +63,7 @@ def write_import(
         known_bench: Gives what is known of a recording's bench; None where nothing is.
     """
     refuse_foreign_folder(out, [log.source for log in imported.logs])
+    make_folder(out)
     train = [log.recording for log in split.train]
     test = [log.recording for log in split.test]
     written = {recording.name for recording in (*train, *test)}
@@ -82,7 +84,7 @@ def write_import(
 def write_imported_model(imported: ImportedModel, source: Path, out: Path) -> None:
     """Write ``model.toml`` and ``import.txt``."""
     refuse_foreign_folder(out, [source])
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     write_model(out / "model.toml", imported.model)
     (out / "import.txt").write_text(imported.text + "\n", encoding="utf-8")
 

@@ -1,5 +1,6 @@
 """What came closest where a gap is left, what stopped it, and what to do next."""
 
+import shlex
 from collections.abc import Iterator, Mapping
 
 from tendon_newton.data.dataset import Dataset
@@ -108,7 +109,7 @@ def better_start(
         yield (
             f"Your actuator is {given}; {file.name} beside the recordings says "
             f"{beside.actuator.name}, which alone and unfitted removes {percent(share)} of the "
-            f"squared error above the noise. Start from it: --model {file}"
+            f"squared error above the noise. Start from it: --model {shlex.quote(str(file))}"
         )
 
 

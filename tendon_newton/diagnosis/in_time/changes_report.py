@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.together import together, with_hashes
 from tendon_newton.data.plain_numbers import estimate_text, quantity
 from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.in_time.changes import Change, Changes
@@ -147,7 +148,7 @@ def write_changes(out: Path, days: DayByDay, against: str) -> None:
     """
     last = list(days.values())[-1]
     table = {name: to_json(changes) for name, changes in days.items()}
-    write_json(out / CHANGES, {"schema": SCHEMA, "against": against, "days": table})
+    changes = {"schema": SCHEMA, "against": against, "days": table}
     content = {
         "headline": headline(last),
         "subject": f"{', '.join(days)}, against {against}",
@@ -156,7 +157,9 @@ def write_changes(out: Path, days: DayByDay, against: str) -> None:
         "rows": [row(change) for change in last.numbers],
         "panels": [course(days, k) for k in range(len(last.numbers))] if len(days) > 1 else [],
     }
-    write_page(out / "changes.html", "tendon_newton.diagnosis.in_time", TEMPLATE, content)
+    with together() as drafts:
+        write_json(out / CHANGES, with_hashes(changes, drafts, out))
+        write_page(out / "changes.html", "tendon_newton.diagnosis.in_time", TEMPLATE, content)
 
 
 def row(change: Change) -> dict[str, Any]:

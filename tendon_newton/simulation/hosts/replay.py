@@ -8,6 +8,7 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
+from tendon_newton.errors import InvalidModelFile, InvalidRecording
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
@@ -105,27 +106,37 @@ def replay(
 
 
 def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recording:
-    """Return a recording as the simulation would have logged it."""
+    """Return a recording as the simulation would have logged it.
+
+    Raises:
+        InvalidModelFile: No bench could be recorded so.
+    """
     mechanism = override_mechanism(load_mechanism(recording.bench), recording.bench_overrides)
     tip = None
     if recording.tip is not None and mechanism.tip is not None:
         points = np.array([tip_position(mechanism, q) for q in trajectory.joint_position])
         tip = points[:, [0, 2]]
-    return Recording(
-        name=recording.name,
-        bench=recording.bench,
-        time=recording.time,
-        command=recording.command,
-        motor_position=trajectory.motor_position,
-        motor_velocity=trajectory.motor_velocity,
-        force=trajectory.force,
-        joint_position=None
-        if recording.joint_position is None
-        else trajectory.joint_position[:, 0],
-        joint_load=recording.joint_load,
-        tip=tip,
-        enabled=recording.enabled,
-        start=recording.start,
-        bench_overrides=recording.bench_overrides,
-        actuator_overrides=recording.actuator_overrides,
-    )
+    try:
+        return Recording(
+            name=recording.name,
+            bench=recording.bench,
+            time=recording.time,
+            command=recording.command,
+            motor_position=trajectory.motor_position,
+            motor_velocity=trajectory.motor_velocity,
+            force=trajectory.force,
+            joint_position=None
+            if recording.joint_position is None
+            else trajectory.joint_position[:, 0],
+            joint_load=recording.joint_load,
+            tip=tip,
+            enabled=recording.enabled,
+            start=recording.start,
+            bench_overrides=recording.bench_overrides,
+            actuator_overrides=recording.actuator_overrides,
+        )
+    except InvalidRecording as error:
+        raise InvalidModelFile(
+            f"the model moves its bench as no bench moves, in a simulation of {error}: look at its "
+            "moment arms, spool radius and other numbers of the bench"
+        ) from error

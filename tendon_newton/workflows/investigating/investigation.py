@@ -1,5 +1,6 @@
 """Record, diagnose, choose the next run by what it is expected to tell, and begin again."""
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from tendon_hardware.control.operator import Operator
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED
-from tendon_newton.data.files.text_file import make_folder
+from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.diagnosis.diagnosis_file import diagnosis_table, read_diagnosis
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
@@ -199,7 +200,10 @@ def diagnosed(
             folder,
             load_dataset(out / RECORDINGS),
             starting_model(options),
-            Origin(dataset=out / RECORDINGS, command=f"tendon-newton investigate --out {out}"),
+            Origin(
+                dataset=out / RECORDINGS,
+                command=shlex.join(["tendon-newton", "investigate", "--out", str(out)]),
+            ),
             progress=lambda text: operator.announce(f"  diagnosis {number}: {text}"),
             budget=budget,
         )

@@ -196,11 +196,11 @@ RIGHT_ANGLE = (0.0, 1.57)
 def test_a_signed_goal_counts_once() -> None:
     """The same datagram again is refused, as is one with a smaller number."""
     goals = SignedGoals(KEY)
-    assert goals.goal(signed_goal(KEY, 0.5, 7, 100.0), 100.2) == "0.5"
+    assert goals.goal(signed_goal(KEY, 0.5, 7, 100.0), 100.2, 7.2) == "0.5"
     for number in (7, 6):
         with pytest.raises(InvalidGoal, match="counts once"):
-            goals.goal(signed_goal(KEY, 0.6, number, 100.2), 100.2)
-    assert goals.goal(signed_goal(KEY, 0.6, 8, 100.2), 100.2) == "0.6"
+            goals.goal(signed_goal(KEY, 0.6, number, 100.2), 100.2, 7.2)
+    assert goals.goal(signed_goal(KEY, 0.6, 8, 100.2), 100.2, 7.2) == "0.6"
 
 
 @pytest.mark.parametrize("sent", [100.0 - AGE_MAX - 0.01, 100.0 + AGE_MAX + 0.01, float("nan")])
@@ -208,8 +208,22 @@ def test_a_goal_of_another_time_is_refused(sent: float) -> None:
     """Too old, or of a clock that is ahead; it does not use its number up."""
     goals = SignedGoals(KEY)
     with pytest.raises(InvalidGoal, match="must be younger than 1 s"):
-        goals.goal(signed_goal(KEY, 0.5, 9, sent), 100.0)
-    assert goals.goal(signed_goal(KEY, 0.5, 1, 100.0), 100.0) == "0.5"
+        goals.goal(signed_goal(KEY, 0.5, 9, sent), 100.0, 7.0)
+    assert goals.goal(signed_goal(KEY, 0.5, 1, 100.0), 100.0, 7.0) == "0.5"
+
+
+def test_goals_go_on_counting_when_a_clock_is_set() -> None:
+    """Ours in either direction, the sender's to a later time; what was held back stays refused."""
+    goals = SignedGoals(KEY)
+    assert goals.goal(signed_goal(KEY, 0.1, 1, 100.0), 100.2, 7.2) == "0.1"
+    for number, step in enumerate((3600.0, -3600.0, 2.0), start=2):
+        sent = 100.0 + number
+        assert goals.goal(signed_goal(KEY, 0.2, number, sent), sent + step, 7.0 + number) == "0.2"
+    assert goals.goal(signed_goal(KEY, 0.3, 5, 3705.0), 105.0, 12.0) == "0.3"
+    for sent in (103.0, float("inf"), float("nan")):
+        with pytest.raises(InvalidGoal, match="must be younger than 1 s"):
+            goals.goal(signed_goal(KEY, 0.4, 6, sent), 106.0, 13.0)
+    assert goals.goal(signed_goal(KEY, 0.4, 6, 106.0), 106.0, 13.0) == "0.4"
 
 
 @pytest.mark.parametrize(
@@ -229,7 +243,7 @@ def test_a_goal_of_another_time_is_refused(sent: float) -> None:
 def test_what_is_not_signed_as_it_stands_is_refused(data: bytes) -> None:
     """Each part is under the signature."""
     with pytest.raises(InvalidGoal):
-        SignedGoals(KEY).goal(data, 100.0)
+        SignedGoals(KEY).goal(data, 100.0, 7.0)
 
 
 def test_a_key_is_long_and_its_owners_alone(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.checked_table import read_checked
+from tendon_newton.data.files.together import refuse_mix
 from tendon_newton.data.parameters import with_unit
 from tendon_newton.diagnosis.in_time.changes_report import CHANGES
 from tendon_newton.diagnosis.in_time.walks import walk_of
@@ -112,7 +113,9 @@ def told_drift(folder: Path) -> Drift:
     Raises:
         InvalidDiagnosis: The file is not what it writes.
     """
-    days = read_checked(folder / CHANGES, InvalidDiagnosis, PROMISE).table("days")
+    said = read_checked(folder / CHANGES, InvalidDiagnosis, PROMISE)
+    refuse_mix(folder / CHANGES, said.values, InvalidDiagnosis)
+    days = said.table("days")
     last = days.table(list(days.values)[-1] if days.values else "a day")
     moved = [number for number in last.tables("numbers") if number.values.get("moved") is True]
     causes = tuple(

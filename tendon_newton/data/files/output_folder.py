@@ -1,0 +1,63 @@
+"""Folders for results: made, and held by one program while it writes there."""
+
+import fcntl
+import os
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tendon_newton.errors import InvalidOutput
+
+HELD: dict[str, int] = {}
+"""Folders that this program holds -> descriptors whose locks end with it, however it ends."""
+
+
+def make_folder(path: Path, *, shared: bool = False) -> Path:
+    """Make a folder for results, parents included, and hold it until the end of `releasing`.
+
+    Args:
+        shared: Whether others may write there too, each to files of its own.
+
+    Raises:
+        InvalidOutput: Something else is in the way, it may not be made, or another program holds
+            it.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        place = os.path.realpath(path)
+        if not shared and place not in HELD:
+            hold(place)
+    except BlockingIOError as error:
+        raise InvalidOutput(
+            f"{path}: another program is writing its results there; wait for its end, or give "
+            "another folder"
+        ) from error
+    except OSError as error:
+        reason = "it is a file" if path.is_file() else error.strerror or error
+        raise InvalidOutput(f"{path}: results need a folder; {reason}") from error
+    return path
+
+
+def hold(place: str) -> None:
+    """Lock a folder; where its file system has no locks, do without."""
+    file = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(file)
+        raise
+    except OSError:
+        os.close(file)
+    else:
+        HELD[place] = file
+
+
+@contextmanager
+def releasing() -> Generator[None]:
+    """Let others write into the folders that were made meanwhile, once the work is done."""
+    before = set(HELD)
+    try:
+        yield
+    finally:
+        for place in set(HELD) - before:
+            os.close(HELD.pop(place))
