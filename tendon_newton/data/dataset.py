@@ -7,6 +7,7 @@ import shlex
 import signal
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import partial
 from logging.handlers import BufferingHandler
@@ -200,7 +201,11 @@ def all_files(path: Path, entries: Sequence[ListedRecording]) -> list[Path]:
     names = [name for entry in entries for name in (entry.file, entry.mapping) if name]
     own = [inside(path, name, str(path / FILE_NAME)) for name in dict.fromkeys(names)]
     named = [path / FILE_NAME, *own]
-    return [f for n in named for f in (sorted(n.rglob("*")) if n.is_dir() else [n]) if f.is_file()]
+    files: list[Path] = []
+    for name in named:
+        with suppress(OSError):  # whoever reads it says what is wrong with it
+            files += [f for f in sorted(name.rglob("*")) or [name] if f.is_file()]
+    return files
 
 
 def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:

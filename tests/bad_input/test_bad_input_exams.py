@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tendon_lab.exam.run_exam import QUESTION, question_of
 from tendon_newton.cli import main
 from tendon_newton.diagnosis.posterior import FittedSet, Posterior, write_posterior
 from tests.bad_input.damage import Damage, junk, refusal, replaced, swap, text
@@ -54,8 +55,10 @@ ANSWER_FILE = "out/c001/diagnosis.json"
 
 def exam(folder: Path) -> list[str]:
     """Write an exam of one dataset whose answer is already there, and return what takes it."""
-    model(dataset(folder / "exam/c001") / "model.toml")
-    for name, table in ((TRUTH_FILE, TRUTH), (ANSWER_FILE, ANSWER)):
+    data = dataset(folder / "exam/c001")
+    model(data / "model.toml")
+    answer = {**ANSWER, QUESTION: question_of(data)}
+    for name, table in ((TRUTH_FILE, TRUTH), (ANSWER_FILE, answer)):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(json.dumps(table, indent=1))
     return ["exam", str(folder / "exam"), "--out", str(folder / "out"), "--jobs", "1"]
