@@ -1,10 +1,10 @@
 """Which planted causes could be named at all: ``python -m lab.exams.oracle OUT --jobs 30``.
 
-OUT is that of ``lab.exams.fresh`` or ``lab.exams.rich``. Where an answer missed a cause, the same
-decision begins anew at all true causes with their numbers, and at the answer. Other forms of the
-true friction are tried in its place, since a plant's is no law's of ours. A cause that the decision
-does not keep is not in the data: it is worth less than a name costs, or other causes explain as
-much. Writes OUT/oracle/NAME.json and counts.
+OUT is that of ``lab.exams.fresh``, ``rich`` or ``units42``. Where an answer missed a cause, the
+same decision begins anew at all true causes with their numbers, and at the answer. Other forms of
+the true friction are tried in its place, since a plant's is no law's of ours. A cause that the
+decision does not keep is not in the data: it is worth less than a name costs, or other causes
+explain as much. Writes OUT/oracle/NAME.json and counts.
 """
 
 import argparse
@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from lab.exams import rich, units42
 from lab.exams.enumeration import STEPS, bench_of
 from lab.exams.fresh import say, truth_path
-from lab.exams.rich import set_of, take
 from tendon_lab.exam.exam_score import Truth, judge
 from tendon_lab.exam.run_exam import ANSWER, read_answer
 from tendon_lab.exam.truth_file import read_truth
@@ -74,11 +74,13 @@ def missed(truth: Truth, answer: Mapping[str, object]) -> tuple[str, ...]:
 
 def asked(out: Path, name: str, answer: Mapping[str, Any]) -> tuple[Causes, tuple[str, ...]]:
     """Return the true causes of a set with their numbers, and the planted ones that were missed."""
-    if name.startswith("rich"):
-        number = int(name.removeprefix("rich"))
-        rich, (_, found) = set_of(out, number), take((out, number))
-        effects = {n: rich["effects"][n] for n in (*rich["planted"], *rich["effects"])}
-        return effects, tuple(n for n in rich["planted"] if n not in found)
+    for exam in (rich, units42):
+        section, number = name.rstrip("0123456789"), name[-3:]
+        if exam.name_of(0).startswith(section):
+            truth, (_, found) = exam.set_of(out, int(number)), exam.take((out, int(number)))
+            planted = {**dict.fromkeys(truth["planted"]), **truth["effects"]}
+            effects = {n: own[0] if isinstance(own, list) else own for n, own in planted.items()}
+            return effects, tuple(n for n in truth["planted"] if n not in found)
     truth = read_truth(truth_path(out, name))
     return truth.effects, missed(truth, answer)
 

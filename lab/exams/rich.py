@@ -62,9 +62,14 @@ def recipe_of(number: int) -> tuple[OtherRecipe, dict[str, Draw], tuple[str, ...
     return OtherRecipe(effects=two, seed=SEED + number, benches=benches), draws, two
 
 
+def name_of(number: int) -> str:
+    """Return a set's name."""
+    return f"rich{number:03d}"
+
+
 def set_of(out: Path, number: int) -> dict[str, Any]:
     """Write a set if it is not there; return its truth."""
-    truth = out / "truth" / f"rich{number:03d}.json"
+    truth = out / "truth" / f"{name_of(number)}.json"
     if not truth.is_file():
         recipe, draws, two = recipe_of(number)
         rng = np.random.default_rng(recipe.seed + 500)
@@ -81,7 +86,7 @@ def set_of(out: Path, number: int) -> dict[str, Any]:
 def take(job: tuple[Path, int]) -> tuple[Mark, tuple[str, ...]]:
     """Diagnose a set if it has no answer; return its mark, and which planted faults were named."""
     out, number = job
-    truth, folder = set_of(out, number), out / "answers" / f"rich{number:03d}"
+    truth, folder = set_of(out, number), out / "answers" / name_of(number)
     answer = read_answer(folder / ANSWER)
     answer = answer or answer_one((out / "sets" / folder.name, folder))
     if answer is None:

@@ -1,6 +1,7 @@
 """Anybody's logs become recordings by a mapping file, and a wrong mapping says what is wrong."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.mapped_column import UNITS
 from tendon_newton.data.importers.column_mapping import read_mapping
 from tendon_newton.data.model_file import load_model
 
@@ -387,3 +389,26 @@ def test_servos_that_do_not_fit_together_are_refused(
     path = mapping(tmp_path, columns, f'bench = "servo"\n{head}')
     assert run_import(folder, path, tmp_path / "out") == 2
     assert words in capsys.readouterr().err
+
+
+POUND, STANDARD = 0.45359237, 9.80665  # kg, m/s2: by definition
+IN_OURS = {
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0,
+    "rad": 1.0, "mrad": 1e-3, "deg": math.radians(1.0), "degrees": math.radians(1.0),
+    "°": math.radians(1.0), "turn": math.tau, "rev": math.tau,
+    "rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.radians(1.0), "°/s": math.radians(1.0),
+    "rev/min": math.tau / 60.0, "rpm": math.tau / 60.0, "rev/s": math.tau,
+    "N": 1.0, "mN": 1e-3, "kN": 1e3, "g": 1e-3 * STANDARD, "gf": 1e-3 * STANDARD,
+    "kg": STANDARD, "kgf": STANDARD, "lbf": POUND * STANDARD,
+    "N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "mNm": 1e-3, "kgf cm": 1e-2 * STANDARD,
+    "m": 1.0, "cm": 1e-2, "mm": 1e-3, "A": 1.0, "mA": 1e-3, "V": 1.0, "mV": 1e-3,
+    "degC": 1.0, "°C": 1.0, "1": 1.0,
+}  # fmt: skip
+"""Units by their definitions."""
+
+
+@pytest.mark.parametrize("column", UNITS)
+def test_a_unit_is_as_large_as_it_is_defined(column: str) -> None:
+    """Every unit of every column; a new one is defined here a second time."""
+    for unit, size in UNITS[column].items():
+        assert size == pytest.approx(IN_OURS[unit], rel=1e-7), unit

@@ -34,6 +34,8 @@ from tests.planted.recordings import (
 from tests.planted.sets.draws import COULOMB_KNOWN, EFFECTS, OUTSIDE, VISCOUS_KNOWN, base_causes
 from tests.planted.truth import Truth, changes, errors, totals
 
+SMALL = 0.1  # Size of an imperfection that has the form of an effect [1]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
@@ -50,6 +52,7 @@ class Recipe:
     cell_rate: float | None = None  # Readings of the load cell per second [Hz]; None is one per row
     gaps: bool = False  # Whether the log loses rows; their commands were given all the same
     imperfection: float = 0.0  # Size of unlisted faults of the plant [1]
+    small: tuple[str, ...] = ()  # Names in ``EFFECTS`` of further ones, a tenth of their size
     # Share by which masses, lengths and a moment arm may differ from the model's [1]
     off_nominal: float = 0.0
     # Whether the plant's bristles, knees and contacts have its other laws
@@ -75,6 +78,9 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
         imperfection=recipe.imperfection,
         second_form=recipe.second_form,
     )
+    small = {name: draws[name](rng, SMALL) for name in recipe.small}
+    for cause in small.values():
+        base = cause.built_on(base)
     planted = {name: draws[name](rng, recipe.size) for name in recipe.effects}
     causes = base
     for cause in planted.values():
@@ -99,7 +105,7 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
     force, theta = changes(true, spared)
     return Truth(
         effects=recipe.effects,
-        parameters=totals(planted, causes),
+        parameters=totals({**small, **planted}, causes),
         strength=force / recipe.force_noise,
         strength_theta=float(theta / (ENCODER_STEP / np.sqrt(12.0))),
         nominal=errors(recordings[TRAIN_COUNT:], modelled),
@@ -118,7 +124,7 @@ def twins(
     spared = [
         Run(bench=run.bench, causes=base, time=run.time, command=run.command) for run in held_out
     ]
-    if not recipe.imperfection and not recipe.off_nominal:
+    if not recipe.imperfection and not recipe.off_nominal and not recipe.small:
         return spared
     listed = Causes(
         viscous=base.viscous, coulomb=base.coulomb, bristle=base.bristle,
