@@ -203,6 +203,23 @@ def test_no_folder_is_crowded() -> None:
     assert {name for name, count in counts.items() if count > MOST_FILES} - TABLES == set()
 
 
+PROGRAM = re.compile(r'^if __name__ == "__main__":', re.MULTILINE)
+READS = re.compile(r"ArgumentParser\(|tyro\.cli\(")
+MAIN_OF = re.compile(r"^from ([\w.]+) import main$", re.MULTILINE)
+
+
+def test_every_program_of_the_lab_reads_its_words_before_it_works() -> None:
+    """`--help` prints help, and measures nothing."""
+    programs = [(f, f.read_text("utf-8")) for f in (ROOT / "lab").rglob("*.py")]
+    deaf = []
+    for file, text in programs:
+        told = MAIN_OF.search(text)
+        main = ROOT / f"{told[1].replace('.', '/')}.py" if told else file
+        if PROGRAM.search(text) and not READS.search(main.read_text("utf-8")):
+            deaf.append(file.relative_to(ROOT).as_posix())
+    assert deaf == []
+
+
 DELETIONS = {
     "hardware/tendon_hardware/load_cells/calibration_session.py": "points that the file now holds",
     "hardware/tendon_hardware/virtual_bench/process.py": "its own temporary folder",

@@ -8,16 +8,17 @@ Each process has the same number of worlds; the samples per second of all togeth
 ``processes`` of ``lab/benchmarks/results/gpu.json``, a row per number of processes.
 """
 
+import argparse
 import json
 import tempfile
 from pathlib import Path
 
 import torch
-import warp as wp
 
 from lab.benchmarks.gpu import RESULT
 from lab.benchmarks.learning import ITERATION_STEPS, iteration_time
 from lab.benchmarks.timing import circumstances, say
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.runs.training_process import Process
 
@@ -26,7 +27,8 @@ WORLDS = 8192
 
 def main() -> None:
     """Measure, and let the first process write."""
-    wp.config.quiet = True
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    quiet_warp()
     process = Process.own()
     torch.cuda.set_device(process.local_rank)
     with tempfile.TemporaryDirectory() as folder:

@@ -1,14 +1,17 @@
 """Measure what a control step costs on one CPU core, and write the figures.
 
 Run from the root of the repository as `python -m lab.benchmarks.speed`. It writes
-``lab/benchmarks/results/speed_cpu.json``: the parts of `lab.benchmarks.gpu` with MuJoCo in C
-beside the other engines, by the same checks, in the time that the process itself computed.
+``lab/benchmarks/results/speed_cpu.json``, or what ``--out`` names: the parts of
+`lab.benchmarks.gpu` with MuJoCo in C beside the other engines, by the same checks, in the time that
+the process itself computed.
 """
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator, Sequence
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -59,6 +62,9 @@ def gradient_times(worlds: int) -> dict[str, float]:
 
 def main() -> None:
     """Measure everything."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=RESULTS / "speed_cpu.json")
+    out: Path = parser.parse_args().out
     torch.set_num_threads(1)
     parts = {
         "mechanics": partial(mechanics, engines=CPU_ENGINES),
@@ -67,7 +73,7 @@ def main() -> None:
         "gradient": gradient,
     }
     with wp.ScopedDevice("cpu"):
-        measure(parts, WORLDS, RESULTS / "speed_cpu.json", "python -m lab.benchmarks.speed")
+        measure(parts, WORLDS, out, "python -m lab.benchmarks.speed")
 
 
 if __name__ == "__main__":

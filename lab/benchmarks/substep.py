@@ -8,6 +8,7 @@ from the model's own. The first line is of the model as it is.
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from pathlib import Path
@@ -38,19 +39,23 @@ def nanoseconds(study: Study, numbers: dict[int, float]) -> float:
     return 1.0e9 * min(times) / substeps
 
 
-def main(words: list[str]) -> None:
+def main() -> None:
     """Print a line for each candidate."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("dataset", type=Path)
+    parser.add_argument("candidates", nargs="*", metavar="EFFECT.NUMBER=VALUE,...")
+    chosen = parser.parse_args()
     quiet_warp()
-    folder = Path(words[0])
+    folder: Path = chosen.dataset
     recordings = beginnings(load_dataset(folder).train)
     model = load_model(folder / "model.toml")
     study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True)
     columns = {f"{owner}.{number.name}": c for c, (owner, number) in enumerate(study.table.owners)}
-    for word in ["", *words[1:]]:
+    for word in ["", *chosen.candidates]:
         pairs = [pair.split("=") for pair in word.split(",") if pair]
         taken = nanoseconds(study, {columns[name]: float(value) for name, value in pairs})
         sys.stdout.write(f"{taken:6.0f} ns  {word or 'the model as it is'}\n")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from lab.exams import rich, units42
-from lab.exams.enumeration import STEPS, bench_of
 from lab.exams.fresh import say, truth_path
+from lab.exams.regret.enumeration import STEPS, bench_of
 from tendon_lab.exam.exam_score import Truth, judge
 from tendon_lab.exam.run_exam import ANSWER, read_answer
 from tendon_lab.exam.truth_file import read_truth

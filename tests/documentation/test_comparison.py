@@ -11,11 +11,23 @@ import pytest
 
 from examples.studies.comparison import bam
 from examples.studies.comparison.four_numbers import Grid, fitted, simulate
+from examples.studies.comparison.rows import keep, waits
 from examples.studies.comparison.splits import Split
-from examples.studies.comparison.table import OURS, REPEATS, TOLD, ratios, shares_of_arm, tables
+from examples.studies.comparison.table import (
+    OURS,
+    REPEATS,
+    TOLD,
+    distinct_fits,
+    errors,
+    ratios,
+    rests_on,
+    shares_of_arm,
+    tables,
+)
 from tests.physics.runs import ideal_model
 from tests.results.__main__ import with_table
-from tests.results.record import ROOT, fingerprint, records
+from tests.results.doubts import doubts
+from tests.results.record import ROOT, Record, combined, fingerprint, records
 from tests.results.tables import TABLES
 
 
@@ -56,6 +68,15 @@ def test_a_split_that_a_rival_won_is_told_and_all_are_counted() -> None:
     assert last == "| sts3215: heavy | 30.0 | data sheet | 20.0 | 1.50 | backlash | `0123456` |"
     assert "sts3215: arm" not in text
     assert said == "2 splits; ratio: median 1.12, greatest 1.50; 1 at 1.05 or less."
+
+
+def test_splits_with_the_same_training_logs_are_one_fit() -> None:
+    """What the data sheet leaves of training logs tells which they are, but for rows that wait."""
+    one, two = ({"data sheet": {"held_out": 9.0, "trained": left}} for left in (4.0, 5.0))
+    results = {"a: x": one, "a: y": one, "a: z": two, "a: waits": {}}
+    assert distinct_fits(results, ["a: x", "a: y", "a: z"]) == 2
+    assert distinct_fits(results, ["a: z", "a: waits"]) == 2
+    assert "The 2 splits are 1 different fits" in errors(results, ["a: x", "a: y"])
 
 
 def test_an_arm_is_told_by_shares_of_the_squared_error() -> None:
@@ -138,6 +159,67 @@ def test_a_docstring_changes_no_result_and_a_number_does(tmp_path: Path) -> None
     assert fingerprint(tmp_path, "law.py") == before
     file.write_text('"""New words."""\n\nMU = 0.2\n')
     assert fingerprint(tmp_path, "law.py") != before
+
+
+def cell(record: Record, row: str, **more: Any) -> dict[str, Any]:
+    """A cell of a record's own code."""
+    code = combined({name: record.code[name] for name in rests_on(row)})
+    return {"held_out": 1.0, "commit": record.commit, "clean": True, "code": code} | more
+
+
+def test_a_cell_of_other_code_that_is_not_told_fails_the_check() -> None:
+    """By its fingerprint, whatever commit it names; and so does one of a tree with changes."""
+    kept = records()["comparison"]
+    sound = {"servo: split": {row: cell(kept, row) for row in (OURS, "bam m1", REPEATS)}}
+    told = replace(kept, data=None, older={}, clean=None)
+    assert not list(doubts(replace(told, rows=sound)))
+    for row, more in ((OURS, {"code": "0" * 16}), ("bam m1", {"code": None})):
+        stale = {"servo: split": sound["servo: split"] | {row: cell(kept, row, **more)}}
+        (said,) = doubts(replace(told, rows=stale))
+        assert "cells of other code" in said
+        counted = {kept.commit[:8]: 1}
+        assert not list(doubts(replace(told, rows=stale, older=counted)))
+    changed = {"servo: split": {OURS: cell(kept, OURS, clean=False)}}
+    assert any("git saw changed" in said for said in doubts(replace(told, rows=changed)))
+
+
+@pytest.mark.parametrize(
+    ("stated", "clean", "fault"),
+    [
+        ("abc123", True, None),
+        ("abc123-dirty", True, "clean is True"),
+        ("abc123-dirty", False, None),
+        ("def456", True, "its commit"),
+        (None, True, "no commit"),
+        (None, None, None),
+    ],
+)
+def test_whether_a_tree_was_clean_is_what_its_file_says(stated, clean, fault, tmp_path) -> None:
+    """Git's word at the time of measuring; what nobody asked is not known."""
+    file = tmp_path / "figures.json"
+    file.write_text(json.dumps({"x": 1.0} | ({} if stated is None else {"commit": stated})))
+    record = replace(records()["units"], commit="abc123", clean=clean, data=str(file))
+    said = list(doubts(record))
+    assert (said == []) if fault is None else (fault in said[0])
+
+
+@pytest.mark.parametrize("name", records())
+def test_a_record_says_truly_where_it_comes_from(name: str) -> None:
+    """``python -m tests.results --check`` doubts none."""
+    assert list(doubts(records()[name])) == []
+
+
+def test_a_row_says_what_it_was_made_of(tmp_path: Path) -> None:
+    """Commit, whether git saw a change, and the code; anew, a row of another commit waits."""
+    split = Split(servo="xl330", name="", train=(), test=(), start=ideal_model(), floor=None)
+    keep(tmp_path / "kept.json", split, "bam m1", {"held_out": 1.0})
+    made = json.loads((tmp_path / "kept.json").read_text())
+    row = made[split.key]["bam m1"]
+    assert row.keys() == {"held_out", "commit", "clean", "code"}
+    row["commit"] = "0" * 40
+    assert waits(made, split, "bam m1", anew=True)
+    assert not waits(made, split, "bam m1", anew=False)
+    assert waits(made, split, "bam m2", anew=False)
 
 
 @pytest.mark.parametrize("record", records().values(), ids=records())

@@ -34,17 +34,19 @@ LOOSE = {
     "stribeck_friction": None
 }
 """Other tolerances [1]; None asks for the name alone."""
-SHORT_SEEDS = {
-    "hysteresis": 2,
-    "load_stribeck_friction": 2,
-    "stribeck_friction": 2,
-    "load_cell_drift": 2,  # the first drifts by 0.13 N, which is within what states the cell's zero
-    "acceleration_limit": 4,  # in the others few rows tell its speed, which is off by 5 to 35 %
-    "inertia_error": 2,  # the first hides behind a ringing of few rows
+FIRST = 1  # Seed of every effect's draw at the gate
+NOT_FOUND = {
+    "acceleration_limit": "few rows tell its speed: 9.4 [9.2, 9.6] rad/s in place of 9.8",
+    "hysteresis": "a travel of 0.43 mm in place of 0.44, where the law's usual 0.5 is near",
+    "inertia_error": "a ringing of few rows: unexplained",
+    "load_cell_drift": "0.13 N in all, within what states the cell's zero: no gap",
 }
+"""Effects that the first draw does not give as asked, and what it gives. A change that finds one
+takes it out here."""
+CHOSEN = {"hysteresis": 2, "load_cell_drift": 2, "acceleration_limit": 4, "inertia_error": 2}
 """Draws whose short recordings tell a law from the plainer one that it contains, or leave both as a
-class; they were chosen among three or four with the answers in sight. All others are the first
-draw."""
+class. They were chosen among three or four with the answers in sight: they guard what is found, and
+say nothing of how often."""
 SHORT_LOOSE = {"stribeck_friction": 0.25}  # Other tolerances of the numbers of such recordings [1]
 
 
@@ -74,12 +76,29 @@ def assert_found(answer: dict, truth: Truth, loose: Mapping[str, float | None]) 
         assert lower <= true <= upper, (name, found, true)
 
 
-@pytest.mark.parametrize("hidden", EFFECTS)
+def of_gate(hidden: str, seed: int) -> Recipe:
+    """Return what hides an effect in short recordings."""
+    return Recipe(effects=(hidden,), seed=seed, mix=BENCHES.get(hidden, "S"), duration=SHORT)
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        pytest.param(name, marks=pytest.mark.xfail(reason=NOT_FOUND[name], strict=True))
+        if name in NOT_FOUND
+        else name
+        for name in EFFECTS
+    ],
+)
 def test_diagnosis_names_and_measures_the_hidden_cause(hidden: str, tmp_path: Path) -> None:
     """The strongest named effect is the planted one within 10 %, its interval holds the truth."""
-    seed, mix = SHORT_SEEDS.get(hidden, 1), BENCHES.get(hidden, "S")
-    recipe = Recipe(effects=(hidden,), seed=seed, mix=mix, duration=SHORT)
-    assert_found(*diagnosed(tmp_path, recipe), SHORT_LOOSE)
+    assert_found(*diagnosed(tmp_path, of_gate(hidden, FIRST)), SHORT_LOOSE)
+
+
+@pytest.mark.parametrize("hidden", CHOSEN)
+def test_a_law_is_told_by_a_draw_that_shows_it(hidden: str, tmp_path: Path) -> None:
+    """What these draws gave once they give still."""
+    assert_found(*diagnosed(tmp_path, of_gate(hidden, CHOSEN[hidden])), SHORT_LOOSE)
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ Run from the root of the repository::
     python -m tests.results                  # which results are of other code, and what renews them
     python -m tests.results --write          # write the tables into README and docs
     python -m tests.results --check          # `make check`: do README and docs show the records?
+                                             # and is each record's origin what its file says?
     python -m tests.results --stamp NAME     # after a measurement: fingerprints at its commit
 """
 
@@ -13,8 +14,11 @@ import json
 import re
 import subprocess
 import sys
+from functools import cache
 
-from tests.results.record import FOLDER, ROOT, fingerprints_at, records
+from tendon_newton.data.files.json_file import write_json
+from tests.results.doubts import CELLS, cells_of, doubts, older_cells
+from tests.results.record import FOLDER, ROOT, Record, combined, fingerprints_at, records
 from tests.results.tables import TABLES
 
 
@@ -55,16 +59,53 @@ def tell() -> None:
 
 
 def stamp(name: str) -> None:
-    """Write into a record the fingerprints of its code at its commit."""
+    """Write into a record the origin that its file states, and its code's fingerprints there.
+
+    Cells that state none get that of their commit.
+    """
     path = FOLDER / f"{name}.json"
     fields = json.loads(path.read_text(encoding="utf-8"))
+    figures = Record(name=name, **fields).figures
+    stated = figures.get("commit") if fields.get("data") and isinstance(figures, dict) else None
+    fields["clean"] = None
+    if stated is not None:
+        fields["commit"], _, changed = stated.partition("-")
+        fields["clean"] = not changed
+    rows = CELLS.get(name)
+    if rows is not None:
+        for _, row, cell in cells_of(figures):
+            if "code" not in cell:
+                cell["code"] = combined(code_at(cell["commit"], rows(row)))
+            fields["code"] |= dict.fromkeys(rows(row), "")
+        write_json(ROOT / fields["data"], figures)
     fields["code"] = fingerprints_at(fields["commit"], fields["code"])
+    if rows is not None:
+        told = Record(name=name, **fields)
+        fields["older"] = dict(older_cells(told, rows))
     path.write_text(json.dumps(fields, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+@cache
+def code_at(commit: str, names: tuple[str, ...]) -> dict[str, str]:
+    """Return the fingerprints that files and folders had at a commit, empty where none was."""
+    words = ["git", "ls-tree", "--name-only", commit, *names]
+    told = subprocess.run(words, cwd=ROOT, capture_output=True, check=True, text=True).stdout
+    there = [name for name in names if name in told.splitlines()]
+    return dict.fromkeys(names, "") | fingerprints_at(commit, there)
+
+
+def doubted() -> int:
+    """Say what is wrong with the origin of records; return how much that is."""
+    told = [f"{name}: {doubt}" for name, record in records().items() for doubt in doubts(record)]
+    for line in told:
+        sys.stdout.write(f"tests/results/records/{line}; run python -m tests.results --stamp, or "
+                         "measure it again\n")  # fmt: skip
+    return len(told)
 
 
 def main() -> int:
     """Do what was asked for; return how many tables differ."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--write", action="store_true", help="write the tables into their pages")
     parser.add_argument("--check", action="store_true", help="fail where a page differs")
     parser.add_argument("--stamp", metavar="NAME", help="fingerprint the code of a record")
@@ -77,7 +118,7 @@ def main() -> int:
             return 1
         return 0
     if arguments.write or arguments.check:
-        return write(only_compare=arguments.check)
+        return write(only_compare=arguments.check) + (doubted() if arguments.check else 0)
     tell()
     return 0
 

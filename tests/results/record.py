@@ -3,7 +3,11 @@
 A record is a JSON file of ``tests/results/records`` with the keys
 
 - ``command`` and ``minutes``: what measures it again, and how long that takes;
-- ``commit``, ``clean``, ``date``, ``device``, ``seeds``, ``n``: what it was measured on;
+- ``commit``, ``date``, ``device``, ``seeds``, ``n``: what it was measured on;
+- ``clean``: whether git saw no change at that commit: as the file with the figures says, which its
+  command wrote; null where it says nothing;
+- ``older``: of a file whose cells have their own origin (`measured_on`), how many are of other code
+  than the record's, by commit;
 - ``code``: folders that it rests on, each with the fingerprint that it had at that commit;
 - ``data``: the file with its figures, or ``rows``: the figures themselves;
 - ``note``: what a reader must know, such as what was mended since.
@@ -16,10 +20,13 @@ import json
 import subprocess
 import tarfile
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+from tendon_newton.data.files.origin import git_commit
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = Path(__file__).parent / "records"
@@ -33,13 +40,14 @@ class Record:
     command: str
     minutes: float
     commit: str
-    clean: bool
+    clean: bool | None
     date: str
     device: str
     n: str
     note: str
     seeds: list[int] = field(default_factory=list)
     code: dict[str, str]
+    older: dict[str, int] = field(default_factory=dict)
     data: str | None = None
     rows: Any = None
 
@@ -52,6 +60,24 @@ class Record:
     def changed(self) -> list[str]:
         """Folders whose code is no longer that of the measurement."""
         return [name for name, before in self.code.items() if fingerprint(ROOT, name) != before]
+
+
+def measured_on(names: Iterable[str]) -> dict[str, Any]:
+    """Return the origin of a cell: commit, whether git saw a change, and its code's fingerprint."""
+    commit, *changed = (git_commit() or "unknown-").split("-")
+    return {"commit": commit, "clean": not changed, "code": combined(now(tuple(names)))}
+
+
+@cache
+def now(names: tuple[str, ...]) -> dict[str, str]:
+    """Return the fingerprints of files and folders."""
+    return {name: fingerprint(ROOT, name) for name in names}
+
+
+def combined(prints: Mapping[str, str]) -> str:
+    """Return one fingerprint in place of several."""
+    text = "\n".join(f"{name} {prints[name]}" for name in sorted(prints))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def records() -> dict[str, Record]:

@@ -6,11 +6,12 @@ from typing import Any
 
 from scipy.stats import ttest_rel
 
-from examples.studies.comparison.table import beside_rivals, ratios, shares_of_arm
+from examples.studies.comparison.table import ratios, shares_of_arm
 from examples.studies.comparison.table import tables as tables_of_comparison
+from tests.results.cells import ASKED, Records, about, constant, hands, of_rate, share, table
+from tests.results.readme_table import readme
 from tests.results.record import Record
 
-Records = Mapping[str, Record]
 RATES = {
     "deserved": "named, and deserved",
     "sure_names_deserved": "of names told at 0.9 or more, deserved",
@@ -23,84 +24,6 @@ RATES = {
 """Rates of the strict score, with their words."""
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
-    """Return a Markdown table."""
-    lines = (heads, ["---"] * len(heads), *rows)
-    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
-
-
-def about(values: Sequence[float], digits: int = 1) -> str:
-    """Return mean and range."""
-    low, high = min(values), max(values)
-    return f"{mean(values):.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
-
-
-def hands(record: Record, policy: str) -> list[float]:
-    """Return what a policy turns on each hand [rad/min]."""
-    return [hand["turned_rad_per_min"] for hand in record.figures[policy]["hands"]]
-
-
-def servo(kept: Records, name: str) -> tuple[str, str]:
-    """Return our error on the splits of a servo, and that of the best rival of each."""
-    found = [s for s in beside_rivals(kept["comparison"].figures) if s.split.startswith(name)]
-    ours, best = about([s.ours["held_out"] for s in found]), about([s.left for s in found])
-    return f"{ours} mrad", f"{len(found)} splits; best rivals: {best}"
-
-
-def units(kept: Records) -> tuple[str, str]:
-    """Return the squared error that a diagnosis removes on virtual benches, and its names."""
-    figures = kept["units"].figures
-    gone = about([100.0 * row["gone"] for row in figures["units"]], 0)
-    deserved = figures["summary"]["deserved"]
-    return f"{gone} %", f"{deserved['hits']} of {deserved['of']} names are deserved"
-
-
-def ball(kept: Records) -> tuple[str, str]:
-    """Return what the packaged policy turns at each rate, and its recipe's seeds at one."""
-    record = kept["turning_hands"]
-    turned = ", ".join(f"{mean(hands(record, f'heeding_{asked}_0')):.0f}" for asked in ASKED)
-    seeds = [mean(hands(record, f"heeding_60_{seed}")) for seed in record.seeds]
-    return f"{turned} rad/min", f"{len(seeds)} seeds asked for 60: {about(seeds, 0)}"
-
-
-def fingers(kept: Records) -> tuple[str, str]:
-    """Return how much faster fingers are simulated than by MuJoCo on a GPU."""
-    rows = kept["gpu"].figures["mechanics"]["rows"]
-    times = {row["engine"]: row["milliseconds"] for row in rows if row["worlds"] == 65536}
-    ours, theirs = times["TendonSolver, same step"], times["mujoco_warp, native tendon"]
-    return f"{theirs / ours:.0f} times", f"{ours:.3f} and {theirs:.1f} ms a step"
-
-
-Cells = Callable[[Records], tuple[str, str]]
-README: dict[str, tuple[str, Cells]] = {
-    "[Real STS3215 servo](docs/comparison.md): angle error on conditions left out":
-        ("comparison", lambda kept: servo(kept, "sts3215")),
-    "[Real XL330 servo](docs/comparison.md#where-we-lose): the same":
-        ("comparison", lambda kept: servo(kept, "xl330")),
-    "[Real SO-101 arm](docs/lab/so101.md): RMS error on unseen motions, six joints":
-        ("comparison", lambda kept: servo(kept, "so101")),
-    "[Virtual fingers](docs/lab/exams.md#benches-with-twenty-faults), twenty faults each:"
-    " squared error removed": ("units", units),
-    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), asked for 30, 60, 90 rad/min":
-        ("turning_hands", ball),
-    "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`":
-        ("gpu", fingers),
-}  # fmt: skip
-"""Record and figures of each row of the README, by its words."""
-
-
-def readme(kept: Records) -> str:
-    """Return the README's results."""
-    rows = []
-    for words, (name, cells) in README.items():
-        number, beside = cells(kept)
-        record = kept[name]
-        measured = f"`{record.commit[:7]}`{f', {record.note}' if record.note else ''}"
-        rows.append((words, f"**{number}**", beside, measured))
-    return table(("result", "mean (range)", "beside it", "measured at"), rows)
-
-
-ASKED = (30, 60, 90)  # Rates that hands are asked for [rad/min]
 TURNING = {
     ("data sheet", "one core, 5 min"): [f"cpu_nominal_{k}" for k in range(5)],
     ("diagnosis", "one core, 8 min"): [f"cpu_diagnosed_{k}" for k in range(5)],
@@ -183,15 +106,8 @@ def mechanics(record: Record, worlds: Sequence[int]) -> str:
         step = f"{last['step_milliseconds']:.2f} ms"
         lines.append((f"`{engine}`", step, f"{1e3 * last['error_rad']:.1f} mrad", *times))
     counts = [f"{count:,} finger{'s' * (count > 1)}" for count in worlds]
-    return table(("engine", "step", "error", *counts), lines)
-
-
-BESIDE = {
-    "in_plant_or_class": ("constant", "in_plant"),
-    "material_faults_named": ("constant", "faults"),
-    "planted_found": ("constant_planted",),
-}
-"""Where a summary has what constant answers reach of a rate."""
+    origin = f"Commit `{record.commit[:7]}`, {record.device}; {record.note}."
+    return f"{table(('engine', 'step', 'error', *counts), lines)}\n\n{origin}"
 
 
 def strict_rates(kept: Records) -> str:
@@ -216,23 +132,6 @@ def strict_rates(kept: Records) -> str:
 def paired(cells: Iterable[Any]) -> list[Any]:
     """Return cells with an empty one behind each."""
     return [each for cell in cells for each in (cell, "")]
-
-
-def constant(total: Mapping[str, Any], name: str) -> str:
-    """Return what a fixed answer and random ones reach of a rate, where it means something."""
-    found: Any = total if name in BESIDE else {}
-    for key in BESIDE.get(name, ()):
-        found = found.get(key, {})
-    words = {"fixed": "fixed", "random": "random", "class": "class of three"}
-    told = [f"{words[key]} {share(value)}" for key, value in found.items() if value is not None]
-    return ", ".join(told)
-
-
-def of_rate(rate: Mapping[str, Any] | None) -> str:
-    """Return a count as a rate with its lower 95 % bound; nothing for what cannot be counted."""
-    if not rate or not rate["of"]:
-        return ""
-    return f"{rate['hits']} of {rate['of']}: {rate['rate']:.0%} ({rate['at_least']:.0%})"
 
 
 SECTIONS = {
@@ -303,11 +202,6 @@ def missing(figures: Mapping[str, Any]) -> str:
 TIMED = "seconds per dataset, median"  # The figure that counts all answers of a section
 
 
-def share(value: float | None) -> str:
-    """Return a share in percent; nothing where it means nothing."""
-    return "" if value is None else f"{value:.0%}"
-
-
 def own_logs(record: Record) -> str:
     """Return what was planted in each stranger's logs, and what its diagnosis names."""
     rows = []
@@ -353,13 +247,18 @@ def in_time(kept: Records) -> str:
     return table(("right is", "rate (at least, 95 %)"), lines)
 
 
+def kind_of(row: Mapping[str, Any]) -> str:
+    """Return the kind of a row's experiment: sinusoids about several angles are one."""
+    return row["experiment"].split(",")[0]
+
+
 def paper(kept: Records) -> str:
-    """Return our figures beside the paper's, of each experiment in which it states one."""
+    """Return our figures beside the paper's, of each kind of experiment in which it states one."""
     found = kept["paper"].figures
-    stated = {row["experiment"] for row in found if row["paper"] is not None}
+    stated = {kind_of(row) for row in found if row["paper"] is not None}
     rows = []
     for row in found:
-        if row["experiment"] not in stated or row["unit"] == "%":
+        if kind_of(row) not in stated or row["unit"] == "%":
             continue
         theirs = "" if row["paper"] is None else f"{row['paper']:g} {row['unit']}"
         spread = f" ({row['low']:.3g} to {row['high']:.3g})" if row["count"] > 1 else ""

@@ -18,6 +18,22 @@ ROWS = {
 }  # fmt: skip
 """Rows, in order, with their words; then come plain models of ours, by their names."""
 
+HERE = "examples/studies/comparison"
+PARTS = ("diagnosis", "identification", "simulation", "effects", "actuators", "data")
+OF_OURS = (*(f"tendon_newton/{part}" for part in PARTS), f"{HERE}/splits.py",
+           "examples/studies/so101_pairs.py")  # fmt: skip
+"""Code that decides a row of ours."""
+
+
+def rests_on(row: str) -> tuple[str, ...]:
+    """Return the files and folders that decide a row."""
+    if row.startswith("bam "):
+        return (f"{HERE}/bam.py", f"{HERE}/bam_search.py", f"{HERE}/splits.py")
+    if row == REPEATS:
+        return (f"{HERE}/splits.py", "examples/studies/sts3215.py")
+    return (f"{HERE}/four_numbers.py", *OF_OURS) if row == "four numbers" else OF_OURS
+
+
 Results = Mapping[str, Mapping[str, Mapping[str, Any]]]
 
 
@@ -50,7 +66,21 @@ def errors(results: Results, keys: Sequence[str]) -> str:
         left = [error([results[key].get(row)]) for key in single]
         left += [error([results[key].get(row) for key in pairs])] if pairs else []
         lines.append([words, *left, *cost])
-    return as_table(lines)
+    if (fits := distinct_fits(results, keys)) == len(keys):
+        return as_table(lines)
+    return (
+        f"{as_table(lines)}\n\nThe {len(keys)} splits are {fits} different fits: the others train "
+        "on the same logs, and test on others."
+    )
+
+
+def distinct_fits(results: Results, keys: Sequence[str]) -> int:
+    """Return how many different sets of training logs some splits have.
+
+    The error of the data sheet, which nothing is fitted to, is that of the logs alone.
+    """
+    told = [results[key].get("data sheet", {}).get("trained") for key in keys]
+    return len({key if left is None else left for key, left in zip(keys, told, strict=True)})
 
 
 def named_rows(results: Results, keys: Sequence[str]) -> dict[str, str]:

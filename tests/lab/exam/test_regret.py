@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lab.exams.enumeration import SIZE, Bench, all_sets, bench_of
-from lab.exams.regret import regret_of, summary
+from lab.exams.regret.answers import regret_of, summary
+from lab.exams.regret.enumeration import SIZE, Bench, all_sets, bench_of
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser
 from tendon_newton.diagnosis.search.refit import refit, start_fits
@@ -39,7 +39,7 @@ def bench() -> Bench:
 @pytest.fixture(autouse=True)
 def few_laws(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four laws in place of seventeen."""
-    monkeypatch.setattr("lab.exams.regret.LAWS", LAWS)
+    monkeypatch.setattr("lab.exams.regret.answers.LAWS", LAWS)
 
 
 def test_the_right_set_has_no_regret_and_half_of_it_has(bench: Bench) -> None:
