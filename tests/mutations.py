@@ -47,6 +47,7 @@ EVENTS = "tests/diagnosis/in_time/test_log_events.py -k"
 NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
 CABLES = "tests/lab/test_cable_tool.py -k"
 MAPPED = "tests/importers/test_import_mapped.py -k"
+SMALL = "tests/diagnosis/in_time/test_small_changes.py -k"
 SLOPES = "tests/physics/test_slopes.py -k"
 VERDICTS = "tests/diagnosis/search/test_verdicts.py -k"
 TURNING = "tests/train/policy/test_turning_parts.py -k"
@@ -374,21 +375,21 @@ MUTATIONS: tuple[Mutation, ...] = (
     # changes between days
     Mutation("small-changes-beside-a-large-one-are-free",
         "tendon_newton/diagnosis/in_time/changes.py", "MINOR = 0.05", "MINOR = 0.0",
-        f"{CHANGES} not_free"),
+        f"{SMALL} not_free"),
     Mutation("what-imitates-a-change-is-not-told", "tendon_newton/diagnosis/in_time/changes.py",
         "rivals = self.rivals(name, point.moved) if moved else ()", "rivals = ()",
-        f"{CHANGES} imitates"),
+        f"{SMALL} imitates"),
     # units, slopes, strings
     Mutation("pounds-are-kilograms", "tendon_newton/data/formats/mapped_column.py",
         '"lbf": 4.4482216', '"lbf": 9.80665', f"{MAPPED} as_it_is_defined"),
     Mutation("thousandths-of-a-speed-are-whole", "tendon_newton/data/formats/mapped_column.py",
         '"mrad/s": 1.0e-3', '"mrad/s": 1.0', f"{MAPPED} as_it_is_defined"),
     Mutation("urdf-does-not-turn-what-weighs", "tendon_newton/exports/urdf_target.py",
-        "centre = turn.T @ (", "centre = (", "tests/exports/test_urdf.py -k turned"),
+        "centre = turn.T @ (", "centre = (", "tests/exports/test_urdf_frames.py"),
     Mutation("a-string-pushes-a-little", "tendon_newton/law/string.py",
         "if flow.tension[0] < tendon.least_tension:",
         "if flow.tension[0] < tendon.least_tension - real(0.2):",
-        "tests/physics/test_closed_form.py -k does_not_push"),
+        "tests/physics/test_strings.py"),
     Mutation("a-limit-keeps-its-slope", "tendon_newton/law/servo.py",
         "out = Jet(upper, real(0.0), real(0.0))", "out = Jet(upper, signal[1], signal[2])",
         f"{SLOPES} limit"),
@@ -403,7 +404,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("a-cell-upside-down-pulls-without-end",
         "hardware/tendon_hardware/safety_rules/rules.py",
         "value=lambda g: None if g.force is None else abs(g.force),", "value=lambda g: g.force,",
-        "tests/hardware/deploy/test_rules_on_a_bench.py -k two_sides"),
+        "tests/hardware/deploy/test_tension_rule.py"),
     Mutation("a-network-sees-what-comes", "examples/studies/cable_tool/rivals.py",
         "recording.time[:, None] - PAST", "recording.time[:, None] + PAST", f"{CABLES} future"),
     Mutation("a-law-is-fitted-to-what-is-tested", "examples/studies/cable_tool/rivals.py",

@@ -39,14 +39,6 @@ def test_slider_answers_a_step_as_a_second_order_system(bench: str, stiffness: f
     assert run.force[:, 0] == pytest.approx(force, abs=1e-3 * GAIN)
 
 
-def test_a_string_that_is_let_out_a_little_does_not_push() -> None:
-    """A goal of 0.03 rad below the stop would be 0.126 N of push: none ever comes."""
-    command = np.repeat([0.5, -0.03, 0.2, -0.03], 20)
-    (run,) = simulate([run_of(command, bench="spring_weak")], ideal_model(), time_step=TIME_STEP)
-    assert run.force.min() == 0.0
-    assert np.all(run.force[[39, 79], 0] == 0.0)
-
-
 @pytest.mark.parametrize("command", [1.0, 1.6, 2.2])
 def test_finger_rests_where_springs_gravity_and_tendon_balance(command: float) -> None:
     """Each joint: k q = arm F + gravity's torque, written out for two links."""

@@ -41,9 +41,8 @@ def has_its_slopes(law: Callable[[float, float], Any], place: float, speed: floa
 @pytest.mark.parametrize("place", [-2.0, 0.3, 2.0])
 def test_a_limit_is_flat_beyond_and_lets_all_through_within(place: float) -> None:
     """A force of -3 x - v between -2 and 2."""
-    assert has_its_slopes(
-        lambda x, v: servo.clip(jet(-3.0 * x - v, -3.0, -1.0), -2.0, 2.0), place, 0.1
-    )
+    clip: Any = servo.clip
+    assert has_its_slopes(lambda x, v: clip(jet(-3.0 * x - v, -3.0, -1.0), -2.0, 2.0), place, 0.1)
 
 
 @pytest.mark.parametrize("law", [joint.spring_torque, joint.damping_torque])
@@ -67,6 +66,7 @@ def test_what_a_gear_leaves_has_its_slopes(carried: float, monkeypatch: pytest.M
         motor = jet(3.0 - 2.0 * place - 0.7 * speed, -2.0, -0.7)
         flow: Any = SimpleNamespace(motor_force=motor)
         tendon: Any = SimpleNamespace(carried=carried)
-        return gear.rotor_flow(flow, tendon, None).tension
+        rotor_flow: Any = gear.rotor_flow
+        return rotor_flow(flow, tendon, None).tension
 
     assert has_its_slopes(at, 0.5, -0.7)
