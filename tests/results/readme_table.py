@@ -7,24 +7,23 @@ from examples.studies.comparison.table import beside_rivals, distinct_fits
 from tests.results.cells import ASKED, Records, about, constant, hands, share, table
 from tests.results.record import Record
 
+NAMED, ALONE = "single: true cause first or in its class", "single: nothing else named"
 Row = tuple[str, str, str]  # Figure, what stands beside it, and what a constant answer reaches
 
 
-def one_cause(section: str) -> Callable[[Records], Row]:
+def one_cause(kept: Records) -> Row:
     """Return how often a single planted cause is named, and how often others besides."""
-
-    def cells(kept: Records) -> Row:
-        rates = kept["exam"].figures["sections"][section]
-        named, alone = (rates[f"single: {words}"] for words in
-                        ("true cause first or in its class", "nothing else named"))  # fmt: skip
-        right, clean = (round(rate["value"] * rate["cases"]) for rate in (named, alone))
-        return (
-            f"{right} of {named['cases']}",
-            f"nothing else named: {clean} of {alone['cases']}",
-            f"fixed {share(named['fixed'])}, random {share(named['random'])}",
-        )
-
-    return cells
+    own, second = (kept["exam"].figures["sections"][name] for name in ("single", "other"))
+    told = [
+        f"{round(rate['value'] * rate['cases'])} of {rate['cases']}"
+        for section in (own, second)
+        for rate in (section[NAMED], section[ALONE])
+    ]
+    return (
+        told[0],
+        f"nothing else: {told[1]}; second plant: {told[2]}, {told[3]}",
+        f"fixed {share(own[NAMED]['fixed'])}, random {share(own[NAMED]['random'])}",
+    )
 
 
 def planted(kept: Records) -> Row:
@@ -33,7 +32,7 @@ def planted(kept: Records) -> Row:
     found, deserved = total["planted_found"], total["deserved"]
     return (
         f"{found['hits']} of {found['of']} faults",
-        f"of {deserved['of']} names {deserved['hits']} are deserved",
+        f"{deserved['hits']} of {deserved['of']} names are deserved",
         constant(total, "planted_found"),
     )
 
@@ -57,12 +56,11 @@ def units(kept: Records) -> Row:
     figures = kept["units"].figures
     total = figures["summary"]
     gone = about([100.0 * row["gone"] for row in figures["units"]], 0)
-    matter, there = total["material_faults_named"], total["in_plant_or_class"]
+    matter = total["material_faults_named"]
     return (
-        f"{matter['hits']} of {matter['of']} faults that matter",
-        f"{there['hits']} of {there['of']} names are in the plant; squared error removed: {gone} %",
-        f"faults: {constant(total, 'material_faults_named')}; "
-        f"names: {constant(total, 'in_plant_or_class')}",
+        f"{matter['hits']} of {matter['of']} faults",
+        f"squared error removed: {gone} %",
+        constant(total, "material_faults_named"),
     )
 
 
@@ -86,21 +84,18 @@ def fingers(kept: Records) -> Row:
 
 
 README: dict[str, tuple[str, Callable[[Records], Row]]] = {
-    "[One hidden cause of 42](docs/diagnosis.md#how-often-it-is-right):"
-    " named first or in its class":
-        ("exam", one_cause("single")),
-    "[One hidden cause, second plant](docs/diagnosis.md#how-often-it-is-right): the same":
-        ("exam", one_cause("other")),
-    "[Two faults beside twelve imperfections](docs/lab/exams.md#benches-with-twenty-faults),"
-    " second plant: named or in a class": ("rich", planted),
-    "[Real STS3215 servo](docs/comparison.md): angle error on conditions left out":
+    "[One hidden cause of 42](docs/diagnosis.md#how-often-it-is-right): named":
+        ("exam", one_cause),
+    "[Two faults beside twelve imperfections](docs/lab/exams.md#benches-with-twenty-faults):"
+    " named": ("rich", planted),
+    "[Real STS3215 servo](docs/comparison.md): held-out angle error":
         ("comparison", servo("sts3215")),
     "[Real XL330 servo](docs/comparison.md#where-we-lose): the same":
         ("comparison", servo("xl330")),
-    "[Real SO-101 arm](docs/lab/so101.md): RMS error on unseen motions, six joints":
+    "[Real SO-101 arm](docs/lab/so101.md): held-out RMS error, six joints":
         ("comparison", servo("so101")),
-    "[Virtual fingers](docs/lab/exams.md#benches-with-twenty-faults), twenty faults each:"
-    " named or in a class": ("units", units),
+    "[Virtual fingers](docs/lab/exams.md#benches-with-twenty-faults), twenty faults: named":
+        ("units", units),
     "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), asked for 30, 60, 90 rad/min":
         ("turning_hands", ball),
     "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`":
@@ -115,13 +110,11 @@ def readme(kept: Records) -> str:
     for words, (name, cells) in README.items():
         number, beside, reached = cells(kept)
         rows.append((words, f"**{number}**", beside, reached, origin(kept[name])))
-    return table(("result", "rate, or mean (range)", "beside it", "constant answer", "measured at"),
+    return table(("result", "rate; mean (range)", "beside it", "constant answer", "measured at"),
                  rows)  # fmt: skip
 
 
 def origin(record: Record) -> str:
     """Return where a record was measured, and how many of its cells are of older code."""
-    parts = [f"`{record.commit[:7]}`", record.n]
-    if older := sum(record.older.values()):
-        parts.append(f"{older} cells are of older code")
-    return ", ".join([*parts, record.note] if record.note else parts)
+    older = sum(record.older.values())
+    return f"`{record.commit[:7]}`" + (f", {older} older" if older else "")
