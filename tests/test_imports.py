@@ -42,8 +42,11 @@ def loaded_by(statement: str) -> set[str]:
     [
         "tendon_hardware",
         "tendon_newton.cli",
+        "tendon_newton.cli.bench.examined_data",
         "tendon_newton.data.dataset",
         "tendon_newton.data.importers",
+        "tendon_newton.data.importers.lerobot.lerobot_examination",
+        "tendon_newton.data.importers.own",
         "tendon_newton.data.checks.lint",
         "tendon_newton.data.model_file",
         "tendon_newton.data.parameters",

@@ -111,10 +111,13 @@ def read(config: ImportConfig, readers: Mapping[str, Callable[[Path], Imported]]
 
     if config.mapping is not None:
         from tendon_newton.device_code.quiet import quiet_warp
-        from tendon_newton.workflows.importing import spool_radius
+        from tendon_newton.workflows.importing import refuse_model, spool_radius
 
         quiet_warp()
-        return read_mapped(config.source, config.mapping, spool_radius)
+        imported = read_mapped(config.source, config.mapping, spool_radius, mend=config.mend)
+        if imported.model.actuator.values:
+            refuse_model(imported.model)
+        return imported
     if config.format == "lerobot":
         units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
         return read_lerobot(config.source, config.joint, units)

@@ -13,6 +13,17 @@ if TYPE_CHECKING:
     from tendon_hardware.control.operator import OperatorProgress
 
 
+VERDICT_COLOURS = {"good": 32, "note": 33, "fix": 31}
+"""Green, yellow and red, by ANSI's numbers; the words stand there too."""
+
+
+def coloured(text: str, colour: int) -> str:
+    """Return a text in a colour of the terminal; plain in a file, or where NO_COLOR is set."""
+    if not sys.stdout.isatty() or os.environ.get("NO_COLOR"):
+        return text
+    return f"\033[{colour}m{text}\033[0m"
+
+
 def audible() -> TextIO:
     """Return where the operator hears what must not go unseen, with --quiet too."""
     unheard = getattr(sys.stdout, "name", None) == os.devnull

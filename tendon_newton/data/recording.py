@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.channels import CHANNELS, TIME_STEP_RANGE
 from tendon_newton.data.files.html_table import html_table
+from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording_plot import recording_figure
+from tendon_newton.data.stamps import stamp_fault, unit_of_step
 from tendon_newton.errors import InvalidRecording, shown
 
 if TYPE_CHECKING:
@@ -216,25 +218,15 @@ def check_time(recording: Recording) -> None:
         raise InvalidRecording(
             f"{recording.name}: t must be finite; row {bad[0]} is {time[bad[0]]}"
         )
-    (backwards,) = np.nonzero(time[1:] <= time[:-1])
-    if backwards.size:
-        k = int(backwards[0]) + 1
-        raise InvalidRecording(
-            f"{recording.name}: t must strictly increase; row {k} is {time[k]:.6f} s "
-            f"after {time[k - 1]:.6f} s"
-        )
     with np.errstate(over="ignore"):  # the step from -1e308 to 1e308 s is infinite, and refused
         step = float(np.median(np.diff(time)))
-    if not TIME_STEP_RANGE[0] <= step <= TIME_STEP_RANGE[1]:
-        slip = (
-            "milliseconds or microseconds"
-            if step > TIME_STEP_RANGE[1]
-            else "minutes or a longer unit"
-        )
+    if step > 0.0 and not TIME_STEP_RANGE[0] <= step <= TIME_STEP_RANGE[1]:
         raise InvalidRecording(
             f"{recording.name}: t must be in seconds; its median step is {step:g}, "
-            f"which looks like {slip}"
+            f"which looks like {unit_of_step(step)}"
         )
+    if (fault := stamp_fault(time)) is not None:
+        raise InvalidRecording(f"{recording.name}: t must strictly increase; {fault}")
 
 
 def check_shapes(recording: Recording) -> None:
@@ -291,9 +283,15 @@ def check_values(recording: Recording) -> None:
         came = f"row {row} (t = {recording.time[row]:g} s) is {value:g}"
         if bad.any():
             raise InvalidRecording(f"{recording.name}: {column} must be finite; {came}")
+        lost = lost_sign(table[:, place])
+        looks = (
+            f"and looks like {channel.slip}"
+            if lost is None
+            else f"in {int(lost.rows.sum())} such rows {lost.text}"
+        )
         raise InvalidRecording(
             f"{recording.name}: {column} must be in {channel.unit}; {came}, outside "
-            f"[{channel.lower:.4g}, {channel.upper:.4g}], and looks like {channel.slip}"
+            f"[{channel.lower:.4g}, {channel.upper:.4g}], {looks}"
         )
 
 

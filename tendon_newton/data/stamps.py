@@ -10,6 +10,22 @@ OUT_OF_ORDER = 0.5  # [s] a row that came late is overtaken by no more; a clock 
 FEW = 0.05  # Share of the rows that may be left out of a log [1]
 
 
+STEPS = {"nanoseconds": 1e-9, "microseconds": 1e-6, "milliseconds": 1e-3, "minutes": 60.0}
+"""Unit of somebody's stamps -> its size [s]."""
+USUAL_STEP = 0.01  # [s] of logs of servos, within a factor of ten or so
+
+
+def unit_of_step(step: float) -> str:
+    """Return the unit in which a step between rows is the most usual one, and its mend.
+
+    Args:
+        step: Median step, in the unit in question.
+    """
+    unit = min(STEPS, key=lambda name: abs(np.log(step * STEPS[name] / USUAL_STEP)))
+    word = {"nanoseconds": "ns", "microseconds": "us", "milliseconds": "ms", "minutes": "min"}[unit]
+    return f'{unit} (unit = "{word}" in a mapping)'
+
+
 def stamp_fault(time: Array) -> str | None:
     """Say what is wrong where stamps do not increase, and what mends it; None where they do.
 

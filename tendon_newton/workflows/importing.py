@@ -17,6 +17,7 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint import mended
 from tendon_newton.data.importers.imported import Imported, ImportedLog
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
@@ -152,6 +153,22 @@ def rest_of(
     radius = radius if isinstance(radius, float) else mechanism.tendons[0].spool_radius
     order = np.argsort(path.excursion)
     return ImportedRest(angle=path.excursion[order] / radius, tension=path.tension[order])
+
+
+def refuse_model(model: Model) -> None:
+    """Refuse a model whose numbers no simulation would take.
+
+    Raises:
+        InvalidModelFile: A number is missing, unknown or outside its range.
+        UnknownName: No actuator has that name.
+    """
+    from tendon_newton.actuators import find_actuator
+    from tendon_newton.simulation.model.parameter_table import SHARED_KEYS, check_values
+
+    actuator = model.actuator
+    own = {key: value for key, value in actuator.values.items() if key not in SHARED_KEYS}
+    declared = find_actuator(actuator.name).parameters
+    check_values(replace(actuator, values=own), declared, f"actuator {actuator.name!r}")
 
 
 def spool_radius(bench: str) -> float:

@@ -1,6 +1,7 @@
 """Examination of LeRobotDatasets: what was planted in an arm is told, joint by joint."""
 
 import json
+import sys
 from math import pi
 from pathlib import Path
 
@@ -74,7 +75,13 @@ def examined(
     """Examine an arm of one joint."""
     time = np.arange(len(command)) / RATE if time is None else time
     write_arm(folder, {"elbow_flex": np.stack([command, position], 1)}, time)
-    (joint,) = examine_dataset(folder)
+    return only(folder)
+
+
+def only(folder: Path) -> JointExamination:
+    """Examine an arm of one joint, of which all episodes can be read."""
+    examination = examine_dataset(folder)
+    (joint,) = examination.joints
     return joint
 
 
@@ -112,7 +119,7 @@ def test_rows_that_are_missing_or_late_are_counted(tmp_path, rng) -> None:
     kept = np.setdiff1d(np.arange(ROWS), np.r_[200:206, 300:304, 500, 600])
     joint = examined(tmp_path / "arm", position[kept], command[kept], time[kept])
     assert (joint.dropped, joint.late) == (12, 10)
-    assert any("missing" in fault for fault in joint.faults)
+    assert any("missing" in fault.evidence for fault in joint.faults)
 
 
 def test_an_angle_that_was_not_read_anew_is_late(tmp_path: Path, rng: np.random.Generator) -> None:
@@ -130,7 +137,7 @@ def test_a_joint_that_is_held_fails(tmp_path: Path, rng: np.random.Generator) ->
     position = servo(command, 0.03, 0.06, 0.0, 0.0)
     position[400:520] = position[400]
     joint = examined(tmp_path / "arm", position, command)
-    assert any("held short of its command" in fault for fault in joint.faults)
+    assert any("held short of its command" in fault.evidence for fault in joint.faults)
     assert joint.following.delay + joint.following.lag == pytest.approx(0.09, abs=0.01)
 
 
@@ -142,16 +149,17 @@ def test_a_calibration_that_drifts_is_seen_in_its_episode(tmp_path, rng) -> None
     time = np.tile(np.arange(100) / RATE, 9)
     joints = {"elbow_flex": np.stack([command, position], 1)}
     folder = write_arm(tmp_path / "arm", joints, time, episode=np.repeat(np.arange(9), 100))
-    (joint,) = examine_dataset(folder)
+    joint = only(folder)
     assert np.median(joint.offsets) == pytest.approx(0.0, abs=0.2 * DEGREE)
-    assert joint.faults[0].startswith("reads +1")
-    assert "in the episode in place 8, " in joint.faults[0]
+    assert joint.faults[0].evidence.startswith("reads +1")
+    assert "in the episode in place 8, " in joint.faults[0].evidence
 
 
 def test_what_is_no_goal_of_the_joint_is_said(tmp_path: Path, rng: np.random.Generator) -> None:
     """Where action holds something else, no delay and no play are told as if they were."""
     joint = examined(tmp_path / "arm", teleoperated(rng), teleoperated(rng))
-    assert "action must hold the goal" in joint.faults[0]
+    (fault,) = joint.faults
+    assert "action must" in fault.consequence
 
 
 @pytest.mark.parametrize("version", ["v2.1", "v3.0"])
@@ -194,3 +202,74 @@ def test_a_folder_of_joints_names_one_command_for_all(tmp_path, rng, capsys) -> 
     assert f'{out / "lift" / "dataset.toml"}: some recording must have split = "test"' in (
         capsys.readouterr().err
     )
+
+
+def sound_arm(folder: Path, rng: np.random.Generator, **spoiled: np.ndarray) -> Path:
+    """Write four joints of one episode, some of them with other angles."""
+    commands = {name: teleoperated(rng) for name in ("pan", "lift", "elbow", "wrist")}
+    positions = {name: servo(u, 0.03, 0.05, 0.5 * DEGREE, 0.0) for name, u in commands.items()}
+    positions |= spoiled
+    joints = {name: np.stack([commands[name], positions[name]], 1) for name in commands}
+    return write_arm(folder, joints, np.arange(ROWS) / RATE)
+
+
+def test_the_answer_for_programs_is_one_object(tmp_path, rng, capsys) -> None:
+    """Findings with check, rows and mend; a file of the dataset stands for its folder."""
+    folder = sound_arm(tmp_path / "arm", rng)
+    assert main(["doctor", str(folder / "meta" / "info.json"), "--json"]) == 0
+    (table,) = json.loads(capsys.readouterr().out)["datasets"]
+    assert (table["sound"], table["findings"]) == (True, [])
+    joint = table["joints"][0]
+    assert (joint["joint"], joint["following"]["delay"]) == ("pan", pytest.approx(0.03, abs=0.01))
+
+
+@pytest.mark.parametrize(
+    ("delay", "play", "said"), [(0.03, 4.0, "deg of play"), (0.14, 0.5, "ms late")]
+)
+def test_a_joint_is_held_against_its_siblings(delay, play, said, tmp_path, rng) -> None:
+    """What would pass alone, 4 deg of play or 190 ms, stands out beside 0.5 deg and 80 ms."""
+    folder = sound_arm(tmp_path / "arm", rng)
+    table = parquet.read_table(next(folder.rglob("*.parquet")))
+    command = np.stack(table["action"].to_numpy())[:, 2] * DEGREE
+    position = servo(command, delay, 0.05 if delay < 0.1 else 0.14, play * DEGREE, 0.0)
+    spoiled = sound_arm(tmp_path / "spoiled", np.random.default_rng(20260101), elbow=position)
+    faults = {joint.joint: joint.faults for joint in examine_dataset(spoiled).joints}
+    assert [name for name, found in faults.items() if found] == ["elbow"]
+    assert said in faults["elbow"][0].evidence
+
+
+def test_a_sag_that_goes_with_the_posture_is_no_play(tmp_path, rng) -> None:
+    """A weight that pulls an elbow by up to 6 deg, as shoulder and elbow stand."""
+    lift, elbow = teleoperated(rng), teleoperated(rng)
+    sag = 6.0 * DEGREE * np.cos(lift + elbow)
+    joints = {
+        "lift": np.stack([lift, servo(lift, 0.03, 0.05, 0.5 * DEGREE, 0.0)], 1),
+        "elbow": np.stack([elbow, servo(elbow - sag, 0.03, 0.05, 0.5 * DEGREE, 0.0)], 1),
+    }
+    folder = write_arm(tmp_path / "arm", joints, np.arange(ROWS) / RATE)
+    _, found = examine_dataset(folder).joints
+    assert found.following.play == pytest.approx(0.5 * DEGREE, abs=1.0 * DEGREE)
+    assert not [fault for fault in found.faults if "play" in fault.evidence]
+
+
+def test_one_bad_episode_is_listed_and_the_others_examined(tmp_path, rng, capsys) -> None:
+    """A clock that restarts makes one of three no recording; a cut one is told by its frames."""
+    command = teleoperated(rng)
+    pair = np.stack([command, servo(command, 0.03, 0.05, 0.0, 0.0)], 1)
+    time = np.tile(np.arange(300) / RATE, 3)
+    time[450:600] -= time[450]
+    folder = write_arm(tmp_path / "arm", {"pan": pair}, time, episode=np.repeat(np.arange(3), 300))
+    assert main(["doctor", str(folder)]) == 1
+    said = capsys.readouterr().out
+    assert "episode 1: t must strictly increase; row 150 is 0.000000 s" in said
+    assert "good  pan" in said
+
+
+def test_an_id_of_the_hub_needs_its_package(monkeypatch, capsys) -> None:
+    """One line says what to install; a name that is no id is no such folder."""
+    monkeypatch.setitem(sys.modules, "huggingface_hub", None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert main(["doctor", "somebody/something"]) == 2
+    assert "pip install 'tendon-newton[hub]'" in capsys.readouterr().err
+    assert main(["doctor", "nowhere"]) == 2
+    assert "no such folder" in capsys.readouterr().err

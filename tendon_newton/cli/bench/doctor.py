@@ -1,9 +1,11 @@
-"""Examine a bench, what changed on it, or the joints of a LeRobotDataset: what to do about each.
+"""Examine a bench, what changed on it, or recorded data: what to do about each.
 
-No motor moves. Without --port the serial ports that are there are listed. In a dataset (v2, v3)
-each joint gets its offset, delay, lag, play, time in which it is held, missing and late rows, and
-passes or fails. With --against a recording says what has changed since a diagnosis, before a run.
-The exit code is 1 where something must be mended before data is worth taking.
+No motor moves. Without --port the serial ports that are there are listed. A dataset of ours is
+looked at by all checks of an import. In a LeRobotDataset (v2, v3; a folder, or an id of Hugging
+Face's Hub) each joint also gets its offset, delay, lag, play, time in which it is held, missing and
+late rows, and passes or fails. With --against a recording says what has changed since a diagnosis,
+before a run. The exit code is 0 where all is sound, 1 where something must be mended before data
+is worth taking, and 2 where what was named cannot be used.
 
     tendon-newton doctor
     tendon-newton doctor --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
@@ -11,13 +13,13 @@ The exit code is 1 where something must be mended before data is worth taking.
     tendon-newton doctor --port /dev/ttyUSB0 --set-baud 1000000
     tendon-newton doctor --port /dev/ttyUSB0 --set-id 2
     tendon-newton doctor DATASET
+    tendon-newton doctor lerobot/svla_so101_pickplace --json
+    tendon-newton doctor DATASET --mend MENDED
     tendon-newton doctor --against found/diagnosis.json RECORDING
 """
 
 from __future__ import annotations
 
-import os
-import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,23 +27,25 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
 from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
     from tendon_hardware.doctor import Observation
 
 EXIT_FIX = 1  # Exit code where something must be mended.
-COLOURS = {"good": 32, "note": 33, "fix": 31}
-"""Green, yellow and red, by ANSI's numbers; the words stand there too."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Doctor:
     """Bench or dataset to examine, and registers to change first."""
 
-    dataset: tyro.conf.Positional[Path | None] = None
-    """Folder of a LeRobotDataset; no bench is looked at then. With --against a recording of a
-    dataset, or the dataset."""
+    dataset: tyro.conf.Positional[tuple[str, ...]] = ()
+    """Folders of datasets, or ids of LeRobotDatasets; no bench is looked at then. With --against
+    one recording of a dataset, or the dataset."""
+    mend: Path | None = None
+    """For a dataset of ours: new folder for it with all mends that no reader would do otherwise."""
+    json: bool = False  # For datasets: print findings and numbers for programs and nothing else.
     against: Path | None = None
     """Diagnosis of the bench as it was: say which of its numbers moved, and what to do."""
     unit: str | None = None
@@ -65,8 +69,8 @@ def main(config: Doctor) -> None:
     if config.against is not None:
         hold_against(config, config.against)
         return
-    if config.dataset is not None:
-        examine_joints(config, config.dataset)
+    if config.dataset:
+        examine_datasets(config)
         return
     from tendon_hardware.doctor import examine, ports_of
     from tendon_hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
@@ -90,9 +94,21 @@ def main(config: Doctor) -> None:
         raise SystemExit(EXIT_FIX)
 
 
+def examine_datasets(config: Doctor) -> None:
+    """Examine datasets, and leave with code 1 where one is not sound."""
+    from tendon_newton.cli.bench.examined_data import examine_data
+
+    if config.port is not None:
+        raise InvalidParameter("a dataset is examined alone; --port names a bench beside it")
+    if config.mend is not None and len(config.dataset) > 1:
+        raise InvalidParameter("--mend writes one dataset; name one")
+    if not examine_data(config):
+        raise SystemExit(EXIT_FIX)
+
+
 def hold_against(config: Doctor, against: Path) -> None:
     """Say what a recording shows to have changed since a diagnosis."""
-    if config.dataset is None or config.port is not None:
+    if len(config.dataset) != 1 or config.port is not None:
         raise InvalidParameter(
             "--against needs a recording of the bench, and no --port: record one with `collect`"
         )
@@ -103,56 +119,20 @@ def hold_against(config: Doctor, against: Path) -> None:
     from tendon_newton.diagnosis.in_time.changes_report import answer_lines, steps_of
     from tendon_newton.workflows.diagnosing import compare_days
 
-    days = compare_days(config.dataset, against, None, show)
+    days = compare_days(Path(config.dataset[0]), against, None, show)
     clear()
     print(*answer_lines(days), sep="\n")
     if any(map(steps_of, days.values())):
         raise SystemExit(EXIT_FIX)
 
 
-def examine_joints(config: Doctor, folder: Path) -> None:
-    """Examine a LeRobotDataset, print a row for each joint and what to type next."""
-    from tendon_newton.data.importers.lerobot import LeRobotUnits
-    from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS, examine_dataset
-
-    if config.port is not None:
-        raise InvalidParameter("a dataset is examined alone; --port names a bench beside it")
-    joints = examine_dataset(folder, LeRobotUnits(unit=config.unit, calibration=config.calibration))
-    width = max(len("joint"), *(len(joint.joint) for joint in joints))
-    print(f"      {'joint':{width}}  {HEADINGS}")
-    for joint in joints:
-        verdict = "fix" if joint.faults else "good"
-        print(f"{coloured(f'{verdict:5}', COLOURS[verdict])} {joint.joint:{width}}  {joint.text}")
-        for fault in joint.faults:
-            print(f"      {'':{width}}  -> {fault}")
-    failed = sum(bool(joint.faults) for joint in joints)
-    print(f"{failed or 'none'} of {len(joints)} joints to mend")
-    words = ["tendon-newton", "import", "lerobot", str(folder), "--out", "arm"]
-    if config.unit or any(joint.size != 1.0 for joint in joints):
-        words += ["--unit", config.unit or "deg"]
-    if config.calibration is not None:
-        words += ["--calibration", str(config.calibration)]
-    print(f"next: {shlex.join(words)}")
-    if config.unit is None and "--unit" in words:
-        print("      or --unit percent --calibration FILE, where the arm was recorded so")
-    if failed:
-        raise SystemExit(EXIT_FIX)
-
-
 def show_observation(observation: Observation) -> None:
     """Print one row, and the remedy below it."""
     clear()
-    verdict = coloured(f"{observation.verdict:5}", COLOURS[observation.verdict])
+    verdict = coloured(f"{observation.verdict:5}", VERDICT_COLOURS[observation.verdict])
     print(f"{verdict} {observation.subject:22} {observation.found}")
     if observation.remedy:
         print(f"      {'':22} -> {observation.remedy}")
-
-
-def coloured(text: str, colour: int) -> str:
-    """Return a text in a colour of the terminal; plain in a file, or where NO_COLOR is set."""
-    if not sys.stdout.isatty() or os.environ.get("NO_COLOR"):
-        return text
-    return f"\033[{colour}m{text}\033[0m"
 
 
 def show(text: str) -> None:

@@ -57,6 +57,11 @@ def likeness(command: Array, theta: Array, delays: range, used: Mask) -> Likenes
     )
 
 
+def moves(values: Array) -> bool:
+    """Tell whether a column goes farther than one that rests."""
+    return bool(np.ptp(values) > rest_band(values))
+
+
 def delays_of(recording: Recording) -> range:
     """Return the delays of a servo in rows."""
     step = float(np.median(np.diff(recording.time)))
@@ -81,7 +86,7 @@ def no_command(recording: Recording) -> Iterator[Finding]:
     delays = delays_of(recording)
     for place, column in enumerate(names_of(recording, "theta_d")):
         goal, theta = recording.command[:, place], recording.motor_position[:, place]
-        if np.ptp(goal) <= rest_band(goal) or np.ptp(theta) <= rest_band(theta):
+        if not moves(goal) or not moves(theta):
             continue
         used = answering(recording, place)
         if used.sum() < LEAST_ROWS:
@@ -173,9 +178,8 @@ def idle(recording: Recording) -> Finding | None:
     goals, angles = recording.command, recording.motor_position
     if goals is None or recording.duration < LEAST_TIME:
         return None
-    moves = [bool(np.ptp(theta) > 2.0 * rest_band(theta)) for theta in angles.T]
     asked = [bool(np.ptp(goal) > 0.0) for goal in goals.T]
-    if not any(moves) and not any(asked):
+    if not any(asked) and not any(np.ptp(theta) > 2.0 * rest_band(theta) for theta in angles.T):
         return Examined(recording.name, "theta").defect(
             f"moves by {1e3 * float(np.ptp(angles, axis=0).max()):.2g} mrad in "
             f"{recording.sample_count} rows, and theta_d by nothing",
@@ -204,13 +208,14 @@ def exchanged_joints(recording: Recording) -> Iterator[Finding]:
         return
     delays = delays_of(recording)
     columns = names_of(recording, "theta")
+    used = recording.enabled
     score = np.array(
         [
-            [likeness(goal, theta, delays, recording.enabled).same for goal in goals.T]
+            [likeness(goal, theta, delays, used).same if moves(goal) else 0.0 for goal in goals.T]
             for theta in recording.motor_position.T
         ]
     )
-    for place in range(recording.tendon_count):
+    for place in np.flatnonzero([moves(theta) for theta in recording.motor_position.T]):
         best = int(np.argmax(score[place]))
         own, other = float(score[place, place]), float(score[place, best])
         if best != place and other > ALIKE and 1.0 - other**2 < CLEARER * (1.0 - own**2):

@@ -24,7 +24,10 @@ PLAYS = (0.0, 0.02, 0.06, 0.2)  # [rad] likewise
 STEP = 1.0e-3  # [s] of delay and lag and [rad] of play, for the slopes of the residual
 DAMPING = (0.0, 0.1, 1.0, 10.0)  # [1] of the slopes' squares; the best of these is taken
 ROUNDS = 12
+ENOUGH = 1.0 - 1e-4  # [1] of the square: a step that takes away less is the last
 ROWS_A_FORM = 20  # Rows that each direction of sag takes
+NEARLY = 0.01  # [1] of the motion: what follows so well carries no load worth a word
+SAGS = 0.25  # [1] of the square that is left without a load, below which one is there
 TOLD_APART = 1e-6  # [1] of the largest direction of sag, below which one is rounding
 
 
@@ -37,6 +40,23 @@ class FollowedMotion:
     position: Array  # [rad], shape (T,)
     # Commands of all joints, on which its load depends [rad], shape (T, J); no load without any
     posture: Array | None = None
+    read: Mask | None = None  # Rows whose angle was read, shape (T,); all by default
+
+    @property
+    def good(self) -> Mask:
+        """Rows whose angle was read, shape (T,)."""
+        return np.ones(len(self.time), dtype=np.bool_) if self.read is None else self.read
+
+    def until(self, count: int) -> "FollowedMotion":
+        """Return the first so many rows."""
+        rows = slice(count)
+        return FollowedMotion(
+            time=self.time[rows],
+            command=self.command[rows],
+            position=self.position[rows],
+            posture=None if self.posture is None else self.posture[rows],
+            read=self.good[rows],
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,28 +73,48 @@ class Following:
 def follow(motions: Sequence[FollowedMotion]) -> Following:
     """Fit delay, lag and play to motions; rows in which something holds the joint do not count."""
     used = [free_rows(motion) for motion in motions]
-    sag = sag_of(motions, used)
-
-    def residual(numbers: Array) -> Array:
-        left = pooled([residual_of(motion, numbers) for motion in motions], used)
-        return left - sag @ (sag.T @ left)
-
-    def error(numbers: Array) -> float:
-        return float(np.mean(residual(numbers) ** 2))
-
+    none = np.zeros((sum(map(int, map(np.sum, used))) or 1, 0))
     starts = [np.array([delay, lag, 0.0]) for delay in DELAYS for lag in LAGS]
-    first = min(starts, key=error)
-    starts = [np.array([*first[:2], width]) for width in PLAYS]
-    best = min((refine(residual, start) for start in starts), key=error)
-    delay, lag, width = map(float, best)
+    first = min(starts, key=lambda numbers: error(motions, used, none, numbers))
+    best = walked(motions, used, none, [np.array([*first[:2], width]) for width in PLAYS])
+    left = error(motions, used, none, best)
     positions = np.concatenate([motion.position for motion in motions])
+    if left > (NEARLY * positions.std()) ** 2:
+        sag = sag_of(motions, used)
+        loaded = walked(motions, used, sag, [np.array([*best[:2], width]) for width in PLAYS])
+        if (lower := error(motions, used, sag, loaded)) < SAGS * left:
+            best, left = loaded, lower
+    delay, lag, width = map(float, best)
     return Following(
         delay=delay,
         lag=lag,
         play=width,
-        residual=float(np.sqrt(error(best))),
+        residual=float(np.sqrt(left)),
         motion=float(positions.std()),
     )
+
+
+def walked(
+    motions: Sequence[FollowedMotion], used: Sequence[Mask], sag: Array, starts: Sequence[Array]
+) -> Array:
+    """Return the best of what walks from several starts end at."""
+    ends = [refine(lambda numbers: left_of(motions, used, sag, numbers), s) for s in starts]
+    return min(ends, key=lambda numbers: error(motions, used, sag, numbers))
+
+
+def error(
+    motions: Sequence[FollowedMotion], used: Sequence[Mask], sag: Array, numbers: Array
+) -> float:
+    """Return the mean square of what numbers and sag leave [rad^2]."""
+    return float(np.mean(left_of(motions, used, sag, numbers) ** 2))
+
+
+def left_of(
+    motions: Sequence[FollowedMotion], used: Sequence[Mask], sag: Array, numbers: Array
+) -> Array:
+    """Return what delay, lag and play leave of all used rows beside the sag [rad], shape (N,)."""
+    left = pooled([residual_of(motion, numbers) for motion in motions], used)
+    return left - sag @ (sag.T @ left)
 
 
 def pooled(parts: Sequence[Array], used: Sequence[Mask]) -> Array:
@@ -115,13 +155,13 @@ def offset_of(motion: FollowedMotion, following: Following) -> float:
 
 
 def free_rows(motion: FollowedMotion) -> Mask:
-    """Tell which rows lie some time after the first one and away from all in which it is held."""
+    """Tell which rows were read, away from the first one and from all in which it is held."""
     time = motion.time
     begin = time[np.r_[True, held_rows(motion)[1:]]]  # the first row has no past
     nearest = np.searchsorted(begin, time)
     since = time - begin[np.maximum(0, nearest - 1)]
     until = np.r_[begin, np.inf][nearest] - time
-    return np.minimum(np.abs(since), until) > SETTLING
+    return (np.minimum(np.abs(since), until) > SETTLING) & motion.good
 
 
 def refine(residual: Callable[[Array], Array], start: Array) -> Array:
@@ -136,7 +176,7 @@ def refine(residual: Callable[[Array], Array], start: Array) -> Array:
         ]
         residuals = [residual(numbers) for numbers in tried]
         k = int(np.argmin([new @ new for new in residuals]))
-        if residuals[k] @ residuals[k] >= found @ found:
+        if residuals[k] @ residuals[k] >= ENOUGH * (found @ found):
             break
         best, found = tried[k], residuals[k]
     return best

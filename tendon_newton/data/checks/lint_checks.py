@@ -131,10 +131,14 @@ def wrapped(recording: Recording) -> Iterator[Finding]:
 
 def dead_channels(recording: Recording) -> Iterator[Finding]:
     """Channels that never change while the shaft moves."""
-    if np.ptp(recording.motor_position, axis=0).max() < MOTION_LIMIT:
-        return
+    moves = np.ptp(recording.motor_position, axis=0) > MOTION_LIMIT
+    own = {
+        name: bool(moves[place])
+        for column in TENDON_COLUMNS
+        for place, name in enumerate(names_of(recording, column))
+    }
     for column, values in measured_channels(recording):
-        if np.ptp(values) == 0.0:
+        if np.ptp(values) == 0.0 and own.get(column, bool(moves.any())):
             yield Examined(recording.name, column).defect(
                 f"{values[0]:g} in all {values.size} rows although theta moves",
                 "the channel was not measured: remove the column",

@@ -25,9 +25,11 @@ from tendon_newton.errors import InvalidMapping, TendonNewtonError, shown
 
 ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "header")
 """Keys for files of rows: CSV and JSON."""
+MODEL_KEYS = ("model", "fit", "tolerances")
+"""Keys of the model to start from, as in a model file."""
 STATED_KEYS = ("start", "bench_overrides", "actuator_overrides", "load_cell_rate")
 """Keys of what is stated of logs that no column holds."""
-OTHER_KEYS = ("bench", "files", "joints", "logs", "model", "fit")
+OTHER_KEYS = ("bench", "files", "joints", "logs", *MODEL_KEYS)
 FILE_KEYS = (*OTHER_KEYS, *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS)
 
 
@@ -118,7 +120,7 @@ def read_mapping(path: Path) -> ColumnMapping:
         columns={n: c for n, c in mapped.items() if isinstance(c, MappedColumn) and not topics},
         topics=topics,
         stated=read_patterns(path, table),
-        model={key: table[key] for key in ("model", "fit") if key in table},
+        model={key: table[key] for key in MODEL_KEYS if key in table},
     )
 
 

@@ -11,6 +11,8 @@ from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, open_text
 from tendon_newton.errors import InvalidRecording
 
 DELIMITERS = (",", ";", "\t", "|")
+COMMENTS = ("#", "%", "//")
+"""What lines without a row begin with, the most usual first."""
 LOOKED_AT = 100  # Rows from which the decimal mark is guessed
 COMMA = re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE)
 POINT = re.compile(r"\s*[+-]?\d*\.\d+(e[+-]?\d+)?\s*", re.IGNORECASE)
@@ -40,19 +42,38 @@ class CsvDialect:
         point; where commas separate cells as well, such a cell stands in quotes.
         """
         with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
-            lines = list(islice(self.rows(file), LOOKED_AT + 1))
-        if not lines:
-            return replace(self, delimiter=self.delimiter or ",", decimal=self.decimal or ".")
+            first = list(islice(file, LOOKED_AT + 1))
         try:
-            delimiter = self.delimiter or guess_delimiter(lines[0], wanted)
-            decimal = self.decimal or guess_decimal(lines, delimiter, wanted)
+            seen = self if self.comment is not None else self.with_comments(first, wanted)
+            lines = list(seen.rows(first))
+            if not lines:
+                return replace(seen, delimiter=seen.delimiter or ",", decimal=seen.decimal or ".")
+            delimiter = seen.delimiter or guess_delimiter(lines[0], wanted)
+            decimal = seen.decimal or guess_decimal(lines, delimiter, wanted)
         except csv.Error as error:
             raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
-        return replace(self, delimiter=delimiter, decimal=decimal)
+        return replace(seen, delimiter=delimiter, decimal=decimal)
+
+    def with_comments(self, lines: list[str], wanted: Collection[str]) -> "CsvDialect":
+        """Return what lines without a row begin with, and the header where it is such a line."""
+        for mark in COMMENTS:
+            marked = [x.strip().lstrip(mark) for x in lines if x.lstrip().startswith(mark)]
+            if not marked or len(marked) == len(lines):
+                continue
+            plain = next(line for line in lines if not line.lstrip().startswith(mark))
+            best = max(marked, key=lambda line: shared_names(line, wanted))
+            if self.header or shared_names(best, wanted) <= shared_names(plain, wanted):
+                return replace(self, comment=mark)
+            delimiter = self.delimiter or guess_delimiter(best, wanted)
+            names = tuple(cells_of(best, delimiter))
+            return replace(self, comment=mark, header=names, delimiter=delimiter)
+        return self
 
     def text(self, given: "CsvDialect") -> str:
         """Say what of this was guessed; empty where it is what any program expects."""
         words: list[str] = []
+        if given.comment is None and self.comment is not None:
+            words.append(f"comments after {self.comment!r}")
         if given.delimiter is None and self.delimiter != ",":
             words.append(f"cells separated by {self.delimiter!r}")
         if given.decimal is None and self.decimal != ".":
@@ -60,11 +81,21 @@ class CsvDialect:
         return " and ".join(words)
 
 
+def shared_names(line: str, wanted: Collection[str]) -> int:
+    """Return how many of the wanted columns a header line has."""
+    return max(len(set(cells_of(line, delimiter)) & set(wanted)) for delimiter in DELIMITERS)
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line."""
+    return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
+
+
 def guess_delimiter(header: str, wanted: Collection[str]) -> str:
     """Return what separates the cells of a header line."""
 
     def score(delimiter: str) -> tuple[int, int]:
-        cells = {cell.strip() for row in csv.reader([header], delimiter=delimiter) for cell in row}
+        cells = set(cells_of(header, delimiter))
         return len(cells & set(wanted)), len(cells)
 
     return max(DELIMITERS, key=score)

@@ -1,37 +1,52 @@
 """Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import SHARED_COLUMNS, TENDON_COLUMNS, recording_of
 from tendon_newton.data.formats.rosbag import METADATA_FILE
 from tendon_newton.data.importers.column_mapping import ColumnMapping, read_mapping
+from tendon_newton.data.importers.column_mends import mended_columns
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.mapped_rows import read_mapped_columns
-from tendon_newton.data.model_file import Model, NamedValues, read_actuator, read_fit
+from tendon_newton.data.model_file import (
+    Model,
+    NamedValues,
+    read_actuator,
+    read_fit,
+    read_tolerances,
+)
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, shown
+from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, listed, shown
 
 NOMINAL_GAIN = 4.2  # Force of the paper's servo per angle [N/rad], where a mapping states no model
 SERVO = "servo"  # Bench of a servo whose load is not known
+SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
 SAME_RADIUS = 1e-3  # Share by which two files may round a radius [1]
 ROS_SUFFIXES = (".mcap", ".db3")
 """Files of ROS 2 recordings; a folder with ``metadata.yaml`` is one as well."""
 
 
-def read_mapped(folder: Path, mapping_file: Path, spool_radius: Callable[[str], float]) -> Imported:
+def read_mapped(
+    folder: Path,
+    mapping_file: Path,
+    spool_radius: Callable[[str], float],
+    *,
+    mend: bool = False,
+) -> Imported:
     """Read every log of a folder that a mapping file's pattern matches.
 
     Args:
         spool_radius: Gives the radius [m] that a bench's asset states, by the bench's name.
+        mend: Whether to mend what else makes no recording: lost signs, a clock that begins again.
     """
     mapping = read_mapping(mapping_file)
     if not folder.is_dir():
@@ -41,17 +56,31 @@ def read_mapped(folder: Path, mapping_file: Path, spool_radius: Callable[[str], 
     for part in mapping.stated:
         if not any(fnmatchcase(path.name, part.pattern) for path in paths):
             raise InvalidMapping(f"{mapping.path}: no log matches logs.{part.pattern!r}")
-    read = [read_log(folder, path, mapping) for path in paths]
+    read = [read_log(folder, path, mapping, mend=mend) for path in paths]
     model = start_model(mapping, spool_radius)
     imported = Imported(
-        logs=tuple(log for log, _ in read),
+        logs=tuple(log for logs, _ in read for log in logs),
         start_model=lambda _: model,
         limits={},
-        findings=tuple(finding for _, found in read for finding in found),
+        findings=(*mapped_twice(mapping), *(one for _, found in read for one in found)),
     )
     several = any(log.recording.tendon_count > 1 for log in imported.logs)
     alone = mapping.joints or (mapping.bench == SERVO and several)
     return by_joint(imported, mapping) if alone else imported
+
+
+def mapped_twice(mapping: ColumnMapping) -> Iterator[Finding]:
+    """Say which column of theirs stands for two of ours, unless its rows say so."""
+    ours: dict[str, list[str]] = {}
+    for name, column in mapping.columns.items():
+        if column.source is not None:
+            ours.setdefault(column.source, []).append(name)
+    for source, names in ours.items():
+        if len(names) > 1 and not all(name.startswith("theta") for name in names):
+            yield Examined("all", names[1]).defect(
+                f"{source!r} is mapped as {listed(names)}",
+                "one column is one quantity: map the other one's own column, or leave it out",
+            )
 
 
 def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
@@ -73,6 +102,12 @@ def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
             f"{mapping.path}: {foreign[0].name} is a recording of ROS 2: its columns come from a "
             "topic and a field"
         )
+    sheets = [p for p in (found or folder.iterdir()) if p.suffix.lower() in SPREADSHEETS]
+    if sheets and len(sheets) == len(found or sheets):
+        raise InvalidRecording(
+            f"{sheets[0]}: logs are CSV files, and this is a spreadsheet: save it as CSV there "
+            '(File, Save As, "CSV UTF-8"), one run a file'
+        )
     if not found:
         kind = "log" if mapping.topics is None else f"ROS 2 recording ({METADATA_FILE}, .mcap)"
         raise InvalidRecording(f"{folder}: no {kind} matches files = {mapping.files!r}")
@@ -90,14 +125,18 @@ def start_model(mapping: ColumnMapping, spool_radius: Callable[[str], float]) ->
     """Return the model that a mapping states, or the nominal one of its bench."""
     try:
         fit = read_fit(mapping.model.get("fit", []))
+        tolerances = read_tolerances(mapping.model.get("tolerances", {}))
         if "model" in mapping.model:
-            model = Model(actuator=read_actuator(mapping.model["model"]), fit=fit)
+            model = Model(
+                actuator=read_actuator(mapping.model["model"]), fit=fit, tolerances=tolerances
+            )
             refuse_other_radius(mapping, model, spool_radius)
             return model
-        if mapping.bench == SERVO:
-            return Model(actuator=NamedValues(name="ideal_position", values={}), fit=fit)
-        values = {"gain": NOMINAL_GAIN, "spool_radius": spool_radius(mapping.bench)}
-        return Model(actuator=NamedValues(name="ideal", values=values), fit=fit)
+        plain = NamedValues(name="ideal_position", values={})
+        if mapping.bench != SERVO:
+            values = {"gain": NOMINAL_GAIN, "spool_radius": spool_radius(mapping.bench)}
+            plain = NamedValues(name="ideal", values=values)
+        return Model(actuator=plain, fit=fit, tolerances=tolerances)
     except TendonNewtonError as error:
         raise InvalidMapping(f"{mapping.path}: {error}") from error
 
@@ -117,23 +156,28 @@ def refuse_other_radius(
             )
 
 
-def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> tuple[ImportedLog, list[Finding]]:
-    """Read one log, and what was found on the way."""
+def read_log(
+    folder: Path, path: Path, mapping: ColumnMapping, *, mend: bool
+) -> tuple[list[ImportedLog], list[Finding]]:
+    """Read one log, in parts where its clock begins again, and what was found on the way."""
     stem = path.name if path.is_dir() else path.stem
     name = "_".join([*path.relative_to(folder).parent.parts, f"{stem}.csv"])
     if mapping.topics is None:
-        recording, found = rows_recording(path, name, mapping)
+        recordings, found = rows_recordings(path, name, mapping, mend=mend)
     else:
         found = []
-        recording = messages_recording(path, name, mapping)
-    log = ImportedLog(
-        recording=recording,
-        conditions={"file": stem, **{f"part{k}": p for k, p in enumerate(stem.split("_"))}},
-        source=path,
-        sha256=file_hash(path),
-        open_start=mapping.stated_of(path.name).start is None,
-    )
-    return log, found
+        recordings = [messages_recording(path, name, mapping)]
+    logs = [
+        ImportedLog(
+            recording=recording,
+            conditions={"file": stem, **{f"part{k}": p for k, p in enumerate(stem.split("_"))}},
+            source=path,
+            sha256=file_hash(path),
+            open_start=mapping.stated_of(path.name).start is None,
+        )
+        for recording in recordings
+    ]
+    return logs, found
 
 
 def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
@@ -155,15 +199,28 @@ def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recordi
         raise InvalidRecording(f"{path}: {error}") from error
 
 
-def rows_recording(
-    path: Path, name: str, mapping: ColumnMapping
-) -> tuple[Recording, list[Finding]]:
-    """Read a file of rows."""
+def rows_recordings(
+    path: Path, name: str, mapping: ColumnMapping, *, mend: bool
+) -> tuple[list[Recording], list[Finding]]:
+    """Read a file of rows, and mend its columns where that is asked for."""
     columns, found = read_mapped_columns(path, mapping, name)
+    parts = [columns]
+    if mend:
+        parts, mended = mended_columns(columns, name)
+        found += mended
+    names = [name]
+    if len(parts) > 1:
+        names = [name.replace(".csv", f"_clock{k}.csv") for k in range(len(parts))]
+        found = [replace(one, recording=own) for own in names for one in found]
     try:
-        return make_recording(name, columns, mapping, path.name), found
+        recordings = [
+            make_recording(own, part, mapping, path.name)
+            for own, part in zip(names, parts, strict=True)
+        ]
     except TendonNewtonError as error:
-        raise InvalidRecording(f"{path}: {error}") from error
+        mendable = not mend and mended_columns(columns, name)[1]
+        raise InvalidRecording(f"{path}: {error}" + " (--mend does it)" * bool(mendable)) from error
+    return recordings, found
 
 
 def make_recording(

@@ -6,6 +6,8 @@ import re
 from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
+from datetime import UTC, datetime, time
+from itertools import chain
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,7 @@ from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, op
 from tendon_newton.data.files.values import are_tables, is_list, is_table
 from tendon_newton.data.formats.mapped_column import MappedColumn
 from tendon_newton.data.importers.column_mapping import ColumnMapping
-from tendon_newton.data.importers.csv_dialect import PROMISE, CsvDialect
+from tendon_newton.data.importers.csv_dialect import COMMENTS, PROMISE, CsvDialect
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, listed, shown
 
@@ -29,6 +31,8 @@ JSON_SIZE_LIMIT = 1 << 25  # Bytes of a JSON log, whose rows take twenty times a
 Row = Mapping[str, Any]
 
 
+EPOCH = datetime(2020, 1, 1, tzinfo=UTC)
+"""Instant from which dates are counted: a log's own steps keep their digits."""
 REACH = 3.0  # Widths of a Gaussian beyond which its weights are none [1]
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Cells that say that there is no number."""
@@ -46,10 +50,19 @@ def read_mapped_columns(
     empty: Counter[str] = Counter()
     places = array("d")
     rows, dialect = read_rows(path, mapping)
+    told = [*guessed(name, dialect.text(mapping.dialect))]
+    rows, units = without_units(iter(rows), wanted)
+    if units:
+        told.append(
+            Examined(name, "all").note(
+                f"a row of units below the header: {listed(units)}",
+                "passed over; say unit in the mapping where it is another than ours",
+            )
+        )
     count = 0
     for count, row in enumerate(rows, start=1):
         found = {
-            ours: number_of(path, count - 1, row, column, dialect.decimal == ",")
+            ours: number_of(path, count - 1, row, column, dialect.decimal == ",", dated=ours == "t")
             for ours, column in wanted.items()
         }
         absent = [wanted[ours].source or "" for ours, value in found.items() if value is None]
@@ -70,8 +83,22 @@ def read_mapped_columns(
         columns["t"] = np.frombuffer(places) / mapping.rate
     if mapping.resample is not None:
         columns = resampled(columns, mapping.resample, path)
-    told = [*guessed(name, dialect.text(mapping.dialect)), *left_out(name, empty, places, count)]
-    return columns, told
+    return columns, [*told, *left_out(name, empty, places, count)]
+
+
+def without_units(
+    rows: Iterator[Row], wanted: Mapping[str, MappedColumn]
+) -> tuple[Iterator[Row], list[str]]:
+    """Return rows without a first one that holds the columns' units, and these."""
+    first = next(rows, None)
+    if first is None:
+        return rows, []
+    cells = [cell(first, column.source or "") for column in wanted.values()]
+    words = [c.strip() for c in cells if isinstance(c, str) and not is_missing(c)]
+    worded = [w for w in words if number_in(w.replace(",", ".")) is None and seconds_of(w) is None]
+    if len(worded) == len(cells) > 1 and not any(isinstance(list_in(w), list) for w in worded):
+        return rows, worded
+    return chain([first], rows), []
 
 
 def resampled(columns: Mapping[str, Array], rate: float, path: Path) -> dict[str, Array]:
@@ -180,8 +207,15 @@ def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
     return {} if holds_rows else columns
 
 
-def number_of(path: Path, place: int, row: Row, column: MappedColumn, commas: bool) -> float | None:
-    """Return one number of a row, as it stands there; None where its cell is empty."""
+def number_of(
+    path: Path, place: int, row: Row, column: MappedColumn, commas: bool, *, dated: bool
+) -> float | None:
+    """Return one number of a row, as it stands there; None where its cell is empty.
+
+    Args:
+        commas: Whether decimals have commas.
+        dated: Whether a date and a time of day are a number too, of seconds.
+    """
     assert column.source is not None
     found = cell(row, column.source)
     if found is None and place == 0 and column.source not in row:
@@ -193,11 +227,30 @@ def number_of(path: Path, place: int, row: Row, column: MappedColumn, commas: bo
     if is_missing(found):
         return None
     number = number_in(found.replace(",", ".") if commas and isinstance(found, str) else found)
+    if number is None and dated and isinstance(found, str):
+        seconds = seconds_of(found)
+        number = None if seconds is None else seconds / column.scale
     if number is None:
+        mark = next((m for m in COMMENTS if str(found).startswith(m)), None)
+        mend = f' (comment = "{mark}" in the mapping passes over such lines)' if mark else ""
         raise InvalidRecording(
-            f"{path}: {column.source} must be a number; row {place} has {shown(found)}"
+            f"{path}: {column.source} must be a number; row {place} has {shown(found)}{mend}"
         )
     return number
+
+
+def seconds_of(text: str) -> float | None:
+    """Return a date with its time of day, or that time alone, in ISO's form, as seconds."""
+    text = text.strip()
+    try:
+        instant = datetime.fromisoformat(text)
+    except ValueError:
+        try:
+            instant = datetime.combine(EPOCH.date(), time.fromisoformat(text))
+        except ValueError:
+            return None
+    since = (instant if instant.tzinfo else instant.replace(tzinfo=UTC)) - EPOCH
+    return since.total_seconds()
 
 
 def is_missing(value: Any) -> bool:

@@ -1,13 +1,15 @@
 """``meta/info.json`` of a LeRobotDataset: which joint stands where."""
 
+import json
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.json_file import read_json
-from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number
-from tendon_newton.data.files.values import are_words, is_list, is_table
+from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number, read_text
+from tendon_newton.data.files.values import are_words, is_count, is_list, is_table
 from tendon_newton.errors import InvalidRecording, listed, shown
 
 INFO = Path("meta") / "info.json"
@@ -31,6 +33,10 @@ class LeRobotInfo:
 
     rate: float  # Rows per second that were asked for [Hz]
     joints: tuple[JointPlace, ...]  # Joints that are both commanded and measured
+    rows: int | None = None  # Rows that the dataset should have; None where it does not say
+    episodes: int | None = None  # Episodes, likewise
+    # Rows that some episodes should have, by their number
+    lengths: Mapping[int, int] = field(default_factory=dict[int, int])
 
 
 def read_info(folder: Path) -> LeRobotInfo:
@@ -57,9 +63,35 @@ def read_info(folder: Path) -> LeRobotInfo:
     if not joints:
         raise InvalidRecording(
             f"{path}: a joint must stand in {COMMAND} and in {STATE}; they name "
-            f"{listed(commands)} and {listed(states)}"
+            f"{listed(commands)} and {listed(states)}: goals of joints are needed, and a place of "
+            "the tip or a change of it is none"
         )
-    return LeRobotInfo(rate=rate, joints=joints)
+    rows, episodes = (
+        value if is_count(value := table.get(key)) else None
+        for key in ("total_frames", "total_episodes")
+    )
+    return LeRobotInfo(
+        rate=rate, joints=joints, rows=rows, episodes=episodes, lengths=read_lengths(folder)
+    )
+
+
+def read_lengths(folder: Path) -> dict[int, int]:
+    """Return the lengths that a dataset of v2 states of its episodes; none where it states none."""
+    path = folder / "meta" / "episodes.jsonl"
+    if not path.is_file():
+        return {}
+    lengths: dict[int, int] = {}
+    text = read_text(path, InvalidRecording, "episodes are JSON lines", size_limit=SIZE_LIMIT)
+    for line in text.splitlines():
+        try:
+            row = json.loads(line)
+        except (ValueError, RecursionError):
+            continue
+        own = row if is_table(row) else {}
+        number, length = own.get("episode_index"), own.get("length")
+        if is_count(number) and is_count(length):
+            lengths[number] = length
+    return lengths
 
 
 def names_of(path: Path, features: dict[str, Any], key: str) -> list[str]:

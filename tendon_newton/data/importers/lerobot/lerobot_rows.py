@@ -12,6 +12,7 @@ from tendon_newton.data.importers.lerobot.info import COMMAND, JOINT_LIMIT, STAT
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, MissingDependency, listed
 
+FRAME = "frame_index"  # Column that a dataset may lack
 COLUMNS = ("timestamp", "episode_index", COMMAND, STATE)
 SIZE_LIMIT = 1 << 30  # Bytes of all parquet files; the videos lie elsewhere
 ROW_LIMIT = 2_000_000  # Rows of a dataset: eleven hours at 50 Hz
@@ -29,6 +30,7 @@ class LeRobotRows:
     episode: Array  # Number of the episode, shape (T,)
     command: Array  # Commanded, in the dataset's unit, shape (T, A)
     state: Array  # Measured, in the dataset's unit, shape (T, S)
+    frame: Array | None = None  # Number of the row in its episode, shape (T,)
 
 
 def read_rows(folder: Path) -> LeRobotRows:
@@ -54,7 +56,7 @@ def read_rows(folder: Path) -> LeRobotRows:
             f"{folder}: all parquet files have at most {SIZE_LIMIT} bytes; they have {size}"
         )
     try:
-        time, episode, command, state = guarded(
+        time, episode, command, state, frame = guarded(
             unpack,
             [path.resolve() for path in paths],
             memory=MEMORY + UNPACKED * size,
@@ -64,13 +66,14 @@ def read_rows(folder: Path) -> LeRobotRows:
         raise InvalidRecording(f"{folder}: must hold parquet files; reading them {error}") from (
             error
         )
-    return LeRobotRows(time=time, episode=episode, command=command, state=state)
+    frames = None if np.isnan(frame).any() else frame
+    return LeRobotRows(time=time, episode=episode, command=command, state=state, frame=frames)
 
 
-def unpack(paths: list[Path]) -> tuple[Array, Array, Array, Array]:
-    """Read the four columns of all files, one below the other; the child's part."""
+def unpack(paths: list[Path]) -> tuple[Array, ...]:
+    """Read the columns of all files, one below the other; the child's part."""
     parts = [unpack_one(path) for path in paths]
-    widths = {(command.shape[1], state.shape[1]) for _, _, command, state in parts}
+    widths = {(part[2].shape[1], part[3].shape[1]) for part in parts}
     if len(widths) > 1:
         raise InvalidRecording(
             f"{paths[0].parent}: all files must have rows of one length; they have "
@@ -78,12 +81,11 @@ def unpack(paths: list[Path]) -> tuple[Array, Array, Array, Array]:
         )
     if sum(part[0].size for part in parts) > ROW_LIMIT:
         raise InvalidRecording(f"{paths[0].parent}: a dataset has at most {ROW_LIMIT} rows")
-    time, episode, command, state = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return time, episode, command, state
+    return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
 
 
-def unpack_one(path: Path) -> tuple[Array, Array, Array, Array]:
-    """Read the four columns of a file."""
+def unpack_one(path: Path) -> tuple[Array, ...]:
+    """Read the columns of a file; frames that it has not are no numbers."""
     arrow: Any = importlib.import_module("pyarrow")  # without types
     parquet: Any = importlib.import_module("pyarrow.parquet")
 
@@ -99,12 +101,14 @@ def unpack_one(path: Path) -> tuple[Array, Array, Array, Array]:
         if rows > ROW_LIMIT:
             raise InvalidRecording(f"{path}: a dataset has at most {ROW_LIMIT} rows; it has {rows}")
         refuse_long_lists(path, file.metadata)
-        table = file.read(columns=list(COLUMNS), use_threads=False)
+        framed = FRAME in file.schema_arrow.names
+        table = file.read(columns=[*COLUMNS, *[FRAME] * framed], use_threads=False)
         return (
             numbers_of(path, table, COLUMNS[0]),
             numbers_of(path, table, COLUMNS[1]),
             lists_of(path, table, COMMAND),
             lists_of(path, table, STATE),
+            numbers_of(path, table, FRAME) if framed else np.full(rows, np.nan),
         )
     except MemoryError:  # which pyarrow's own is as well
         raise
@@ -146,7 +150,7 @@ def lists_of(path: Path, table: Any, key: str) -> Array:
         raise InvalidRecording(
             f"{path}: {key} must be a list of 1 to {JOINT_LIMIT} numbers, as many in every row"
         )
-    return finite(path, key, values.reshape(rows, width))
+    return values.reshape(rows, width)
 
 
 def finite(path: Path, key: str, values: Array) -> Array:

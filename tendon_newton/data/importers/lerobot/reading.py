@@ -1,22 +1,32 @@
 """From a LeRobotDataset's folder to recordings, joint by joint and episode by episode."""
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.data.checks.command_checks import exchanged_joints
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.importers.imported import Imported, ImportedLog
-from tendon_newton.data.importers.lerobot.info import INFO, JointPlace, LeRobotInfo, read_info
+from tendon_newton.data.importers.lerobot.episodes import Episode, incomplete, read_episodes
+from tendon_newton.data.importers.lerobot.info import (
+    COMMAND,
+    INFO,
+    STATE,
+    JointPlace,
+    LeRobotInfo,
+    read_info,
+)
 from tendon_newton.data.importers.lerobot.lerobot_rows import LeRobotRows, read_rows
 from tendon_newton.data.importers.lerobot.units import LeRobotUnits, sizes_of
+from tendon_newton.data.importers.mapped import of_servo
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.data.recording import Array, Recording
-from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, unknown_name
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidRecording, listed, unknown_name
 
-LEAST_ROWS = 2
 GRID = 1.0e-4
 """Share of a period within which a stamp is a whole number of periods [1]; single precision."""
 AS_TYPED = LeRobotUnits()
@@ -48,14 +58,16 @@ def read_lerobot(
             f"{folder}: {listed(place.name for place in joints)} is in percent of a range that "
             "only a calibration file tells: --calibration FILE"
         )
-    logs = [
-        log for place in kept for log in joint_logs(folder, place, rows, sizes[place.name], digest)
-    ]
+    episodes, unusable = read_episodes(folder, rows, {place: sizes[place.name] for place in kept})
     return Imported(
-        logs=tuple(logs),
+        logs=tuple(logs_of(folder, kept, episodes, digest)),
         start_model=lambda _: Model(actuator=NamedValues(name="ideal_position", values={})),
         limits={},
-        findings=tuple(findings_of(info, rows, joints, kept)),
+        findings=(
+            *findings_of(info, rows, joints, kept),
+            *episode_findings(info, rows, unusable),
+            *(one for episode in episodes for one in exchanges(episode, kept)),
+        ),
         split_by="joint",
     )
 
@@ -89,45 +101,59 @@ def numbers_of_joints(rows: LeRobotRows, joints: Sequence[JointPlace]) -> dict[s
     }
 
 
-def joint_logs(
-    folder: Path, place: JointPlace, rows: LeRobotRows, size: float, digest: str
+def logs_of(
+    folder: Path, joints: Sequence[JointPlace], episodes: Sequence[Episode], digest: str
 ) -> Iterator[ImportedLog]:
-    """Make the recordings of a joint, one per episode."""
-    for episode in np.unique(rows.episode):
-        chosen = rows.episode == episode
-        name = f"{place.name}_episode_{int(episode):03d}"
-        if chosen.sum() < LEAST_ROWS:
-            raise InvalidRecording(
-                f"{folder}: an episode has {LEAST_ROWS} rows or more; episode {int(episode)} has "
-                f"{chosen.sum()}"
+    """Make the recordings of all joints, one per episode."""
+    for place, joint in enumerate(joints):
+        for episode in episodes:
+            name = f"{joint.name}_{episode.name}"
+            yield ImportedLog(
+                recording=replace(of_servo(episode.whole, place), name=f"{name}.csv"),
+                conditions={"episode": float(episode.number), "joint": joint.name},
+                source=folder / name,
+                sha256=digest,
             )
-        time = rows.time[chosen]
-        position = size * rows.state[chosen, place.state, None]
-        try:
-            recording = Recording(
-                name=f"{name}.csv",
-                bench="servo",
-                time=time,
-                command=size * rows.command[chosen, place.command, None],
-                motor_position=position,
-                motor_velocity=np.zeros_like(position),
-                start="first_row",
-            )
-            recording = with_slope(recording)
-        except TendonNewtonError as error:
-            raise InvalidRecording(f"{folder}, {name}: {error}") from error
-        yield ImportedLog(
-            recording=recording,
-            conditions={"episode": float(episode), "joint": place.name},
-            source=folder / name,
-            sha256=digest,
+
+
+def exchanges(episode: Episode, joints: Sequence[JointPlace]) -> Iterator[Finding]:
+    """Say which joints of an episode follow each other's commands, in their own recordings."""
+    for finding in exchanged_joints(episode.whole):
+        joint = joints[place_of(finding.channel)].name
+        yield replace(
+            named_joints(finding, joints),
+            recording=f"{joint}_{episode.name}.csv",
+            channel="theta",
         )
 
 
-def with_slope(recording: Recording) -> Recording:
-    """Return a recording whose speed is the slope of its position."""
-    slope = np.gradient(recording.motor_position, recording.time, axis=0)
-    return replace(recording, motor_velocity=slope)
+def place_of(channel: str) -> int:
+    """Return the number of the servo that a column is of."""
+    return int(channel.rpartition("_")[2]) if channel[-1].isdigit() else 0
+
+
+def named_joints(finding: Finding, joints: Sequence[JointPlace]) -> Finding:
+    """Return a finding that calls joints by their names, and columns as LeRobot does."""
+
+    def named(text: str) -> str:
+        text = re.sub(r"\btheta_(\d+)\b", lambda found: joints[int(found[1])].name, text)
+        return re.sub(r"\btheta\b", STATE, re.sub(r"\btheta_d\b", COMMAND, text))
+
+    return replace(
+        finding, evidence=named(finding.evidence), consequence=named(finding.consequence)
+    )
+
+
+def episode_findings(
+    info: LeRobotInfo, rows: LeRobotRows, unusable: Mapping[int, str]
+) -> Iterator[Finding]:
+    """Say which episodes make no recording, and which lack a part."""
+    for number, why in unusable.items():
+        yield Examined("all", "t").defect(
+            f"episode {number}: {why}", "this episode is left out: record it anew"
+        )
+    for finding in incomplete(info, rows):
+        yield replace(finding, recording="all", evidence=f"{finding.recording}: {finding.evidence}")
 
 
 def findings_of(

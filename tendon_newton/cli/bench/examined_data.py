@@ -1,0 +1,169 @@
+"""Datasets in `doctor`: a row for each joint or recording, what to do about each, and as JSON."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
+from tendon_newton.errors import InvalidParameter
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from tendon_newton.cli.bench.doctor import Doctor
+    from tendon_newton.data.checks.bench_checks import BenchFacts
+    from tendon_newton.data.checks.finding import Finding
+    from tendon_newton.data.importers.lerobot.lerobot_examination import Examination
+    from tendon_newton.data.recording import Recording
+
+SHOWN = 3  # Recordings of a kind of finding whose evidence is printed.
+OWN_FILE = "dataset.toml"
+MARKS = (OWN_FILE, "meta/info.json")  # Files by which a dataset's folder is known.
+
+
+def examine_data(config: Doctor) -> bool:
+    """Examine datasets one after the other; tell whether all are sound."""
+    from tendon_newton.data.importers.lerobot.hub import local_folder
+
+    tables: list[dict[str, Any]] = []
+    for folder in dict.fromkeys(folder_of(local_folder(name)) for name in config.dataset):
+        examine = examine_own if (folder / OWN_FILE).is_file() else examine_joints
+        tables.append({"dataset": str(folder), **examine(config, folder)})
+    if config.json:
+        print(json.dumps({"schema": 1, "datasets": tables}, indent=1))
+    return all(table["sound"] for table in tables)
+
+
+def folder_of(path: Path) -> Path:
+    """Return the folder of a dataset of which a file was named, as a hook of pre-commit does."""
+    if not path.is_file():
+        return path
+    above = (folder for folder in path.parents if any((folder / x).is_file() for x in MARKS))
+    return next(above, path)
+
+
+def examine_joints(config: Doctor, folder: Path) -> dict[str, Any]:
+    """Examine a LeRobotDataset, print a row for each joint and what to type next."""
+    from tendon_newton.data.importers.lerobot import LeRobotUnits
+    from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS, examine_dataset
+
+    if config.mend is not None:
+        raise InvalidParameter(
+            f"--mend writes datasets of our own format; {folder} is none: import it with "
+            f"{shlex.join(['tendon-newton', 'import', 'lerobot', f'{folder}', '--out', 'arm'])} "
+            "--mend"
+        )
+    units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
+    seen = examine_dataset(folder, units)
+    if not config.json:
+        width = max(len("joint"), *(len(joint.joint) for joint in seen.joints))
+        print(f"      {'joint':{width}}  {HEADINGS}")
+        for joint in seen.joints:
+            print(f"{verdict(sound=not joint.faults)} {joint.joint:{width}}  {joint.text}")
+            show_kinds(joint.faults, width)
+        show_kinds(seen.faults, width)
+        failed = sum(bool(joint.faults) for joint in seen.joints)
+        beside = " and more, as said" if seen.faults and failed else ""
+        beside = ", but the recordings are" if seen.faults and not failed else beside
+        print(f"{failed or 'none'} of {len(seen.joints)} joints to mend{beside}")
+        show_next(config, folder, seen)
+    return lerobot_table(seen)
+
+
+def verdict(*, sound: bool) -> str:
+    """Return the word for what is sound or not, in its colour."""
+    word = "good" if sound else "fix"
+    return coloured(f"{word:5}", VERDICT_COLOURS[word])
+
+
+def show_kinds(findings: Iterable[Finding], width: int) -> None:
+    """Print each kind of finding once: what to do, and where."""
+    from tendon_newton.data.checks.finding import kinds_of, what_follows
+
+    for group in kinds_of(findings):
+        where = [one for one in group[:SHOWN] if one.recording != "all"]
+        told = "; ".join(
+            f"{Path(one.recording).stem}: {one.evidence}" if one in where else one.evidence
+            for one in group[:SHOWN]
+        )
+        more = f"; and {len(group) - SHOWN} more" if len(group) > SHOWN else ""
+        print(f"      {'':{width}}  -> {told}{more}: {what_follows(group[0])}")
+
+
+def show_next(config: Doctor, folder: Path, seen: Examination) -> None:
+    """Print the command that imports a LeRobotDataset."""
+    words = ["tendon-newton", "import", "lerobot", str(folder), "--out", "arm"]
+    if config.unit or any(joint.size != 1.0 for joint in seen.joints):
+        words += ["--unit", config.unit or "deg"]
+    if config.calibration is not None:
+        words += ["--calibration", str(config.calibration)]
+    if any(one.safe for joint in seen.joints for one in joint.faults):
+        words += ["--mend"]
+    print(f"next: {shlex.join(words)}")
+    if config.unit is None and "--unit" in words:
+        print("      or --unit percent --calibration FILE, where the arm was recorded so")
+
+
+def lerobot_table(seen: Examination) -> dict[str, Any]:
+    """Return an examination for programs; angles in rad, times in s."""
+    joints = [
+        {
+            "joint": joint.joint,
+            "sound": not joint.faults,
+            "following": None if joint.following is None else asdict(joint.following),
+            "offsets": joint.offsets,
+            "held_share": joint.held_share,
+            "missing_rows": joint.dropped,
+            "late_rows": joint.late,
+            "findings": [asdict(one) for one in joint.faults],
+        }
+        for joint in seen.joints
+    ]
+    return {
+        "format": "lerobot",
+        "sound": seen.sound,
+        "joints": joints,
+        "findings": [asdict(one) for one in seen.faults],
+    }
+
+
+def examine_own(config: Doctor, folder: Path) -> dict[str, Any]:
+    """Examine a dataset of our own format, print what was found, and write it mended."""
+    from tendon_newton.data.checks.finding import findings_text
+    from tendon_newton.data.importers.own import read_own, write_mended
+
+    seen = read_own(folder, known_bench, mend=config.mend is not None)
+    if config.mend is not None:
+        write_mended(folder, seen, config.mend)
+    wrong = [one for one in seen.findings if one.severity == "defect"]
+    if not config.json:
+        print("\n".join(findings_text(seen.findings, SHOWN)[1:]))
+        count = len(seen.train) + len(seen.test)
+        print(f"\n{verdict(sound=not wrong)} {folder}: {count} recordings", end="")
+        print(f", {len(wrong)} defects" if wrong else "")
+        if config.mend is not None:
+            print(f"mended: {config.mend}")
+        elif any(one.safe for one in wrong):
+            words = ["tendon-newton", "doctor", str(folder), "--mend", f"{folder}_mended"]
+            print(f"next: {shlex.join(words)}")
+    return {
+        "format": "own",
+        "sound": not wrong,
+        "findings": [asdict(one) for one in seen.findings],
+    }
+
+
+def known_bench(recording: Recording) -> BenchFacts | None:
+    """Return what is known of a recording's bench; None where no simulator is installed."""
+    try:
+        from tendon_newton.device_code.quiet import quiet_warp
+        from tendon_newton.workflows.importing import known_bench as facts
+
+        quiet_warp()
+        return facts(recording)
+    except ModuleNotFoundError:  # in a light install, which reads recordings alone
+        return None
