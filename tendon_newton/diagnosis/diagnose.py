@@ -9,7 +9,9 @@ import numpy as np
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import Parameter
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.data.servo_names import effect_of, servo_of
+from tendon_newton.diagnosis.accounts.checked_data import faults_of
 from tendon_newton.diagnosis.accounts.next_steps import next_steps
 from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong
 from tendon_newton.diagnosis.evaluation import (
@@ -57,7 +59,7 @@ from tendon_newton.diagnosis.time_left import (
 from tendon_newton.diagnosis.unblocked import unblocked
 from tendon_newton.diagnosis.unexplained.remainder_structure import find_structure
 from tendon_newton.effects import EFFECTS, law_of
-from tendon_newton.identification.study import Study, benches_of, servo_count
+from tendon_newton.identification.study import Study, benches_of, replacements, servo_count
 from tendon_newton.identification.testable import (
     stated_columns,
     testable_effects,
@@ -147,6 +149,7 @@ def diagnose_as_stated(
         progress(text)
     progress("reading benches")
     train = search_study(dataset, model)
+    faults = faults_of(dataset.train)
     names, little = testable_effects(train), too_little(dataset.train, train.noise)
     if little is not None:
         names, wrong = (), (little,)
@@ -163,15 +166,19 @@ def diagnose_as_stated(
     findings = find_causes(
         dataset.train, train, model, names, progress=progress, budget=budget, pace=pace
     )
-    if little is not None:
+    if not findings.final and within_half_a_count(train):
+        findings = replace(findings, verdict="no_gap")
+    elif little is not None:
         findings = replace(findings, verdict="unexplained")
     progress("measuring the gain on held-out recordings")
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = ()
-    if little is None:
+    if little is None and not faults:
         steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
-    told = replace(diagnosis, next_steps=(*wrong, *steps), notes=(*blocked, *diagnosis.notes))
+    told = replace(
+        diagnosis, next_steps=(*faults, *wrong, *steps), notes=(*blocked, *diagnosis.notes)
+    )
     return told, evidence
 
 
@@ -180,6 +187,15 @@ def search_study(dataset: Dataset, model: Model) -> Study:
     return Study(
         dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_segments=True, tolerant=True
     )
+
+
+def within_half_a_count(study: Study) -> bool:
+    """Tell whether the starting model errs nowhere by more than an encoder can tell."""
+    half = study.noise.theta * np.sqrt(3.0)  # noise of a count is its twelfth, squared
+    residuals = study.residuals(*replacements([{}]))
+    force = [r.force[0, r.trusted] for r in residuals if r.force is not None]
+    told = study.noise.force is None or not force or rms(np.concatenate(force)) <= study.noise.force
+    return told and all(np.abs(r.theta[0, r.trusted]).max(initial=0.0) <= half for r in residuals)
 
 
 def conclude(

@@ -8,6 +8,7 @@ from tendon_newton.data.dataset import FILE_NAME, Dataset, dataset_folders, load
 from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.data.files.together import together
 from tendon_newton.data.model_file import Model, load_model, write_model
+from tendon_newton.diagnosis.accounts.checked_data import sound
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.diagnosed_bench import recorded_benches
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
@@ -107,7 +108,7 @@ def compare_days(
         changes = find_changes(first, day.train, unseen=day.test, mended=mended, progress=progress)
         if calm is not None:
             progress("looking for events")
-            events = find_events(calm, (*day.train, *day.test), changes.model)
+            events = find_events(calm, sound((*day.train, *day.test)), changes.model)
             changes = replace(changes, events=events)
         found[name] = changes
     if out is not None:

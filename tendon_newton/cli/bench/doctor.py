@@ -96,13 +96,20 @@ def main(config: Doctor) -> None:
 
 def examine_datasets(config: Doctor) -> None:
     """Examine datasets, and leave with code 1 where one is not sound."""
-    from tendon_newton.cli.bench.examined_data import examine_data
+    from tendon_newton.cli.bench.examined_data import Asked, examine_data
 
     if config.port is not None:
         raise InvalidParameter("a dataset is examined alone; --port names a bench beside it")
     if config.mend is not None and len(config.dataset) > 1:
         raise InvalidParameter("--mend writes one dataset; name one")
-    if not examine_data(config):
+    asked = Asked(
+        names=config.dataset,
+        unit=config.unit,
+        calibration=config.calibration,
+        mend=config.mend,
+        json=config.json,
+    )
+    if not examine_data(asked):
         raise SystemExit(EXIT_FIX)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,6 @@ from tendon_newton.errors import InvalidParameter
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from tendon_newton.cli.bench.doctor import Doctor
     from tendon_newton.data.checks.bench_checks import BenchFacts
     from tendon_newton.data.checks.finding import Finding
     from tendon_newton.data.importers.lerobot.lerobot_examination import Examination
@@ -25,12 +24,23 @@ OWN_FILE = "dataset.toml"
 MARKS = (OWN_FILE, "meta/info.json")  # Files by which a dataset's folder is known.
 
 
-def examine_data(config: Doctor) -> bool:
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What somebody asks of recorded data."""
+
+    names: tuple[str, ...]  # Folders, files of datasets, ids of the Hub
+    unit: str | None
+    calibration: Path | None
+    mend: Path | None
+    json: bool
+
+
+def examine_data(config: Asked) -> bool:
     """Examine datasets one after the other; tell whether all are sound."""
     from tendon_newton.data.importers.lerobot.hub import local_folder
 
     tables: list[dict[str, Any]] = []
-    for folder in dict.fromkeys(folder_of(local_folder(name)) for name in config.dataset):
+    for folder in dict.fromkeys(folder_of(local_folder(name)) for name in config.names):
         examine = examine_own if (folder / OWN_FILE).is_file() else examine_joints
         tables.append({"dataset": str(folder), **examine(config, folder)})
     if config.json:
@@ -46,7 +56,7 @@ def folder_of(path: Path) -> Path:
     return next(above, path)
 
 
-def examine_joints(config: Doctor, folder: Path) -> dict[str, Any]:
+def examine_joints(config: Asked, folder: Path) -> dict[str, Any]:
     """Examine a LeRobotDataset, print a row for each joint and what to type next."""
     from tendon_newton.data.importers.lerobot import LeRobotUnits
     from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS, examine_dataset
@@ -94,7 +104,7 @@ def show_kinds(findings: Iterable[Finding], width: int) -> None:
         print(f"      {'':{width}}  -> {told}{more}: {what_follows(group[0])}")
 
 
-def show_next(config: Doctor, folder: Path, seen: Examination) -> None:
+def show_next(config: Asked, folder: Path, seen: Examination) -> None:
     """Print the command that imports a LeRobotDataset."""
     words = ["tendon-newton", "import", "lerobot", str(folder), "--out", "arm"]
     if config.unit or any(joint.size != 1.0 for joint in seen.joints):
@@ -131,7 +141,7 @@ def lerobot_table(seen: Examination) -> dict[str, Any]:
     }
 
 
-def examine_own(config: Doctor, folder: Path) -> dict[str, Any]:
+def examine_own(config: Asked, folder: Path) -> dict[str, Any]:
     """Examine a dataset of our own format, print what was found, and write it mended."""
     from tendon_newton.data.checks.finding import findings_text
     from tendon_newton.data.importers.own import read_own, write_mended

@@ -43,6 +43,8 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 import tyro
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from tendon_newton.data.dataset import Dataset
     from tendon_newton.diagnosis.result import Diagnosis
 
@@ -170,6 +172,7 @@ def diagnose_joints(
     datasets = {joint: read_dataset(own) for joint, own in each.items()}
     for joint, dataset in datasets.items():
         progress.show_findings(dataset, f"{joint}: ")
+    progress.show_exchanges(datasets)
     answer = diagnose_arm_into(
         config.out,
         datasets,
@@ -220,6 +223,14 @@ class DiagnosisProgress:
         for row in finding_rows(dataset.train, dataset.test)["findings"]:
             what = f"{whose}{row['severity']} in {row['channel']}"
             print(f"  {what}: {row['evidence']}; {row['consequence']}", file=self.stream)
+
+    def show_exchanges(self, datasets: Mapping[str, Dataset]) -> None:
+        """Tell which joints of an arm follow each other's commands."""
+        from tendon_newton.diagnosis.accounts.checked_data import exchanges_between
+
+        for one in exchanges_between(datasets):
+            text = f"{one.severity} in {one.recording}: {one.evidence}; {one.consequence}"
+            print(f"  {text}", file=self.stream)
 
 
 def limit_cores(jobs: int | None) -> None:

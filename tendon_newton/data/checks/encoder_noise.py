@@ -4,6 +4,8 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 
+USUAL_COUNT = 2.0 * np.pi / 4096.0  # Of the encoders of most servos [rad]
+
 
 def encoder_noise(angle: Array) -> float:
     """Return the noise [rad] of one encoder's readings, shape (T,).
@@ -12,8 +14,8 @@ def encoder_noise(angle: Array) -> float:
     """
     moves = np.abs(np.diff(angle))
     moves = moves[moves > 1.0e-7]
-    if len(moves) == 0:
-        return difference_noise(angle)
+    if len(moves) == 0:  # an angle that never changes tells no count
+        return USUAL_COUNT / np.sqrt(12.0)
     step = float(np.quantile(moves, 0.02))
     few = moves[moves < 10.5 * step] / step
     counted = np.mean(np.abs(few - np.round(few)) < 0.05) > 0.9

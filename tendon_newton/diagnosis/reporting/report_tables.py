@@ -6,11 +6,11 @@ from importlib.metadata import version
 import numpy as np
 
 from tendon_newton import __version__
-from tendon_newton.data.checks.finding import SEVERITIES, Finding
-from tendon_newton.data.checks.lint import lint_dataset, lint_recording
+from tendon_newton.data.checks.finding import Finding, kinds_of
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
 from tendon_newton.data.recording import Mask, Recording
 from tendon_newton.data.root_mean_square import rms
+from tendon_newton.diagnosis.accounts.checked_data import findings_of
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report_causes import Row
@@ -62,22 +62,14 @@ def percent(share: float, beside: float = 0.0) -> str:
 
 def finding_rows(train: Sequence[Recording], test: Sequence[Recording]) -> dict[str, list[Row]]:
     """Check the recordings; return what misleads and, apart from it, what is good to know."""
-    found = list(lint_dataset(train, test))
-    for recording in (*train, *test):
-        found += lint_recording(recording)
-    kinds: dict[tuple[str, str, str], list[Finding]] = {}
-    for finding in sorted(found, key=lambda f: SEVERITIES.index(f.severity)):
-        kinds.setdefault((finding.severity, finding.channel, finding.consequence), []).append(
-            finding
-        )
     rows = [
         {
-            "severity": severity,
-            "channel": channel,
-            "consequence": consequence,
+            "severity": group[0].severity,
+            "channel": group[0].channel,
+            "consequence": group[0].consequence,
             "evidence": evidence_text(group),
         }
-        for (severity, channel, consequence), group in kinds.items()
+        for group in kinds_of(findings_of(train, test))
     ]
     return {
         "findings": [row for row in rows if row["severity"] != "note"],

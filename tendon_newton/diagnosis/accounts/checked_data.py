@@ -1,0 +1,68 @@
+"""What the table of checks says of recordings that are to be diagnosed."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_newton.data.checks.command_checks import exchanged_joints
+from tendon_newton.data.checks.finding import Finding, kinds_of
+from tendon_newton.data.checks.lint import lint_dataset, lint_recording
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.recording import Recording
+from tendon_newton.mechanisms.bench_facts import facts_of
+
+
+def findings_of(train: Sequence[Recording], test: Sequence[Recording] = ()) -> tuple[Finding, ...]:
+    """Return what all checks find, what their benches cannot do among it."""
+    own = [one for r in (*train, *test) for one in lint_recording(r, bench=facts_of(r.bench))]
+    return (*lint_dataset(train, test), *own)
+
+
+def faults_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Say what is wrong with recordings as they stand, each kind in a sentence."""
+    wrong = [one for one in findings_of(recordings) if one.severity == "defect"]
+    return tuple(
+        f"Mend the data first, since no cause and no advice follows from them as they stand: "
+        f"{group[0].channel} in {where(group)}: {group[0].evidence}; {group[0].consequence}."
+        for group in kinds_of(wrong)
+    )
+
+
+def where(group: Sequence[Finding]) -> str:
+    """Say in which recordings findings of a kind are."""
+    first, more = group[0].recording, len(group) - 1
+    return first if not more else f"{first} and {more} more"
+
+
+def sound(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return the recordings in which no check finds a defect."""
+    return tuple(
+        r
+        for r in recordings
+        if not any(one.severity == "defect" for one in lint_recording(r, bench=facts_of(r.bench)))
+    )
+
+
+def exchanges_between(datasets: Mapping[str, Dataset]) -> Iterator[Finding]:
+    """Say which joints of an arm follow each other's commands, by recordings of the same rows."""
+    names = list(datasets)
+    for runs in zip(*(data.train for data in datasets.values()), strict=False):
+        same = [np.array_equal(run.time, runs[0].time) for run in runs]
+        if len(runs) < 2 or not all(same) or any(run.command is None for run in runs):
+            continue
+        commands = [run.command for run in runs if run.command is not None]
+        whole = replace(
+            runs[0],
+            command=np.concatenate(commands, axis=1),
+            motor_position=np.concatenate([run.motor_position for run in runs], axis=1),
+            motor_velocity=np.concatenate([run.motor_velocity for run in runs], axis=1),
+            force=None,
+            extra={},
+        )
+        for finding in exchanged_joints(whole):
+            own = int(finding.channel.rpartition("_")[2])
+            told = finding.evidence
+            for place, name in enumerate(names):
+                told = told.replace(f"theta_{place} ", f"{name} ")
+            yield replace(finding, recording=runs[own].name, channel="theta", evidence=told)
