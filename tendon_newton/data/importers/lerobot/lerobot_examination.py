@@ -148,11 +148,11 @@ def motion_of(whole: Recording, place: int) -> FollowedMotion:
     assert whole.command is not None
     angles = whole.motor_position
     bad = failed_rows(angles, place) | repeated_rows(angles[:, place]) | frozen_rows(whole, place)
-    good = np.flatnonzero(~bad)
+    time, read = whole.time[~bad], angles[~bad, place]
     return FollowedMotion(
         time=whole.time,
         command=whole.command[:, place],
-        position=np.interp(whole.time, whole.time[good], angles[good, place]),
+        position=np.interp(whole.time, time, read),
         posture=whole.command,
         read=~bad,
     )
