@@ -20,6 +20,7 @@ from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.bam_target import write_bam_target
+from tendon_newton.exports.departure import departure, replayed
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
 from tendon_newton.exports.mujoco.mujoco_target import (
     IN_THE_FILE,
@@ -30,8 +31,9 @@ from tendon_newton.exports.mujoco.mujoco_target import (
 )
 from tendon_newton.exports.newton.newton_target import write_newton_target
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
-from tendon_newton.simulation.hosts.replay import bench_of
+from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tests.exports.models import ANGLE, FORCE, strays, strays_of
+from tests.physics.runs import run_of
 from tests.test_imports import top_level_imports
 
 ALONE = f"{MODEL_FILE} alone"
@@ -81,6 +83,21 @@ def test_a_duty_that_is_always_added_is_carried(tmp_path: Path) -> None:
 def test_a_loose_string_leaves_the_rotor_to_itself(tmp_path: Path) -> None:
     """A command that jumps back lets the string go; the spool is caught again where ours is."""
     found = strays(tmp_path, "mujoco", PROGRAM_FILE, "spring_weak", "pwm_servo")
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
+def test_a_start_at_a_measured_angle_stretches_the_string_there_too(tmp_path: Path) -> None:
+    """The string carries what its slider takes at the first row, as in our own simulation."""
+    model, bench = model_of("spring_weak", "pwm_servo", "tendon_compliance"), "spring_weak"
+    run = run_of(np.full(8, 1.5), bench=bench, start="first_row", angle=1.5)
+    mechanism, target = bench_of(bench, model), EXPORTS["mujoco"]
+    exported = target.write(tmp_path, mechanism, model)
+    (theirs,) = replayed(target, exported, PROGRAM_FILE, model, [run])
+    (ours,) = replay([run], model)
+    assert ours.force[0, 0] > 3.0
+    assert theirs.force[0, 0] == pytest.approx(ours.force[0, 0], rel=1e-3)
+    found = departure(mechanism, [theirs], [ours])
     assert found.angle < ANGLE
     assert found.force < FORCE
 

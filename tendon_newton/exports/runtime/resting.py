@@ -80,6 +80,9 @@ class Rest:
 
     def pull(self, d: int, servo: ExportedServo, now: Now) -> float:
         """Return the pull [N] of a tendon at rest."""
+        if self.target is not None and HAS_ROTOR and servo.elastic:
+            stretched = now._replace(lead=self.measured_lead(d, servo, now))
+            return servo.guided(servo.loose_tension(stretched), now, 0.0)
         if self.target is not None:
             angle = servo.motor_flow(now, 0.0).angle
             radius = servo.numbers["spool_radius"]
@@ -146,15 +149,19 @@ class Rest:
         for d, servo in enumerate(hook.servos):
             loose = HAS_ROTOR and not servo.numbers["direct"]
             if loose and self.target is not None:
-                now = self.nows()[d]
-                away = float(self.target[d]) - servo.motor_flow(now, 0.0).angle[0]
-                self.let_out(d, min(now.lead + away * servo.radius, 0.0))
+                lead = self.measured_lead(d, servo, self.nows()[d])
+                self.let_out(d, lead if servo.elastic else min(lead, 0.0))
             now = self.nows()[d]
             servo.memory = servo.renewed(now, 0.0)
             if loose and self.target is None:
                 self.let_out(d, resting_spool(servo, now)[1])
         for joint in hook.joints:
             hook.renew_strain(joint)
+
+    def measured_lead(self, d: int, servo: ExportedServo, now: Now) -> float:
+        """Return how far a spool leads its mechanism [m] where its motor is as was measured."""
+        away = float(self.target[d]) - servo.motor_flow(now, 0.0).angle[0]
+        return now.lead + away * servo.radius
 
     def let_out(self, d: int, lead: float) -> None:
         """Let a rotor's spool lead its mechanism by some string [m]."""

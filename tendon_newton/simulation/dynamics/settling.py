@@ -65,7 +65,10 @@ GUIDE_STIFFNESS = 1.0e6
 def resting_contact_states(
     mechanism: Mechanism, p: ParameterVector, here: Drive, guided: bool
 ) -> ContactStates:
-    """Return the contact states at rest without dry friction; guided, no tendon pulls."""
+    """Return the contact states at rest without dry friction; guided, no motor drives.
+
+    A string that stretches pulls all the same.
+    """
     contact = ContactStates()
     contact.touch = touching(mechanism, here.world, here.q, JointVector())
     if guided:
@@ -73,7 +76,9 @@ def resting_contact_states(
             contact.row_held[r] = real(1.0)
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
-            if guided or rests_on_string(mechanism, p, here, d):
+            if guided and not is_rigid(here, d):
+                contact.row_held[TENDONS + d] = real(0.0)
+            elif guided or rests_on_string(mechanism, p, here, d):
                 contact.joint_held[LINKS + d] = real(1.0)
     return contact
 
@@ -107,9 +112,9 @@ def frictionless_forces(
     target: TendonVector,
     q: JointVector,
 ) -> Forces:
-    """Return forces at rest without dry friction; guided, a stiff guide replaces the tendon.
+    """Return forces at rest without dry friction; guided, a stiff guide replaces the motor.
 
-    A guide pushes no more than its string does.
+    A guide pushes no more than its string does: one that stretches is between it and the mechanism.
 
     The guide's stiffness leaves out how its pull turns with the arms: far from rest that pull is
     that of a thousand servos, and the steps towards rest would follow it anywhere.
@@ -126,15 +131,17 @@ def frictionless_forces(
             stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[drive.world][d]
             guide = stiffness * (target[d] - flow.angle[0])
             loose = guide < real(0.0)
+            row = arms[d]
             if wp.static(FREE_SPOOL):
-                loose = loose or q[LINKS + d] < -real(SNUG)
+                row[LINKS + d] = real(1.0) - contact.joint_held[LINKS + d]
+                loose = is_rigid(here, d) and (loose or q[LINKS + d] < -real(SNUG))
             if loose and is_string(mechanism, drive.world, d):
                 guide = real(0.0)
                 stiffness = real(0.0)
             for i in range(JOINTS):
-                torque[i] = torque[i] + arms[d, i] * guide
+                torque[i] = torque[i] + row[i] * guide
                 for j in range(JOINTS):
-                    product = arms[d, i] * arms[d, j]
+                    product = row[i] * row[j]
                     slope[i, j] = slope[i, j] - product * stiffness * flow.angle[1]
         forces.torque = torque
         forces.stiffness = slope
@@ -151,7 +158,7 @@ def with_loose_spools(
     here = located(mechanism, drive, x, JointVector())
     out = x
     for d in range(TENDONS):
-        if is_string(mechanism, drive.world, d):
+        if is_string(mechanism, drive.world, d) and is_rigid(drive, d):
             tendon = tendon_state(mechanism, p, here, d, real(0.0))
             away = (target[d] - servo_flow(tendon, p).angle[0]) * tendon.spool_radius
             out[LINKS + d] = wp.min(x[LINKS + d] + away, real(0.0))

@@ -114,3 +114,16 @@ def test_a_motor_that_drives_out_loses_to_its_guides_what_the_string_carries() -
     assert (error < 0.0).all()
     assert (out.force[rows] > 0.1).all()
     np.testing.assert_allclose(felt[rows] / out.force[rows, 0], np.exp(0.2), rtol=1e-2)
+
+
+def test_a_start_at_a_measured_angle_stretches_its_string() -> None:
+    """At the first row the string carries what its slider takes there: F = k (r theta - l)."""
+    stiffness, angle = 8.0e3, 1.0  # N/m, rad
+    soft = NamedValues(name="tendon_compliance", values={"stiffness": stiffness})
+    run = run_of(np.full(3, angle), bench="spring_strong", start="first_row", angle=angle)
+    (out,) = simulate([run], replace(MODEL, effects=(soft,)), time_step=STEP)
+    (joint,) = load_mechanism("spring_strong").joints
+    lead = RADIUS * out.motor_position[0, 0] - out.joint_position[0, 0]
+    assert out.motor_position[0, 0] == pytest.approx(angle, abs=1e-3)  # the guide's give
+    assert out.force[0, 0] == pytest.approx(stiffness * lead, rel=1e-6)  # radius: float32
+    assert out.force[0, 0] == pytest.approx(joint.stiffness * out.joint_position[0, 0], rel=1e-6)
