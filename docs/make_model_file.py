@@ -103,7 +103,8 @@ def actuators() -> str:
             "`learned`, which the card of its network has.\n",
             table,
             f"Any kind takes `spool_radius`, {low:g} to {high:g} m; without it that of the asset "
-            "counts. `learned` needs `file`, the path of the network that `train-force` wrote.\n",
+            "counts. So does `force_limit` [N], the motor's greatest force before its gear. "
+            "`learned` needs `file`, the path of the network that `train-force` wrote.\n",
             "Ranges are those of the nominal finger and its servo. On a machine of another size "
             "forces, angles and lengths may be up to 10,000 times as large or as small.\n",
         ]

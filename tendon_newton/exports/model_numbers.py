@@ -13,7 +13,11 @@ from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.export_target import Coverage
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
-from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of
+from tendon_newton.simulation.model.parameter_table import (
+    ParameterTable,
+    force_limit_of,
+    spool_radius_of,
+)
 from tendon_newton.simulation.model.structure import in_catalogue_order
 
 
@@ -110,9 +114,10 @@ def command_lead(model: Model) -> float:
     return float(offset) / gain
 
 
-def force_limit_of(tendon: Tendon, model: Model) -> float:
-    """Return the greatest force [N] at a string."""
-    return min(tendon.force_limit, number(model, "force_saturation", "limit"))
+def motor_limit(tendon: Tendon, model: Model) -> float:
+    """Return the greatest force [N] of a motor."""
+    own = force_limit_of(model) or tendon.force_limit
+    return min(own, number(model, "force_saturation", "limit"))
 
 
 def dry_friction(model: Model) -> tuple[float, float]:
@@ -128,7 +133,7 @@ def servo_gains(tendon: Tendon, model: Model) -> ServoGains:
     radius = spool_of(tendon, model)
     values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
     scale = number(model, "gain_error", "scale")
-    limit = force_limit_of(tendon, model) * radius
+    limit = motor_limit(tendon, model) * radius
     if model.actuator.name == "ideal":
         kp, kd = values["gain"] * scale * radius, 0.0
     elif model.actuator.name == "pd_torque":

@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.first_rows import first_row
+from tendon_newton.data.checks.supply import supply_of
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
@@ -36,8 +37,8 @@ def rows_of(recording: Recording, model: Model) -> dict[str, Any]:
         "measured": timeline.measured,
         "enabled": np.interp(timeline.time, recording.time, recording.enabled) > 0.5,
     }
-    if recording.voltage is not None:
-        rows["voltage"] = np.interp(timeline.time, recording.time, recording.voltage)
+    if (supply := supply_of(recording)) is not None:
+        rows["voltage"] = np.interp(timeline.time, recording.time, supply)
     if recording.start == "first_row":
         begin = first_row(recording)
         rows["start"] = (begin.angle, begin.rate)

@@ -19,7 +19,11 @@ from tendon_newton.gradients.taped_run import Adjoint, Inputs, Readings, TapedRu
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout
 from tendon_newton.simulation.model.kernel_arrays import zeros
-from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of
+from tendon_newton.simulation.model.parameter_table import (
+    ParameterTable,
+    force_limit_of,
+    spool_radius_of,
+)
 from tendon_newton.simulation.model.supported_effects import refuse_stages
 
 if TYPE_CHECKING:
@@ -78,6 +82,7 @@ class DifferentiableRollout:
             effects=every,
             force=None if network is None else network.source(),
             spool_radius=spool_radius_of(model),
+            force_limit=force_limit_of(model),
             time_step=time_step,
             device=device,
         )

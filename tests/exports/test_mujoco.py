@@ -19,6 +19,7 @@ from examples.studies.exports import TYPICAL, model_of
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.bam_target import write_bam_target
 from tendon_newton.exports.departure import departure, replayed
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers

@@ -207,13 +207,6 @@ def test_a_shaft_that_hears_late_does_not_rest_under_a_moving_goal() -> None:
     assert not [finding for finding in found if finding.channel == "theta"]
 
 
-def test_a_scattering_supply_is_found(rng: np.random.Generator) -> None:
-    """Row-to-row scatter of 0.5 V is found; a slow sag of 1 V is not scatter."""
-    noisy = 7.3 + 0.5 * rng.standard_normal(ROWS)
-    assert only(lint_recording(log(voltage=noisy))).channel == "voltage"
-    assert lint_recording(log(voltage=7.3 - 0.1 * TIME)) == ()
-
-
 def test_temperature_that_goes_with_a_setting_is_found() -> None:
     """Two gains at two temperatures cannot be told apart; the same temperature can."""
 

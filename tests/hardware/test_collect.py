@@ -196,6 +196,7 @@ def test_recordings_have_a_model_of_their_servo_beside_them(tmp_path: Path) -> N
         "resistance": pytest.approx(5.0 / 1.47, abs=1e-3),
         "armature": next(p.nominal for p in PwmServo.parameters if p.name == "armature"),
         "spool_radius": 0.01,
+        "force_limit": pytest.approx(0.52 / 0.01, abs=0.1),
     }
     assert set(model.fit) <= set(model.actuator.values)
     write_model(tmp_path / "model.toml", replace(model, fit=()))

@@ -35,7 +35,8 @@ def starting_model(
 
     .. math:: R = V_0 / I_0, \qquad k_t = \tau_0 / I_0
 
-    with stall torque and current at the data sheet's voltage.
+    with stall torque and current at the data sheet's voltage. The motor's greatest force is that at
+    stall: an asset's limit is what its gear leaves of that.
 
     Args:
         voltage: Supply that the servo measures [V].
@@ -50,6 +51,7 @@ def starting_model(
         "resistance": round(spec.supply_voltage / spec.stall_current, 3),
         "armature": spec.armature,
         "spool_radius": spool_radius,
+        "force_limit": round(spec.stall_torque / spool_radius, 1),
     }
     return Model(actuator=NamedValues(name="pwm_servo", values=values), fit=UNKNOWN)
 

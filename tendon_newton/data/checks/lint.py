@@ -19,7 +19,6 @@ from tendon_newton.data.checks.lint_checks import (
     measured_channels,
     resting_position,
     supply_reads,
-    supply_scatter,
     torque_off,
     unsigned_current,
     velocity,
@@ -68,7 +67,6 @@ CHECKS: tuple[Check, ...] = (
     Check(name="speed", looks_at="theta_dot, theta", find=velocity),
     Check(name="dead channel", looks_at="any column", find=dead_channels),
     Check(name="rest", looks_at="theta, theta_d", find=resting_position),
-    Check(name="scattering supply", looks_at="voltage", find=supply_scatter),
     Check(name="current without sign", looks_at="current", find=unsigned_current),
 )
 """Checks of one recording; mends are done in this order."""

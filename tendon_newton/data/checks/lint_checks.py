@@ -29,7 +29,6 @@ BLOCKED_ERROR = 0.1  # [rad] no lag of a moving position servo reaches it
 BLOCKED_REST = 0.025  # [rad] from the end of its way: what stops a gear gives way
 BLOCKED_ROWS = 20  # fewer are a turning point
 SIGN_SHARE = 0.05  # [1] rows either way that make a reversal more than a settling
-SUPPLY_SCATTER_LIMIT = 0.02  # [1] of the mean; a supply read at 0.1 V steps scatters by 1 %
 
 
 def clock(recording: Recording) -> Iterator[Finding]:
@@ -164,21 +163,6 @@ def resting_position(recording: Recording) -> Iterator[Finding]:
                 "dry friction, a deadband or an end stop holds it, or the encoder "
                 "is stuck; such rows say little about anything else",
             )
-
-
-def supply_scatter(recording: Recording) -> Iterator[Finding]:
-    """A supply voltage that jumps from row to row."""
-    voltage = recording.voltage
-    if voltage is None or voltage.mean() <= 0.0:
-        return
-    scatter = float(np.std(np.diff(voltage)) / np.sqrt(2.0))
-    if scatter > SUPPLY_SCATTER_LIMIT * voltage.mean():
-        yield Examined(recording.name, "voltage").caution(
-            f"scatters by {scatter:.2f} V from row to row about {voltage.mean():.2f} V "
-            f"({voltage.min():.1f}-{voltage.max():.1f} V)",
-            "no supply moves so fast: smooth it or use its mean, else the scatter "
-            "enters the simulated torque",
-        )
 
 
 def unsigned_current(recording: Recording) -> Iterator[Finding]:

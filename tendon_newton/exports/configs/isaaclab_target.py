@@ -96,7 +96,7 @@ def entry(
     late = round(model_numbers.number(model, "command_delay", "delay") / text.PHYSICS_STEP)
     if learned is not None:
         pos, vel, effort = learned
-        limit = model_numbers.force_limit_of(tendon, model) * arm
+        limit = model_numbers.motor_limit(tendon, model) * arm
         return "ActuatorNetMLPCfg", {
             **numbers,
             "network_file": Text(f'str(FOLDER / "{text.NETWORK_FILE}")'),

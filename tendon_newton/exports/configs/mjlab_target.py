@@ -127,7 +127,7 @@ def entry(
     }
     if learned is not None:
         pos, vel, effort = learned
-        limit = model_numbers.force_limit_of(tendon, model)
+        limit = model_numbers.motor_limit(tendon, model)
         return "LearnedMlpActuatorCfg", {
             **numbers,
             "network_file": Text(f'str(FOLDER / "{text.NETWORK_FILE}")'),

@@ -31,7 +31,7 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     """
     mujoco = newton_s_mujoco()
     friction = model_numbers.dry_friction(model)[0]
-    limit = model_numbers.force_limit_of(tendon, model)
+    limit = model_numbers.motor_limit(tendon, model)
     actuator = spec.add_actuator(name=tendon.name)
     if find_actuator(model.actuator.name).held:
         actuator.trntype, actuator.target = mujoco.mjtTrn.mjTRN_TENDON, tendon.name

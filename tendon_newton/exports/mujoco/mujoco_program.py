@@ -21,7 +21,7 @@ from tendon_newton.exports.runtime import (
 )
 from tendon_newton.law.servo import HELD
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.simulation.model.parameter_table import spool_radius_of
+from tendon_newton.simulation.model.parameter_table import force_limit_of, spool_radius_of
 
 # Modules of the program, in the order in which they are joined
 RUNTIME = (jets, servos, resting, networks, commands, stepping, rows)
@@ -97,7 +97,7 @@ def servo_numbers(
             "sign": sign,
             "offset": offset,
             "spool_radius": tendon.spool_radius if radius is None else radius,
-            "force_limit": tendon.force_limit,
+            "force_limit": force_limit_of(model) or tendon.force_limit,
             "direct": tendon.direct,
             "dry": dry,
         }

@@ -18,7 +18,7 @@ from tendon_newton.law.spool import LEAST_ROTOR
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
-from tendon_newton.simulation.model.parameter_table import spool_radius_of
+from tendon_newton.simulation.model.parameter_table import force_limit_of, spool_radius_of
 
 # Share of a mechanism's momentum [1] that a servo's damping may take in one step
 DAMPED_SHARE = 0.3
@@ -118,7 +118,7 @@ def tendon_row(
         "inertia": least_inertia(corrected, tendon),
         "rotor": rotor,
         "radius": spool_radius_of(model) or tendon.spool_radius,
-        "limit": tendon.force_limit,
+        "limit": force_limit_of(model) or tendon.force_limit,
         "least": -math.inf if tendon.direct else 0.0,
     }
 

@@ -16,7 +16,11 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.force_source import ForceSource
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 from tendon_newton.simulation.model.bench_numbers import BenchNumber, without_estimates
-from tendon_newton.simulation.model.parameter_table import spool_radius_of, stiffness_of
+from tendon_newton.simulation.model.parameter_table import (
+    force_limit_of,
+    spool_radius_of,
+    stiffness_of,
+)
 
 
 def bench_of(bench: str, model: Model) -> Mechanism:
@@ -57,6 +61,7 @@ def rollout_of(
         force=network_source(model, network, device, trust=trust) if held else None,
         by_chain=not held,
         spool_radius=radius,
+        force_limit=force_limit_of(model),
         stiffness=stiffness_of(model),
         unknown=unknown,
         time_step=time_step,

@@ -10,6 +10,7 @@ import warp as wp
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint_checks import blocked_rows
+from tendon_newton.data.checks.supply import supply_of
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, DrivenBy, Indices, Recording
 from tendon_newton.data.servo_names import effect_of
@@ -92,6 +93,7 @@ class Rollout:
             servo 1``; a model may leave any of them out.
         shared: Effects among those of single servos that candidates may also give to all at once.
         spool_radius: Spool radius [m] in place of the asset's.
+        force_limit: Greatest force of the motors [N] in place of the asset's.
         unknown: Numbers of this and other benches that candidates may replace.
         force: Where the actuator's force comes from; by default its equation.
         by_chain: Whether the kernels see each of K equal chains of a mechanism, such as a hand's,
@@ -113,6 +115,7 @@ class Rollout:
         effects: Sequence[str] = (),
         shared: Sequence[str] = (),
         spool_radius: float | None = None,
+        force_limit: float | None = None,
         stiffness: float = 0.0,
         unknown: Sequence[BenchNumber] = (),
         force: ForceSource | None = None,
@@ -151,8 +154,7 @@ class Rollout:
             overrides=[r.bench_overrides for r in recordings],
             device=device,
         )
-        if spool_radius is not None:
-            set_spool_radius(model, spool_radius)
+        set_servos(model, spool_radius=spool_radius, force_limit=force_limit)
         if self.driven_by == "force":
             release_limits(model)
         whole, divided = read_topology(model), copies_of(model)
@@ -436,11 +438,12 @@ def timeline_of(recording: Recording, stiffness: float, actuator: str) -> Timeli
 def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
     """Return the supply voltage [V] and torque enabled (0 or 1) of the simulated rows, shapes (S,).
 
-    The voltage is 0 where it was not logged.
+    The voltage is 0 where it was not logged, and without the scatter of its register.
     """
     source = np.searchsorted(timeline.measured, np.arange(len(timeline.time)), side="right") - 1
     source = np.maximum(source, 0)  # what is before the first row is as in it
-    voltage = np.zeros(len(recording.time)) if recording.voltage is None else recording.voltage
+    supply = supply_of(recording)
+    voltage = np.zeros(len(recording.time)) if supply is None else supply
     enabled = recording.enabled if recording.command is not None else np.ones(len(recording.time))
     return voltage[source], enabled.astype(np.float64)[source]
 
@@ -452,11 +455,14 @@ def loads_of(recording: Recording, timeline: Timeline) -> Array:
     return np.interp(timeline.time, recording.time, recording.joint_load)
 
 
-def set_spool_radius(model: Any, radius: float) -> None:
-    """Write the spool radius [m] of every tendon that is wound; a direct drive has none."""
+def set_servos(model: Any, **numbers: float | None) -> None:
+    """Write what is stated of the servos of all tendons that are wound: `spool_radius` and kin."""
     tendon = model.tendon
-    radii = np.where(tendon.direct.numpy() > 0, tendon.spool_radius.numpy(), radius)
-    tendon.spool_radius.assign(radii.astype(np.float32))
+    for name, value in numbers.items():
+        array = getattr(tendon, name)
+        if value is not None:
+            own = np.where(tendon.direct.numpy() > 0, array.numpy(), value)
+            array.assign(own.astype(np.float32))
 
 
 def release_limits(model: Any) -> None:

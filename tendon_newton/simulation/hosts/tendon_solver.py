@@ -36,7 +36,7 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.simulation.dynamics.settling import settle_kernel
-from tendon_newton.simulation.hosts.rollout import set_spool_radius
+from tendon_newton.simulation.hosts.rollout import set_servos
 from tendon_newton.simulation.kernels import body_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import Assembly, assemble
 from tendon_newton.simulation.model.chain_copies import copies_of, gather_kernel, spread_kernel
@@ -49,7 +49,11 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     read_topology,
     spools_are_free,
 )
-from tendon_newton.simulation.model.parameter_table import table_of
+from tendon_newton.simulation.model.parameter_table import (
+    force_limit_of,
+    spool_radius_of,
+    table_of,
+)
 from tendon_newton.simulation.model.structure import Precision, Structure
 from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 
@@ -126,8 +130,11 @@ class TendonSolver(SolverBase):
         refuse_stages(self.table.effects, LOG_STAGES, "TendonSolver")
         self.max_step = max_step
         self.update_bodies = update_bodies
-        if "spool_radius" in description.actuator.values:
-            set_spool_radius(model, float(description.actuator.values["spool_radius"]))
+        set_servos(
+            model,
+            spool_radius=spool_radius_of(description),
+            force_limit=force_limit_of(description),
+        )
         self._code, self._kernel_of = control_kernel_set(
             Structure(
                 **vars(topology),

@@ -25,8 +25,9 @@ from tendon_newton.simulation.model.structure import in_catalogue_order
 
 # Radii [m] that a spool may have; a direct drive's angle is its excursion, so that it has 1
 SPOOL_RADII = (1.0e-3, 1.0)
+FORCE_LIMITS = (1.0e-6, 1.0e6)  # Greatest forces [N] that a motor may have
 # Keys that any actuator may carry besides its own parameters
-SHARED_KEYS = ("spool_radius", "file")
+SHARED_KEYS = ("spool_radius", "force_limit", "file")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,16 +205,32 @@ def spool_radius_of(model: Model) -> float | None:
     Raises:
         InvalidModelFile: It is a word, or no spool of a servo has this radius.
     """
-    radius = model.actuator.values.get("spool_radius")
-    if radius is None:
+    return shared_number(model, "spool_radius", SPOOL_RADII, "m (a shaft counts as 1 m)")
+
+
+def force_limit_of(model: Model) -> float | None:
+    """Return the greatest force [N] of a model's motor, before its gear, if it gives one.
+
+    It stands in place of the asset's, which says what a servo can pull at most.
+
+    Raises:
+        InvalidModelFile: It is a word or out of range.
+    """
+    return shared_number(model, "force_limit", FORCE_LIMITS, "N")
+
+
+def shared_number(model: Model, key: str, bounds: tuple[float, float], unit: str) -> float | None:
+    """Return what an actuator says of a number that any may carry; another is refused."""
+    value = model.actuator.values.get(key)
+    if value is None:
         return None
-    low, high = SPOOL_RADII
-    if isinstance(radius, str) or not low <= radius <= high:
+    low, high = bounds
+    if isinstance(value, str) or not low <= value <= high:
         raise InvalidModelFile(
-            f"spool_radius of actuator {model.actuator.name!r} must be between {low:g} and "
-            f"{high:g} m (a shaft counts as 1 m); it is {radius!r}"
+            f"{key} of actuator {model.actuator.name!r} must be between {low:g} and "
+            f"{high:g} {unit}; it is {value!r}"
         )
-    return float(radius)
+    return float(value)
 
 
 def stiffness_of(model: Model) -> float:

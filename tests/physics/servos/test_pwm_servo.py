@@ -9,6 +9,7 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.physics.runs import RADIUS, run_of, simulate
 
@@ -127,3 +128,20 @@ def test_a_start_at_a_measured_angle_stretches_its_string() -> None:
     assert out.motor_position[0, 0] == pytest.approx(angle, abs=1e-3)  # the guide's give
     assert out.force[0, 0] == pytest.approx(stiffness * lead, rel=1e-6)  # radius: float32
     assert out.force[0, 0] == pytest.approx(joint.stiffness * out.joint_position[0, 0], rel=1e-6)
+
+
+def test_a_model_says_how_strong_its_motor_is_before_the_gear() -> None:
+    """An asset's 21 N are what a servo can pull; its model states a motor that gives more."""
+    strong = {**SERVO, "max_duty": 0.5}
+    expected = CONSTANT * 0.5 * SUPPLY / (RESISTANCE * RADIUS)
+    run = run_of(np.where(np.arange(80) < 4, 0.0, FAR), bench="spring_weak", bench_overrides=WALL)
+    weak, stated = (
+        replay([run], replace(MODEL, actuator=NamedValues(name="pwm_servo", values=values)))[
+            0
+        ].force
+        for values in (strong, {**strong, "force_limit": 60.0})
+    )
+    # a force at its limit damps nothing, so that the rotor swings about it
+    assert weak[40:, 0].mean() == pytest.approx(21.0, rel=0.02)
+    assert stated[-1, 0] == pytest.approx(expected, rel=1e-3)
+    assert expected > 30.0
