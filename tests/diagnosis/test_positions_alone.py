@@ -183,7 +183,10 @@ def test_a_position_servo_is_explained_on_motions_that_no_fit_has_seen(
 
 
 def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> None:
-    """Fitted to the gains 100 and 800 alone, it leaves 32.6 mrad at gain 200 (0.5: rounding)."""
+    """Fitted to the gains 100 and 800 alone, it leaves 29.8 mrad at gain 200 (0.5: rounding).
+
+    The supply is the mean of its readings; with their ripple 32.6 mrad are left.
+    """
     imported = read_xl330(data(shared, "xl330"))
     held = [log.recording for log in imported.logs if log.conditions["kp"] == 200]
     actuator = imported.model.actuator
@@ -191,4 +194,4 @@ def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> N
     model = replace(imported.model, actuator=motor, effects=FADING)
     study = Study(held, model, tuple(effect.name for effect in FADING))
     (error,) = evaluate_models(study, [{}])
-    assert 1e3 * error.pooled().theta_mae == pytest.approx(32.6, abs=0.5)
+    assert 1e3 * error.pooled().theta_mae == pytest.approx(29.8, abs=0.5)
