@@ -88,7 +88,7 @@ def prepare_string(spec: Any, tendon: Tendon, model: Model, sign: float, offset:
         taut_at = model_numbers.angle_shift(tendon, model, offset)
         add_spool(spec, tendon, radius, armature_of(model), taut_at)
     elif not tendon.direct:
-        row, limit = spec.tendon(tendon.name), model_numbers.force_limit_of(tendon, model)
+        row, limit = spec.tendon(tendon.name), model_numbers.motor_limit(tendon, model)
         least = -model_numbers.dry_friction(model)[0]  # what it takes to overcome its friction
         row.actfrclimited, row.actfrcrange = True, sorted((sign * least, sign * limit))
 
