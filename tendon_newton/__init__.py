@@ -19,6 +19,7 @@ EXPORTS = {
     "build_network": "tendon_newton.force_networks",
     "diagnose": "tendon_newton.diagnosis.diagnose",
     "load_dataset": "tendon_newton.data.dataset",
+    "load_diagnosis": "tendon_newton.diagnosis.accounts.saved",
     "load_mechanism": "tendon_newton.mechanisms.loading",
     "load_model": "tendon_newton.data.model_file",
     "load_network": "tendon_newton.actuators.networks.artifact",

@@ -7,6 +7,7 @@ from tendon_newton.data.model_file import NamedValues as NamedValues
 from tendon_newton.data.model_file import load_model as load_model
 from tendon_newton.data.model_file import write_model as write_model
 from tendon_newton.data.recording import Recording as Recording
+from tendon_newton.diagnosis.accounts.saved import load_diagnosis as load_diagnosis
 from tendon_newton.diagnosis.diagnose import diagnose as diagnose
 from tendon_newton.diagnosis.result import Diagnosis as Diagnosis
 from tendon_newton.effects import EFFECTS as EFFECTS

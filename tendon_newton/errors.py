@@ -4,7 +4,7 @@ import difflib
 import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 Entry = TypeVar("Entry")
 
@@ -105,6 +105,18 @@ def look_up(kind: str, name: str, table: Mapping[str, Entry]) -> Entry:
     if name not in table:
         raise unknown_name(kind, name, table)
     return table[name]
+
+
+class NameTable(dict[str, Entry]):
+    """A table of ours; an unknown name is refused with the known ones, as by `look_up`."""
+
+    def __init__(self, kind: str, entries: Mapping[str, Entry]) -> None:
+        super().__init__(entries)
+        self.kind = kind
+
+    def __missing__(self, name: str) -> NoReturn:
+        """Refuse a name."""
+        raise unknown_name(self.kind, name, self)
 
 
 def shown(value: Any) -> str:

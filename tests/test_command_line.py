@@ -1,14 +1,21 @@
 """The door: completion by a shell, and --quiet."""
 
+import re
 import subprocess
 import sys
+from dataclasses import fields
+from importlib import import_module
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import pytest
 
 from tendon_newton.cli import VERBS, main
 from tests.bad_input.damage import refusal
 
+# Abbreviations, names in examples, and what a help text says of another verb's arguments
+KNOWN = {"CSV", "JSON", "ROS", "USD", "README", "CPU", "GPU", "SIGTERM", "ROBOTIS"}
+KNOWN |= {"NAME", "PORT", "RECORDING", "MENDED", "DATASET"}
 COMPLETE = """
 source {script}
 COMP_WORDS=({words})
@@ -48,6 +55,22 @@ def test_a_wheel_reads_the_formats_that_anybody_may_have(tmp_path, monkeypatch, 
     monkeypatch.setattr("tendon_newton.cli.find_spec", lambda _: None)
     assert main(words) == 2
     assert "known: lerobot, mapped" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_words_in_capitals_are_names_of_options(verb: str, capsys) -> None:
+    """Of `--help`: each is an argument's, an option's, or an abbreviation that all know."""
+    module = import_module(VERBS[verb])
+    config = get_type_hints(module.main)["config"]
+    kinds = get_args(config) or (config,)
+    names = {field.name.upper() for kind in kinds for field in fields(kind)}
+    assert set(re.findall(r"\b[A-Z]{2,}\b", module.__doc__)) - names <= KNOWN
+    assert main([verb, "--help"]) == 0
+    said = capsys.readouterr().out
+    assert "{None}" not in said
+    if verb != "asset":
+        positional = [f.name for f in fields(config) if "Positional" in str(f.type)]
+        assert all(name.upper() in said for name in positional)
 
 
 def test_a_quiet_verb_prints_nothing_but_warnings_and_errors(tmp_path, capfd) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 import tendon_newton
 from tendon_newton.diagnosis.time_left import notebook_progress
+from tendon_newton.errors import UnknownName
 from tests.diagnosis.made_up import diagnosis
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -88,6 +89,19 @@ def test_what_is_printed_is_a_line_and_a_table_without_arrays() -> None:
     pages = [value._repr_html_() for value in (dataset, recording, model, loop)]
     assert all(page.count("<tr>") == page.count("</tr>") > 1 for page in pages)
     assert "&lt;b&gt;.csv" in pages[1]
+
+
+def test_a_name_that_is_none_is_answered_with_the_nearest() -> None:
+    """In every table of the face, as by the functions that look names up."""
+    for table, name, near in (
+        (tendon_newton.EFFECTS, "coulomb", "coulomb_friction"),
+        (tendon_newton.ACTUATORS, "pwm_serv", "pwm_servo"),
+        (tendon_newton.FORCE_NETWORKS, "transformers", "transformer"),
+    ):
+        with pytest.raises(UnknownName, match=f"did you mean '{near}'"):
+            table[name]
+        assert near in table
+        assert table.get(name) is None
 
 
 def test_plots_are_figures() -> None:

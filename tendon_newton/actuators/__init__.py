@@ -7,21 +7,24 @@ from tendon_newton.actuators.learned import Learned
 from tendon_newton.actuators.measured_path import MeasuredPath
 from tendon_newton.actuators.pd_torque import PdTorque
 from tendon_newton.actuators.pwm_servo import PwmServo
-from tendon_newton.errors import look_up
+from tendon_newton.errors import NameTable
 
-ACTUATORS: dict[str, type[Actuator]] = {
-    "ideal": Ideal,
-    "pwm_servo": PwmServo,
-    "pd_torque": PdTorque,
-    "ideal_position": IdealPosition,
-    "measured_path": MeasuredPath,
-    "learned": Learned,
-}
+ACTUATORS = NameTable[type[Actuator]](
+    "actuator",
+    {
+        "ideal": Ideal,
+        "pwm_servo": PwmServo,
+        "pd_torque": PdTorque,
+        "ideal_position": IdealPosition,
+        "measured_path": MeasuredPath,
+        "learned": Learned,
+    },
+)
 
 
 def find_actuator(kind: str) -> type[Actuator]:
     """Return an actuator model; an unknown name is refused."""
-    return look_up("actuator", kind, ACTUATORS)
+    return ACTUATORS[kind]
 
 
 __all__ = ["ACTUATORS", "Actuator", "find_actuator"]

@@ -158,6 +158,7 @@ def run_verb(verb: str, words: list[str]) -> int:
     config = tyro.cli(
         config_type,
         args=words,
+        config=(tyro.conf.PositionalMetavarFromFieldName, tyro.conf.DisallowNone),
         prog=f"tendon-newton {verb}",
         description=f"{module.__doc__}\n{VERBOSE_SHORT}, {VERBOSE_OPTION} {VERBOSE_WORDS}.\n"
         f"{QUIET_OPTION} {QUIET_WORDS}.",

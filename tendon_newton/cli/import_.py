@@ -1,14 +1,14 @@
 """Turn foreign logs into a dataset, with a report of what is wrong with them.
 
 A LeRobotDataset (v3), of which each joint becomes a dataset of its own unless one is chosen:
-  tendon-newton import lerobot DATASET --out arm --test episode=3
-  tendon-newton import lerobot DATASET --out arm --joint elbow_flex --test episode=3
+  tendon-newton import lerobot SOURCE --out arm --test episode=3
+  tendon-newton import lerobot SOURCE --out arm --joint elbow_flex --test episode=3
 
 Anybody's CSV, JSON and ROS 2 bags, with a file that says what is what:
-  tendon-newton import mapped LOGS --mapping mapping.toml --out dataset --test part1=3
+  tendon-newton import mapped SOURCE --mapping mapping.toml --out dataset --test part1=3
 
 A clone also reads pendulum logs of Rhoban/bam, and a parameter file of theirs as a model:
-  tendon-newton import bam LOGS --out dataset --test kp=16
+  tendon-newton import bam SOURCE --out dataset --test kp=16
   tendon-newton import bam m6.json --out bam_m6
   tendon-newton diagnose dataset --model bam_m6/model.toml --out diagnosis
 """

@@ -17,7 +17,9 @@ import tyro
 class PlotConfig:
     """The log, and the file of the picture."""
 
-    log: tyro.conf.Positional[Path]  # MCAP file of `deploy` or `collect`.
+    log: tyro.conf.Positional[Path]
+    """Log of `deploy` or `collect` (.mcap), or a recording as `import` and `simulate` write it
+    (.csv)."""
     out: Path | None = None  # The picture; beside the log unless given.
 
 

@@ -65,7 +65,7 @@ def main(config: SimulateConfig) -> None:
     whole = (*dataset.train, *dataset.test)
     refuse_other_bench(config.model, [recording.bench for recording in whole])
     model = load_model(model_path(config.model))
-    out = make_folder(config.out)
+    out = make_folder(config.out, config.dataset)
 
     from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.simulation.simulators import find_simulator
@@ -99,9 +99,9 @@ def write_result(config: SimulateConfig, recording: Recording, trajectory: Traje
     if config.plots:
         save(recording_figure(recording, trajectory), path.with_suffix(".png"))
     if config.view is not None:
-        from tendon_newton.workflows.viewing import show_simulated
+        from tendon_newton.workflows.viewing import show_recording
 
-        show_simulated(recording, trajectory, config.view, path)
+        show_recording(recording, config.view, path, trajectory)
     print(f"  {path.name:32s} {errors_text(recording, trajectory)}")
 
 

@@ -2,6 +2,7 @@
 
   tendon-newton view deployments/finger-stairs_0.mcap
   tendon-newton view recordings --to file        # NAME.rrd beside each log, without a display
+  tendon-newton view recordings --model diagnosis # simulated beside measured
 
 The finger stands in the friction-free equilibrium of the measured motor angle. The verbs collect,
 deploy and simulate show the same as it happens: --view window.
@@ -29,7 +30,10 @@ class ViewConfig:
     """The logs, and where they are shown."""
 
     logs: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Logs of collect and deploy (.mcap), or folders of them."""
+    """Logs of collect and deploy (.mcap), recordings (.csv), or folders of them."""
+    model: Path | None = None
+    """Model file, or a diagnosis: what it makes of the commands is shown beside what was
+    measured."""
     to: Literal["window", "file"] = "window"
     """Whether a window opens, or files (.rrd) are written beside the logs to be opened later."""
     follow: float | None = None
@@ -43,7 +47,15 @@ def main(config: ViewConfig) -> None:
     from tendon_newton.errors import InvalidParameter
 
     quiet_warp()
-    from tendon_newton.workflows.viewing import end_of_input, follow, logs_of, show_log
+    from tendon_newton.data.model_file import load_model
+    from tendon_newton.diagnosis.diagnosed_bench import model_path
+    from tendon_newton.workflows.viewing import (
+        end_of_input,
+        follow,
+        logs_of,
+        show_log,
+        show_model,
+    )
 
     if not config.logs:
         raise InvalidParameter("a view needs a log, or a folder of logs")
@@ -55,8 +67,10 @@ def main(config: ViewConfig) -> None:
         print(READY, flush=True)
         follow(folder, config.to, config.follow, end_of_input())
         return
+    model = None if config.model is None else load_model(model_path(config.model))
     for log in logs_of(config.logs):
-        target = show_log(log, config.to).target
+        scene = show_log(log, config.to) if model is None else show_model(log, model, config.to)
+        target = scene.target
         print(f"{log}: {'shown in a window' if target is None else target}")
 
 

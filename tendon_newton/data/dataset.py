@@ -208,6 +208,14 @@ def all_files(path: Path, entries: Sequence[ListedRecording]) -> list[Path]:
     return files
 
 
+def load_recording(file: Path, bench: str = "finger") -> Recording:
+    """Read one recording: as the dataset in its folder lists it, else as one of a bench."""
+    for entry in listed_recordings(file.parent):
+        if os.path.normpath(entry.file) == file.name:
+            return read_recording(file.parent, entry)
+    return read_recording_file(file, bench=bench, name=file.name)
+
+
 def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:
     """Write recordings as CSV and the ``dataset.toml`` that lists them."""
     path.mkdir(parents=True, exist_ok=True)
@@ -278,13 +286,19 @@ def dataset_folders(path: Path) -> tuple[Path, ...]:
 
 
 def refuse_other_folder(path: Path) -> None:
-    """Refuse a folder of datasets, of logs, or of LeRobot with the commands that take it."""
+    """Refuse a folder of datasets, logs, a diagnosis or LeRobot with commands that take it."""
     if parts := dataset_folders(path):
         command = ["tendon-newton", "diagnose", f"{path}", "--out", f"{path}_diagnosis"]
         raise InvalidDataset(
             f"{path}: a dataset is a folder with {FILE_NAME}; this one holds {len(parts)} such "
             f"folders: {listed(part.name for part in parts)}. Name one of them; all at once are "
             f"taken by {shlex.join(command)}"
+        )
+    if (path / "diagnosis.json").is_file():
+        raise InvalidDataset(
+            f"{path}: a dataset is a folder with {FILE_NAME}; this one holds a diagnosis: name the "
+            f"dataset that it was made of. {shlex.join(['tendon-newton', 'explain', f'{path}'])} "
+            "says why its causes were named"
         )
     if (path / "meta" / "info.json").is_file():
         command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])

@@ -4,7 +4,7 @@ from importlib import import_module
 
 from tendon_newton.data.servo_names import effect_of, name_of, servo_of
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.errors import look_up
+from tendon_newton.errors import NameTable
 
 IN_ORDER = (  # in which they act within a stage
     "command_delay",
@@ -58,7 +58,7 @@ def class_of(effect: str) -> type[Effect]:
     return getattr(module, effect.title().replace("_", ""))
 
 
-EFFECTS: dict[str, type[Effect]] = {effect: class_of(effect) for effect in IN_ORDER}
+EFFECTS = NameTable("effect", {effect: class_of(effect) for effect in IN_ORDER})
 
 
 FRICTION_FAMILIES: tuple[tuple[str, ...], ...] = (
@@ -70,7 +70,7 @@ FRICTION_FAMILIES: tuple[tuple[str, ...], ...] = (
 
 def find_effect(name: str) -> type[Effect]:
     """Return an effect of the catalogue; an unknown name is refused."""
-    return look_up("effect", name, EFFECTS)
+    return EFFECTS[name]
 
 
 def law_of(cause: str) -> type[Effect]:

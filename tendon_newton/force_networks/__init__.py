@@ -5,17 +5,20 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from tendon_newton.errors import look_up, unknown_name
+from tendon_newton.errors import NameTable, unknown_name
 
 if TYPE_CHECKING:
     from tendon_newton.force_networks.force_network import ForceNetwork
 
-FORCE_NETWORKS: dict[str, str] = {
-    "mlp": "Mlp",
-    "rnn": "Rnn",
-    "lstm": "Lstm",
-    "transformer": "Transformer",
-}
+FORCE_NETWORKS = NameTable(
+    "network",
+    {
+        "mlp": "Mlp",
+        "rnn": "Rnn",
+        "lstm": "Lstm",
+        "transformer": "Transformer",
+    },
+)
 """Kind, which is also the name of its module here -> its class. The classes need torch, so a module
 is imported when its network is asked for."""
 
@@ -33,7 +36,7 @@ SETS: tuple[SetName, ...] = get_args(SetName)
 
 def find_force_network(kind: str) -> type[ForceNetwork]:
     """Return the class of a force network; an unknown kind is refused."""
-    name = look_up("network", kind, FORCE_NETWORKS)
+    name = FORCE_NETWORKS[kind]
     return getattr(importlib.import_module(f"{__name__}.{kind}"), name)
 
 

@@ -71,7 +71,7 @@ def refresh(options: RefreshOptions, operator: Operator) -> Drift:
         raise InvalidParameter(f"iterations must be 1 or more; they are {options.iterations}")
     for name in options.suspects:
         find_effect(name)
-    ledger = open_ledger(options, make_folder(options.out))
+    ledger = open_ledger(options, make_folder(options.out, options.model))
     for log in log_files((*options.reference, *options.logs)):
         if not is_of(options.policy, log):
             operator.tell(

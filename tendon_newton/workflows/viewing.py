@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_hardware.deployment.deploy_log import STEP_TOPIC, servo_count_of
+from tendon_newton.data.dataset import listed_files, load_recording
 from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.data.formats.topic_mapping import (
     COMMAND_TOPIC,
@@ -21,14 +22,17 @@ from tendon_newton.data.formats.topic_mapping import (
     STATE_TOPIC,
     TIP_TOPIC,
 )
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import InvalidParameter, listed
+from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.workflows.scene import BenchScene, View
 
 TOPICS = frozenset(
     {COMMAND_TOPIC, STATE_TOPIC, FORCE_TOPIC, TIP_TOPIC, DIAGNOSTICS_TOPIC, STEP_TOPIC}
 )
+SUFFIXES = (".mcap", ".csv")  # Files that are shown
 LONGEST_LOG = 1 << 30  # Bytes to which a log that is followed may grow
 LOOK_PERIOD = 0.05  # Time between two looks at a file that grows [s]
 SAFETY = "safety"  # Source of what the rules did
@@ -74,11 +78,13 @@ def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> B
     """Show a log, as far as it is written and until it is over.
 
     Args:
-        path: MCAP file of ``collect`` or ``deploy``.
+        path: MCAP file of ``collect`` or ``deploy``, or a recording as CSV.
         over: Tells that no more will be written.
     """
-    if path.suffix != ".mcap":
-        raise InvalidParameter(f"{path}: a view shows logs of collect and deploy, files in .mcap")
+    if path.suffix not in SUFFIXES:
+        raise InvalidParameter(f"{path}: a view shows logs and recordings, {listed(SUFFIXES)}")
+    if path.suffix == ".csv":
+        return show_recording(load_recording(path), to, path)
     file: Any = GrowingFile(path, over)
     try:
         session = first_session(file, path.name)
@@ -128,8 +134,17 @@ def show_message(scene: BenchScene, topic: str, message: Any) -> None:
                 scene.say(f"{status.name}: {status.message}", LEVELS[number])
 
 
-def show_simulated(recording: Recording, trajectory: Trajectory, to: View, file: Path) -> None:
-    """Show what was measured and what a model made of it.
+def show_model(path: Path, model: Model, to: View) -> BenchScene:
+    """Show a log or a recording beside what a model makes of its commands."""
+    recording = load_recording(path)
+    (trajectory,) = replay([recording], model)
+    return show_recording(recording, to, path, trajectory)
+
+
+def show_recording(
+    recording: Recording, to: View, file: Path, trajectory: Trajectory | None = None
+) -> BenchScene:
+    """Show what was measured, and what a model made of it.
 
     Args:
         trajectory: What was simulated, at the same rows.
@@ -137,18 +152,21 @@ def show_simulated(recording: Recording, trajectory: Trajectory, to: View, file:
     scene = BenchScene(Path(recording.name).stem, recording.bench, to, file)
     for row, instant in enumerate(recording.time - recording.time[0]):
         scene.at(float(instant))
-        scene.bones("simulated", trajectory.joint_position[row])
+        if trajectory is not None:
+            scene.bones("simulated", trajectory.joint_position[row])
         for d in range(recording.tendon_count):
             if recording.command is not None:
                 scene.angle("command", float(recording.command[row, d]), d)
             scene.angle("measured", float(recording.motor_position[row, d]), d)
-            scene.angle("simulated", float(trajectory.motor_position[row, d]), d)
             if recording.force is not None:
                 scene.tension("measured", float(recording.force[row, d]), d)
-            scene.tension("simulated", float(trajectory.force[row, d]), d)
+            if trajectory is not None:
+                scene.angle("simulated", float(trajectory.motor_position[row, d]), d)
+                scene.tension("simulated", float(trajectory.force[row, d]), d)
         if recording.tip is not None:
             scene.point("tip", *(float(x) for x in recording.tip[row]))
     scene.close()
+    return scene
 
 
 def follow(folder: Path, to: View, since: float, over: Callable[[], bool]) -> list[Path]:
@@ -194,8 +212,12 @@ def logs_of(paths: Sequence[Path]) -> list[Path]:
     """Return the logs that paths name: files, and those in folders."""
     out: list[Path] = []
     for path in paths:
-        found = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+        found = [path]
+        if path.is_dir():
+            known = listed_files(path)
+            recordings = [file for file in path.glob("*.csv") if not known or file.name in known]
+            found = sorted([*path.glob("*.mcap"), *recordings])
         if not found or not found[0].is_file():
-            raise InvalidParameter(f"{path}: no log of collect or deploy (.mcap) is there")
+            raise InvalidParameter(f"{path}: no log ({listed(SUFFIXES)}) is there")
         out += found
     return out

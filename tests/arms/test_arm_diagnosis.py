@@ -14,6 +14,7 @@ from tendon_newton.data.model_file import Model, NamedValues, load_model, write_
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into
 from tests.arms import planted_arm
+from tests.proposed import proposed
 
 FLOOR = -0.02  # m
 
@@ -33,7 +34,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys) -> None:
+def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys, monkeypatch) -> None:
     """Signs and floor are told, each joint has its report, and all are simulated together."""
     asset, out = arm / "arm" / "arm.usda", tmp_path / "out"
     words = ["diagnose", str(arm / "logs"), "--arm", str(asset), "--out", str(out)]
@@ -41,6 +42,10 @@ def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys) -> None
     printed = capsys.readouterr().out
     assert "servos that count the other way: elbow" in printed
     assert "the tip rests on something" in printed
+    *why, export = proposed(printed)
+    assert [main(words) for words in why] == [0, 0]
+    monkeypatch.chdir(tmp_path)
+    assert main([*export, "--seconds", "1"]) == 0
     table = json.loads((out / "arm.json").read_text())
     assert {name: row["sign"] for name, row in table["joints"].items()} == {
         "shoulder": 1,

@@ -3,6 +3,7 @@
 import sys
 import threading
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,14 @@ import pytest
 
 from tendon_hardware.deployment.deploy_log import read_steps
 from tendon_newton.cli import main
-from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.data.formats.topic_mapping import FORCE_TOPIC, STATE_TOPIC, TIP_TOPIC
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.workflows.scene import postures_of
 from tendon_newton.workflows.viewing import GrowingFile, follow, show_log
+from tests.diagnosis.made_up import EXAMPLE, beginning
 
 FAST = ["--port", "virtual", "--faster-than-real-time"]
 RUN = ["collect", *FAST, "--excitation", "sine", "--duration", "2"]
@@ -69,6 +71,26 @@ def test_a_log_is_shown_whole(log: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert main(["view", str(log.parent), "--to", "file"]) == 0
     assert f"{LOG}.rrd" in capsys.readouterr().out
     require_all_of(log, log.with_suffix(".rrd"))
+
+
+def test_a_recording_is_drawn_and_shown_as_its_dataset_has_it(tmp_path: Path, capsys) -> None:
+    """A CSV file as `import` writes it, of the bench that is listed, beside a model's answer."""
+    recording = beginning(load_dataset(EXAMPLE).test[0], force=True)
+    write_dataset(tmp_path, [replace(recording, name="a.csv")], [])
+    (tmp_path / "command.csv").write_text("t,theta_d\n0,0\n")
+    file = tmp_path / "a.csv"
+    assert main(["plot", str(file)]) == 0
+    assert "measured" in file.with_suffix(".svg").read_text()
+    words = ["view", str(tmp_path), "--to", "file"]
+    assert main([*words, "--model", str(EXAMPLE / "model.toml")]) == 0
+    both = shown(file.with_suffix(".rrd"))
+    for place in ("angle/measured", "angle/simulated", "tension/simulated", "finger/simulated"):
+        assert both[f"/{place}"] == recording.sample_count, place
+    assert main(words) == 0
+    alone = shown(file.with_suffix(".rrd"))
+    assert alone["/angle/measured"] == recording.sample_count
+    assert not any("simulated" in place for place in alone)
+    assert str(file.with_suffix(".rrd")) in capsys.readouterr().out
 
 
 def test_a_log_is_shown_while_it_grows(log: Path, tmp_path: Path) -> None:
@@ -167,8 +189,8 @@ def test_a_growing_file_waits_for_what_is_not_there_yet(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["view", "nowhere.mcap"], "nowhere.mcap: no log of collect or deploy"),
-        (["view", "."], "no log of collect or deploy"),
+        (["view", "nowhere.mcap"], "nowhere.mcap: no log (.mcap, .csv) is there"),
+        (["view", "."], "no log (.mcap, .csv) is there"),
         (["view"], "a view needs a log"),
     ],
 )

@@ -10,7 +10,8 @@ from tendon_hardware.deployment.deploy_log import STEP_TOPIC, TIMING_FIELDS, TIM
 from tendon_hardware.deployment.svg_panels import Panel, PanelLine
 from tendon_hardware.logs.session_log import TURNED_TOPIC
 from tendon_newton.data.cards.policy_observation import goal_angle
-from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
+from tendon_newton.data.dataset import load_recording
+from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 
 GOAL, TIP = "goal", "tip"  # Names of the two lines whose distance is the error of a policy
@@ -27,7 +28,7 @@ SHOWN: dict[str, tuple[tuple[str, str, float], ...]] = {
 
 def panels_of(path: Path) -> tuple[Panel, ...]:
     """Gather what a log shows: goal and tip, ball, spool, tension, timing."""
-    log = read_mcap(path, bench="finger")
+    log = load_recording(path)
     (goal, goals), *balls, (timing, late) = shown_lines(path).items()
     if log.tip is not None and not any(lines for _, lines in balls):
         tip = np.degrees(goal_angle(log.tip[:, 0], log.tip[:, 1]))
@@ -53,8 +54,15 @@ def panels_of(path: Path) -> tuple[Panel, ...]:
     return tuple(panel for panel in panels if panel.lines)
 
 
+def is_log(path: Path) -> bool:
+    """Tell whether a file is a log of ours, which says more than a recording does."""
+    return path.suffix == ".mcap"
+
+
 def shown_lines(path: Path) -> dict[str, list[PanelLine]]:
     """Return the lines of each panel of `SHOWN`; a log that is no deployment's has none."""
+    if not is_log(path):
+        return {title: [] for title in SHOWN}
     steps = read_session(path).get("policy.step_fields", "").split(", ")
     fields = {STEP_TOPIC: steps, TURNED_TOPIC: ("turned",), TIMING_TOPIC: TIMING_FIELDS}
     rows: dict[str, list[tuple[float, ...]]] = {topic: [] for topic in fields}
@@ -87,7 +95,7 @@ def shown_lines(path: Path) -> dict[str, list[PanelLine]]:
 
 def title_of(path: Path, panels: Sequence[Panel]) -> str:
     """Return the file's name, who drove which bench when, and what came of it."""
-    session = read_session(path)
+    session = read_session(path) if is_log(path) else {}
     policy = session.get("policy.file", "")
     bench, simulated = session.get("bench", ""), session.get("simulated") == "True"
     words = [

@@ -12,18 +12,18 @@ the data ask for are named, with numbers and 95 % intervals. The verdict is one 
 Before the search starts its data are checked, and the time that it will take is told. Ctrl-C
 ends the search and reports what it has so far, said to be unfinished.
 
-Writes into DIR: report.html (for people), diagnosis.json (for programs), model.toml (the
-extended model, usable as the next --model), identified.usda (what was found about the
-mechanism, above its asset). Then ask why a cause was named or not: tendon-newton explain DIR.
+OUT gets report.html (for people), diagnosis.json (for programs), model.toml (the extended model,
+usable as the next --model), identified.usda (what was found about the mechanism, above its asset).
+Then ask why a cause was named or not: tendon-newton explain OUT.
 
-With --against OLD nothing is searched. Numbers of an earlier answer, and those that walk from day
+With --against nothing is searched. Numbers of an earlier answer, and those that walk from day
 to day (slack, friction, offsets, ...), are fitted to the new recordings. changes.html says which
 moved, by how much, with what probability, and what to do; and what happened within recordings: a
-slip of the string, a skip of the angle, a knock, a dip of the supply. After a mend, --mended CAUSE
-says whether the cause went away.
+slip of the string, a skip of the angle, a knock, a dip of the supply. After a mend, --mended says
+whether the cause went away.
 
 A folder with a dataset of each joint of an arm, as `import lerobot` makes it, is taken as a whole:
-DIR gets a folder for each joint. With --arm gravity by posture loads each servo, a floor under the
+OUT gets a folder for each joint. With --arm gravity by posture loads each servo, a floor under the
 tip is looked for, and all servos are simulated together on the test recordings.
 
 Example: tendon-newton diagnose recordings --out results --budget 5min
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
     from tendon_newton.data.dataset import Dataset
     from tendon_newton.diagnosis.result import Diagnosis
+    from tendon_newton.workflows.diagnosing import DiagnosisAnswer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +108,7 @@ def main(config: DiagnoseConfig) -> None:
         )
     dataset = read_dataset(config)
     model = load_model(model_file(config))
-    out = make_folder(config.out)
+    out = make_folder(config.out, config.dataset, config.model)
     load_newton()
 
     from tendon_newton.diagnosis.reporting.report import Origin
@@ -123,17 +124,27 @@ def main(config: DiagnoseConfig) -> None:
         print((out / "diagnosis.json").read_text(encoding="utf-8"), end="")
         return
     print(summary(answer.diagnosis))
-    print(f"\n  report          {out / 'report.html'}")
-    print(f"  extended model  {out / 'model.toml'}")
-    print(f"  for programs    {out / 'diagnosis.json'}")
-    print(f"  for USD         {', '.join(map(str, answer.layers))}")
-    print(f"  why, or why not  tendon-newton explain {shlex.quote(str(out))} [CAUSE]")
+    print("\n".join(["", *places(out, answer)]))
+
+
+def places(out: Path, answer: DiagnosisAnswer) -> list[str]:
+    """Say where the files of an answer are, and what to type next."""
+    here = shlex.quote(str(out))
+    lines = [
+        f"  report           {out / 'report.html'}",
+        f"  extended model   {out / 'model.toml'}",
+        f"  for programs     {out / 'diagnosis.json'}",
+        f"  for USD          {', '.join(map(str, answer.layers))}",
+        f"  why, or why not  tendon-newton explain {here}",
+    ]
     if any(effect.separating_experiment is not None for effect in answer.diagnosis.effects):
-        print(f"  to tell apart   tendon-newton experiment {shlex.quote(str(out))} --out run.csv")
+        lines.append(f"  to tell apart    tendon-newton experiment {here} --out run.csv")
+    return lines
 
 
 def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     """Hold the recordings against an earlier day, and tell what changed."""
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.errors import InvalidParameter
 
     if any(option is not None for option in (config.hold_out, config.budget, config.arm)):
@@ -144,6 +155,7 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     from tendon_newton.diagnosis.in_time.changes_report import answer_lines
     from tendon_newton.workflows.diagnosing import compare_days
 
+    make_folder(config.out, config.dataset, against, config.model)
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     days = compare_days(config.dataset, against, config.model, progress, config.out, config.mended)
     if config.json:
@@ -158,6 +170,7 @@ def diagnose_joints(
     config: DiagnoseConfig, folders: tuple[Path, ...], budget: float | None, start: float
 ) -> None:
     """Diagnose each joint's servo, and print what was found."""
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.mechanisms.loading import load_mechanism
     from tendon_newton.workflows.diagnosing_arm import (
@@ -167,6 +180,7 @@ def diagnose_joints(
         error_lines,
     )
 
+    make_folder(config.out, config.dataset, config.model)
     each = {folder.name: replace(config, dataset=folder) for folder in folders}
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     datasets = {joint: read_dataset(own) for joint, own in each.items()}
@@ -191,11 +205,18 @@ def diagnose_joints(
         print(json.dumps(table, indent=1))
         return
     for joint, one in answer.servos.items():
+        why = shlex.join(["tendon-newton", "explain", str(config.out / joint)])
         print(
             f"\n{joint}{summary(one.diagnosis)}\n\n  report  {config.out / joint / 'report.html'}"
+            f"\n  why, or why not  {why}"
         )
-    if answer.known is not None:
-        print("\n".join(["", *arm_lines(answer.known), *error_lines(answer)]))
+    if answer.known is None:
+        words = ["tendon-newton", "diagnose", str(config.dataset), "--out", str(config.out)]
+        print(f"\nnext, with each servo under the arm's weight: {shlex.join(words)} --arm ASSET")
+        return
+    print("\n".join(["", *arm_lines(answer.known), *error_lines(answer)]))
+    words = ["tendon-newton", "export", str(config.out), "--to", "mujoco"]
+    print(f"\nnext: {shlex.join([*words, '--out', f'{config.out}_mujoco'])}")
 
 
 class DiagnosisProgress:
@@ -295,10 +316,13 @@ def summary(diagnosis: Diagnosis) -> str:
     from tendon_newton.data.parameters import with_unit
     from tendon_newton.diagnosis.owner import with_owner
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
+    from tendon_newton.diagnosis.reporting.report_words import UNDECIDED
 
     force = diagnosis.scale
     lines = ["", VERDICTS[diagnosis.verdict], ""]
-    if not diagnosis.finished:
+    if not diagnosis.finished and diagnosis.verdict == "unexplained":
+        lines[1] = f"UNFINISHED: {UNDECIDED}"
+    elif not diagnosis.finished:
         lines[1:1] = ["UNFINISHED: the search was ended early, and causes may be missing. So far:"]
     if diagnosis.actuator is not None:
         lines.append(f"  {diagnosis.actuator.sentence}")

@@ -2,13 +2,14 @@
 
 This is one step of the verb investigate. Commands of the library, and others that are varied, are
 simulated on every bench with every set of causes that is left. A set may refit its numbers as far
-as the data at hand leave them open. Writes FILE (CSV: t, theta_d), and beside it .toml (bench, and
+as the data at hand leave them open. Writes OUT (CSV: t, theta_d), and beside it .toml (bench, and
 what is expected) and .png. Record the command on that bench, add the recording to the dataset with
 split = "train", and diagnose again. Where one set is left the verb says so and writes nothing.
 """
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -101,6 +102,12 @@ def main(config: ExperimentConfig) -> None:
         print(f"\nby hand: {worth.text()}")
     for suffix, what in ((".csv", "command"), (".toml", "bench and figures"), (".png", "picture")):
         print(f"  {what:18s} {config.out.with_suffix(suffix)}")
+    look = shlex.join(["tendon-newton", "explain", str(config.diagnosis)])
+    print(
+        f"\nnext: record it on {best.plan.place}, list the log in the dataset with split = "
+        '"train" (docs/recordings.md), and diagnose the dataset again'
+        f"\n  why the names are open: {look}"
+    )
 
 
 def table(found: Sequence[Expected], entropy: float) -> str:

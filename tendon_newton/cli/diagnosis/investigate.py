@@ -11,7 +11,7 @@ On a bench that is plugged in:
   tendon-newton investigate --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
   --calibration cell.toml --benches finger --out bench
 
-Writes into DIR: recordings (a dataset), the first and the last diagnosis (as the verb diagnose
+OUT gets recordings (a dataset), the first and the last diagnosis (as the verb diagnose
 writes it), sets (what is left open between), investigation.json (what was tried, why, what it
 brought) and investigation.html (the same as a picture). Ctrl-C ends it; the same command takes it
 up again.

@@ -6,7 +6,7 @@ are listed: with these benches nobody can find them.
 
 Example: tendon-newton plan model.toml --benches finger --budget 1min --out plan
 
-Writes into DIR: run_1.csv, run_2.csv, ... (t, theta_d), each with its bench in a .toml beside it.
+OUT gets run_1.csv, run_2.csv, ... (t, theta_d), each with its bench in a .toml beside it.
 """
 
 from __future__ import annotations

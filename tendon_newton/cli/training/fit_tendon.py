@@ -50,9 +50,10 @@ def main(config: FitTendonConfig) -> None:
     from tendon_newton.data.model_file import write_model
     from tendon_train.tendon.tendon_fit import fit_tendon
 
+    force = Path(config.force)
+    out = make_folder(config.out, config.dataset, force if force.is_file() else None)
     dataset = load_dataset(config.dataset, require_test=False)
     fit, model = fit_tendon(dataset, read_model(config.force))
-    out = make_folder(config.out)
     write_model(out / "model.toml", model)
     write_json(out / "tendon.json", fit.to_json())
     print(summary(fit))

@@ -46,7 +46,7 @@ def main(config: TrainForceConfig) -> None:
     from tendon_train.actuator.samples.folds import SPLIT_WORDS
 
     dataset = load_dataset(config.dataset, require_test=False)
-    train(dataset, config.training, make_folder(config.out), SPLIT_WORDS)
+    train(dataset, config.training, make_folder(config.out, config.dataset), SPLIT_WORDS)
 
 
 def train(dataset: Dataset, training: TrainingConfig, out: Path, split: str) -> None:

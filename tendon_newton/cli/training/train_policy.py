@@ -85,13 +85,13 @@ def main(config: TrainPolicyConfig) -> None:
     exported = export_policy(out, trained, own)
     print(f"\nwrote {exported.onnx} and {exported.torchscript.name}")
     if trained.points:
-        last, finger = trained.points[-1], own.environment.finger
-        named = "" if finger in asset_files() else f" --finger {shlex.quote(finger)}"
-        print(
-            f"{last.samples:,} steps; while exploring: {last.text}; "
-            f"next: tendon-newton evaluate-policy {shlex.quote(str(exported.onnx))}{named} "
-            "--out comparison"
-        )
+        last, environment = trained.points[-1], own.environment
+        words = ["tendon-newton", "evaluate-policy", str(exported.onnx), "--out", "comparison"]
+        if environment.finger not in asset_files():
+            words += ["--finger", environment.finger]
+        if environment.force != "ideal":
+            words += ["--force", environment.force]
+        print(f"{last.samples:,} steps; while exploring: {last.text}; next: {shlex.join(words)}")
 
 
 def show_forecast(expected: Forecast) -> None:

@@ -12,16 +12,24 @@ HELD: dict[str, int] = {}
 """Folders that this program holds -> descriptors whose locks end with it, however it ends."""
 
 
-def make_folder(path: Path, *, shared: bool = False) -> Path:
+def make_folder(path: Path, *read: Path | None, shared: bool = False) -> Path:
     """Make a folder for results, parents included, and hold it until the end of `releasing`.
 
     Args:
+        read: Files and folders that are read, whose files results of the same names would replace.
         shared: Whether others may write there too, each to files of its own.
 
     Raises:
-        InvalidOutput: Something else is in the way, it may not be made, or another program holds
-            it.
+        InvalidOutput: Something is read from there or in the way, it may not be made, or another
+            program holds it.
     """
+    for source in (source for source in read if source is not None):
+        home = source if source.is_dir() else source.parent
+        if source.exists() and os.path.realpath(path) == os.path.realpath(home):
+            raise InvalidOutput(
+                f"{path}: results need a folder of their own; {source} is read from this one, and "
+                "results would replace its files: name another with --out"
+            )
     try:
         path.mkdir(parents=True, exist_ok=True)
         place = os.path.realpath(path)

@@ -10,6 +10,7 @@ from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, diagnosis_table, state_diagnosis
+from tendon_newton.diagnosis.explanation import Estimate
 from tendon_newton.diagnosis.result import Criterion
 
 FILE = "diagnosis.json"
@@ -22,6 +23,7 @@ class Account:
     name: str
     share: float  # Share of the squared error above the noise that it explains alone [1]
     values: Mapping[str, float]  # Numbers of that fit
+    answer: Mapping[str, Estimate]  # Its numbers in the answer, beside the other causes
     named: bool
     rival_of: tuple[str, ...]  # Named causes from which the data cannot tell it
     rivals: tuple[str, ...]  # Causes from which the data cannot tell it, where it is named
@@ -85,12 +87,14 @@ def state_account(row: CheckedTable, stated: StatedDiagnosis, scale: BenchScale)
     """Check one entry of ``candidates``."""
     name = row.word("name")
     own = next((effect for effect in stated.effects if effect.name == name), None)
+    said = own or next((effect for effect in stated.suspected if effect.name == name), None)
     values: Mapping[str, Any] = row.table("parameters").values if "parameters" in row else {}
     acts = row.values.get("acts_in")
     return Account(
         name=name,
         share=row.number("score"),
         values={k: number for k, v in values.items() if (number := finite_number(v)) is not None},
+        answer={} if said is None else said.parameters,
         named=own is not None,
         rival_of=tuple(e.name for e in stated.effects if name in e.indistinguishable_from),
         rivals=() if own is None else own.indistinguishable_from,

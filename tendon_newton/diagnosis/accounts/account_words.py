@@ -6,7 +6,7 @@ Scores are in nat per row: a gain of g makes the residuals smaller by the share 
 import math
 from collections.abc import Callable
 
-from tendon_newton.data.plain_numbers import quantity
+from tendon_newton.data.plain_numbers import estimate_text, quantity
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.accounts.account_file import Account
 from tendon_newton.diagnosis.reporting.report_words import docstring_part
@@ -32,6 +32,10 @@ def sentences(cause: Account) -> list[str]:
     """Return why a cause was named or not, and what would tell, in the order of reading."""
     share = f"{percent(cause.share)} of the gap" if cause.share > 0.0 else "nothing"
     out = [f"{what(cause)} explains {share} alone{places(cause)}."]
+    if cause.answer:
+        told = {n: estimate_text(effect_of(cause.name), n, e) for n, e in cause.answer.items()}
+        numbers = ", ".join(f"{name} {text} ({within})" for name, (text, within) in told.items())
+        out.append(f"In the answer, beside all that was found, its {numbers}.")
     out.append(outcome(cause))
     out += [LONG.get(criterion.name, plainly)(criterion) for criterion in cause.criteria]
     if cause.probability is not None:

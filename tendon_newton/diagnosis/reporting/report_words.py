@@ -111,13 +111,20 @@ HEADLINES = {
     "no_gap": "No gap: what the model leaves over is noise, as far as this data can tell.",
     "unexplained": "There is a gap, and no cause that the catalogue knows accounts for it.",
 }
+UNDECIDED = (
+    "There is a gap. The time ended before causes could be told: this is no finding about any."
+)
 COUNTS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven")
 
 
 def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one sentence."""
     text = finished_headline(diagnosis)
-    return text if diagnosis.finished else f"Unfinished search. So far: {text[0].lower()}{text[1:]}"
+    if diagnosis.finished:
+        return text
+    if diagnosis.verdict == "unexplained":
+        return f"Unfinished search. {UNDECIDED}"
+    return f"Unfinished search. So far: {text[0].lower()}{text[1:]}"
 
 
 def finished_headline(diagnosis: Diagnosis) -> str:

@@ -27,6 +27,7 @@ from tests.planted.physics.causes import Causes
 from tests.planted.physics.plant import Run, simulate
 from tests.planted.physics.sensors import Sensors
 from tests.planted.recordings import Slot, record
+from tests.proposed import proposed
 
 # A tilted rail pulls a slider with a constant force, and so would a spring whose zero has moved:
 # on one spring a small tilt is the same but for the noise, and only a finger tells them apart.
@@ -97,7 +98,9 @@ def test_a_command_file_stays_inside_the_servos_range(tmp_path, capsys) -> None:
     setting = tomllib.loads(path.with_suffix(".toml").read_text(encoding="utf-8"))
     assert setting["bench"] == "finger"
     assert setting["expected_bits"]["names"] > 0.5
-    assert "1.0 bits about names are open" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "1.0 bits about names are open" in said
+    assert [words[0] for words in proposed(said)] == ["explain"]
 
 
 def test_a_diagnosis_that_leaves_one_set_needs_no_run(tmp_path, capsys) -> None:

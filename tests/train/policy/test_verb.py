@@ -18,6 +18,7 @@ from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_train.policy.runs.forecast import Forecast
 from tests.physics.learned.networks import force_network, write_force_network
+from tests.proposed import proposed
 
 SHORT = ("--worlds", "8", "--steps", "4", "--batch", "16", "--max-step", "2e-3", "--episode", "1")
 
@@ -82,7 +83,7 @@ def test_a_finger_of_ones_own_is_evaluated_as_that_finger(tmp_path, monkeypatch,
     assert main(["asset", "new", "long_finger", *shape]) == 0
     assert train(tmp_path / "run", "--iterations", "1", "--finger", "long_finger") == 0
     said = capsys.readouterr().out
-    assert "policy.onnx --finger long_finger --out" in said
+    assert "policy.onnx --out comparison --finger long_finger" in said
     words = ["evaluate-policy", str(tmp_path / "run" / "policy.onnx"), "--no-plots", "--out", "out"]
     assert main(words) == 2
     assert "trained for 'long_finger', which is no asset here" in capsys.readouterr().err
@@ -109,6 +110,9 @@ def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> No
     file = tmp_path / "model.toml"
     write_model(file, model)
     assert train(tmp_path / "policy", "--force", str(file), "--iterations", "1") == 0
+    (evaluate,) = proposed(capsys.readouterr().out)
+    assert main([*evaluate, "--no-plots", "--out", str(tmp_path / "comparison")]) == 0
+    assert "model.toml" in capsys.readouterr().out
     card = card_of(tmp_path / "policy")
     assert card.model == file_hash(file)
     assert card.training.force == "model.toml"

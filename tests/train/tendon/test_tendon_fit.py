@@ -25,6 +25,7 @@ from tendon_train.tendon.tendon_fit import (
     unseen_error,
 )
 from tests.lab.without_cell.pulled_benches import TRUE, pulled_log
+from tests.proposed import proposed
 from tests.train.policy.small import environment
 
 NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
@@ -127,7 +128,11 @@ def test_a_user_completes_a_force_network(tmp_path, capsys) -> None:
     write_dataset(tmp_path / "recordings", [finger, slider], [])
     words = [str(tmp_path / "recordings"), "--force", str(NETWORK), "--out", str(tmp_path / "fit")]
     assert main(["fit-tendon", *words]) == 0
-    assert "mm before" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "mm before" in said
+    assert [words[0] for words in proposed(said)] == ["train-policy"]
+    assert main(["fit-tendon", *words[:-1], str(tmp_path / "recordings")]) == 2
+    assert "results need a folder of their own" in capsys.readouterr().err
     found = json.loads((tmp_path / "fit" / "tendon.json").read_text())
     own = {e.name: e.values for e in load_model(tmp_path / "fit" / "model.toml").effects}
     stiffness = float(own["tendon_compliance"]["stiffness"])
