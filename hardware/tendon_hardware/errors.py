@@ -43,6 +43,10 @@ class WatchdogTripped(HardwareFault):
     """A servo stopped because no instruction came in time; it takes no goals until cleared."""
 
 
+class MotorStillDriven(HardwareFault):
+    """A motor that was switched off pulls on."""
+
+
 class UnsupportedServo(HardwareFault):
     """The servo on the bus is not the one that was expected."""
 

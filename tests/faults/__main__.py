@@ -29,6 +29,7 @@ from tests.faults.camera import CAMERA
 from tests.faults.cases import CASES, moments
 from tests.faults.collecting import COLLECTING
 from tests.faults.kill import HARMS, WAYS, Release, released
+from tests.faults.lies import LIES
 from tests.faults.outside import OUTSIDE
 from tests.faults.soak import soak
 
@@ -69,7 +70,7 @@ def main() -> int:
 def examinations(runs: int) -> Iterator[tuple[str, Examination]]:
     """Give every fault with its name."""
     when = moments(max(runs, 1))
-    for name, case in CASES.items():
+    for name, case in (CASES | LIES).items():
         target = f"{case.rule} {case.action}" if case.rule else "goes on"
         for servo in SERVOS_OF_BOTH if not case.own else SERVOS_OF_BOTH[:1]:
             yield (

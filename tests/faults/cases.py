@@ -11,7 +11,8 @@ from tendon_hardware.benches.bench import Bench
 from tendon_hardware.control.goals import FixedGoal
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.errors import SafetyStop
-from tendon_hardware.safety_rules.rule_limits import DeployLimits
+from tendon_hardware.safety_rules.rule_limits import DeployLimits, limits_for
+from tendon_hardware.servos import SERVOS
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.faults import ALERT_BITS
 from tests.faults import injections as on
@@ -67,6 +68,7 @@ class Case:
     allowed: float = ALLOWED  # From the fault to the end of the action [s]
     # Whether its numbers are of the bench's own servo: another's loop pulls otherwise
     own: bool = False
+    settled: float = 0.0  # Time in which the finger comes to rest before the fault [s]
     # Whether the servo can be told to switch its motor off; else its watchdog takes the duty
     reachable: bool = True
     words: dict[str, Any] = field(default_factory=dict)
@@ -78,12 +80,22 @@ class Case:
             spoilt = Spoilt(self.bad(), calm=self.calm)
             fault = on.both(spoilt.spoil, *([] if self.fault is None else [self.fault]))
             words["policy"] = policy_of(spoilt)
-        return Flight(settings=self.settings, fault=fault, after=after, **words)
+        return Flight(settings=self.settings, fault=fault, after=after + self.settled, **words)
+
+    def prepared(self, after: float, servo: str) -> Flight:
+        """Prepare it with a servo, whose limits hold unless others are given."""
+        flight = self.flight(after)
+        flight.servo = servo
+        limits = self.settings.limits
+        if limits == DeployLimits(bench=limits.bench):
+            spec = SERVOS[servo]
+            limits = limits_for(spec, limits.bench, clip=2.0, load_cell_rate=None)
+            flight.settings = replace(self.settings, limits=limits)
+        return flight
 
     def examine(self, after: float, servo: str = "xc330_t288_t") -> float | None:
         """Fly and require what must come of it; return the time to the action [s]."""
-        flight = self.flight(after)
-        flight.servo = servo
+        flight = self.prepared(after, servo)
         outcome = flight.fly()
         assert not flight.duty_after, "the motor does nothing at the end"
         assert not (flight.torque_after and self.reachable), "it is off"
@@ -107,7 +119,7 @@ class Case:
             assert outcome.fault is None
         elif self.action in ("unwind", "off"):
             assert isinstance(outcome.fault, SafetyStop)
-            assert str(outcome.fault) == trip.reason
+            assert str(outcome.fault) in [each.reason for each, _ in flight.acted]
         return latency
 
 

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
@@ -121,6 +122,72 @@ def lie(told: Callable[[float, float, int], float]) -> Callable[[Bench, StopRequ
                 return max(-FULL - 1, min(FULL, round(c.offset + c.counts_per_newton * said)))
 
             cell._disturbed = disturbed
+
+    return happen
+
+
+def misread(told: Callable[[float, float], float]) -> Callable[[Bench, StopRequest], None]:
+    """Let each encoder tell another angle, by the true one [rad] and the time since then [s]."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        begin = bench.clock.now()
+        for line in plant(bench).lines:
+            honest = line.encoder.read
+            line.encoder.read = lambda angle, honest=honest: honest(
+                told(angle, plant(bench).time - begin)
+            )
+
+    return happen
+
+
+def lag(seconds: float) -> Callable[[Bench, StopRequest], None]:
+    """Let each encoder tell where the spool was some time ago; none, where it was at first."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        for line in plant(bench).lines:
+            way = deque([line.motor.angle] * round(1e3 * seconds))  # it is read each millisecond
+            honest = line.encoder.read
+
+            def read(angle: float, way=way, honest=honest) -> None:
+                way.append(angle)
+                honest(way.popleft())
+
+            line.encoder.read = read
+
+    return happen
+
+
+def pull(
+    duty: float, *, off: bool = False, echo: bool = False
+) -> Callable[[Bench, StopRequest], None]:
+    """Let each motor have a duty of its own [1], whatever it is told, as long as it is on.
+
+    Args:
+        off: Whether it has that duty once it was switched off, in place of before.
+        echo: Whether the servo says that it does what it is told, and takes no current.
+    """
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        for line, servo in zip(plant(bench).lines, bench.controls.servos, strict=True):  # pyright: ignore
+            motor, tick, refresh = line.motor, line.firmware.tick, servo._refresh
+            told = [motor.duty]
+
+            def disobey(motor=motor, tick=tick, told=told) -> None:
+                motor.duty = told[0]
+                tick()
+                told[0] = motor.duty
+                if motor.enabled is not off:
+                    motor.enabled, motor.duty = True, duty
+
+            def repeat(*words: Any, motor=motor, refresh=refresh, told=told) -> None:
+                true = motor.duty, motor.current
+                motor.duty, motor.current = told[0], 0.0
+                refresh(*words)
+                motor.duty, motor.current = true
+
+            line.firmware.tick = disobey
+            if echo:
+                servo._refresh = repeat  # pyright: ignore
 
     return happen
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from tendon_hardware.benches.bench import Bench, counter_facts, motors_off
 from tendon_hardware.benches.bench_address import FILTERS
+from tendon_hardware.benches.off_check import still_driven
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.collection.run_loop import RunLoop
@@ -82,6 +83,8 @@ def record_run(
     finally:
         stop.patient = False
         motors_off(bench.drives[:1], operator.tell)
+        driven = still_driven(bench.drives[:1], bench.clock, operator.tell)
+        fault = fault or driven
         if log is not None:
             fault = closed(log, session | ending(bench, loop, fault, stop), fault)
     if log is None:

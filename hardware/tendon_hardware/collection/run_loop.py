@@ -21,7 +21,8 @@ from tendon_hardware.logs.session_log import SessionLog
 from tendon_hardware.pacing import Ticker
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.safety_rules.force_watch import ForceWatch
-from tendon_hardware.safety_rules.rules import Glance, stop_beyond
+from tendon_hardware.safety_rules.motion_watch import MotionWatch
+from tendon_hardware.safety_rules.rules import Glance, broken_rule, stop_beyond
 from tendon_hardware.safety_rules.tip_watch import TipWatch
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.recording import Array
@@ -101,6 +102,7 @@ class RunLoop:
         self.operator = operator
         self.stop = stop
         self.forces = ForceWatch(bench, settings.limits, operator, settings.spool_radius)
+        self.motion = MotionWatch(bench.drives[0], settings.spool_radius, settings.limits.force)
         self.tip = TipWatch(bench)
         self.ticker = Ticker(self.clock, settings.rate)
         self.rows = 0  # Readings of the servo in the log
@@ -167,11 +169,13 @@ class RunLoop:
             if tick // self.settings.divider != self._sent:
                 self._send(angle)
                 self._sent = tick // self.settings.divider
-            self._read()
+            glance = self._read()
             alerted = self.servo.counters.alerts > self._alerts
-            if alerted or self.clock.now() >= self._next_look:
+            odd = alerted or broken_rule(self.settings.limits, glance) is not None
+            if odd or self.clock.now() >= self._next_look:  # an alert or a restart explains it
                 self._alerts = self.servo.counters.alerts
                 self._look()
+            stop_beyond(self.settings.limits, glance)
         except ServoSilent as error:
             self.gaps.miss()
             self._event("warn", str(error))
@@ -184,6 +188,7 @@ class RunLoop:
             self.gaps.miss()
             self._tell("error", f"{error}; it is set up again")
             self._mend = partial(self.servo.recover, resume_torque=True)
+            self.motion.forget()
         self.tip.take(self._log)
 
     def _send(self, angle: float) -> None:
@@ -195,15 +200,21 @@ class RunLoop:
             self._log.duty(instant, duty)
             self._log.command(instant, angle)
 
-    def _read(self) -> None:
+    def _read(self) -> Glance:
         state = self.servo.read_state()
         self._position = state.position
         self.forces.move(state)
+        self.motion.take(state, self.forces.force)
         self.gaps.hear(state.time, self._log)
         if self._log is not None:
             self._log.state(state)
             self.rows += 1
-        stop_beyond(self.settings.limits, Glance(now=state.time, position=state.position))
+        return Glance(
+            now=state.time,
+            position=state.position,
+            strayed=self.motion.strayed,
+            disobeyed=self.motion.disobeyed,
+        )
 
     def _look(self) -> None:
         """Look at what changes slowly; an alert ends the run."""

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tendon_hardware.benches.bench import counter_facts
 from tendon_hardware.benches.bench_address import FILTERS
+from tendon_hardware.benches.off_check import still_driven
 from tendon_hardware.collection.collect import closed
 from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.control.operator import Operator
@@ -90,6 +91,9 @@ def deploy(
         loop.switch_off()
         if loop.ending is not None and not loop.complete:
             fault = fault or SafetyStop(loop.ending.reason)
+        if not settings.dry:
+            driven = still_driven(bench.drives, bench.clock, operator.tell)
+            fault = fault or driven
         if log is not None:
             fault = closed(log, session | ending(loop, fault), fault)
     return DeployOutcome(

@@ -14,6 +14,7 @@ from tendon_hardware.deployment.deploy_log import DeployLog
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.pacing import Ticker
 from tendon_hardware.safety_rules.force_watch import ForceWatch
+from tendon_hardware.safety_rules.motion_watch import MotionWatch
 from tendon_hardware.safety_rules.rule_limits import SKIP_WINDOW
 from tendon_hardware.safety_rules.rules import Glance
 from tendon_hardware.servos.base import ServoHealth, ServoState
@@ -21,16 +22,16 @@ from tendon_hardware.stop_request import StopRequest
 
 
 class ServoSenses:
-    """What is known of one servo and of the load cell in its tendon.
+    """What is known of one servo and of the load cell in its tendon."""
 
-    Args:
-        spool_radius: Radius of its spool [m].
-    """
-
-    def __init__(self, bench: Bench, operator: Operator, spool_radius: float, place: int) -> None:
+    def __init__(
+        self, bench: Bench, settings: DeploySettings, operator: Operator, place: int
+    ) -> None:
         self.servo = bench.drives[place].servo
         self.clock = bench.clock
-        self.forces = ForceWatch(bench, None, operator, spool_radius, place)
+        radius = settings.spool_radius
+        self.forces = ForceWatch(bench, None, operator, radius, place)
+        self.motion = MotionWatch(bench.drives[place], radius, settings.limits.bench.force)
         self.state: ServoState | None = None  # Last reading of the servo
         self.health: ServoHealth | None = None
         self.estimated: float | None = None  # Tension by a force network [N]
@@ -60,6 +61,7 @@ class ServoSenses:
         except (errors.ServoSilent, errors.PortLost, errors.ServoRefused):
             return None
         self.heard = state.time
+        self.motion.take(state, self.forces.force)
         return state
 
     def look(self) -> ServoHealth | None:
@@ -80,6 +82,8 @@ class ServoSenses:
         return replace(
             common,
             position=None if state is None else state.position,
+            strayed=self.motion.strayed,
+            disobeyed=self.motion.disobeyed,
             silence=max(common.now - self.heard, 0.0),
             force=self.sure_force,
             blindness=self.forces.silence,
@@ -112,8 +116,7 @@ class DeploySenses:
     ) -> None:
         self.clock = bench.clock
         self.servos = tuple(
-            ServoSenses(bench, operator, settings.spool_radius, place)
-            for place in range(len(bench.drives))
+            ServoSenses(bench, settings, operator, place) for place in range(len(bench.drives))
         )
         self.rows = self.missed = 0  # Readings of all servos, and ticks in which one was missed
         self.stop_reason: str | None = None  # Reason for an orderly end of the run

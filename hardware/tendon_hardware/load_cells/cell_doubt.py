@@ -139,7 +139,8 @@ class CellDoubt:
         elif self._short >= LAG:
             self.fault = (
                 f"the tension must be at least {self._least:.1f} N while the motor pulls so hard; "
-                f"it is {force:.1f} N: look at the load cell, its calibration and the gear"
+                f"it is {force:.1f} N: look at the load cell, its calibration, the gear and "
+                "the encoder"
             )
         if self._anchor is None or abs(force - self._anchor) >= CHANGE:
             self._anchor, self._wound, self._late = force, 0.0, 0

@@ -24,6 +24,11 @@ class DeployLimits:
     bench: SafetyLimits = field(default_factory=SafetyLimits)
     voltage: tuple[float, float] = (6.5, 12.6)  # Supply voltages at which the servo works [V]
     current: float = 0.52  # Greatest supply current [A]
+    # Difference of the duty that a servo gives from the one that it was sent [1]
+    duty: float = 0.05
+    # Way of a spool beyond what its motor can have made [rad]: 0.75 mm of the finger's tendon, and
+    # twice the error of an encoder that is a degree off centre
+    motion: float = 0.06
     # Time without a reading of the servo after which it counts as lost [s]: its own watchdog
     silence: float = 0.2
     # Greatest age of a position that a policy may act upon [s]: four ticks at 80 Hz
@@ -39,7 +44,10 @@ class DeployLimits:
         low, high = self.voltage
         if not (isfinite(low) and isfinite(high) and 0.0 <= low < high):
             raise InvalidParameter(f"the voltages must be low, high; they are {low}, {high} V")
-        for name in ("current", "silence", "stale_state", "stale_force", "output", "command_rate"):
+        for name in (
+            *("current", "duty", "motion", "silence", "stale_state", "stale_force"),
+            *("output", "command_rate"),
+        ):
             value = getattr(self, name)
             if not (isfinite(value) and value > 0.0):
                 raise InvalidParameter(f"the limit of {name} must be above 0; it is {value}")

@@ -80,6 +80,9 @@ class Glance:
 
     now: float  # Instant on the bench's clock [s]
     position: float | None = None  # Spool angle [rad]
+    # How far the spool has moved beyond what its motor can have made [rad]
+    strayed: float | None = None
+    disobeyed: float | None = None  # Difference of present and sent duty [1]
     silence: float = 0.0  # Time since the servo's last reading [s]
     force: float | None = None  # Tension, measured or estimated [N]
     blindness: float | None = None  # Time since the load cell's last reading [s]
@@ -148,6 +151,24 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reason="the spool must stay within {low:.2f} to {high:.2f} rad from home; it is at "
         "{value:.2f} rad: is the tendon still fixed?",
     ),
+    SafetyRule(
+        name="duty",
+        action="off",
+        value=lambda g: g.disobeyed,
+        bounds=at_most(lambda limits: limits.duty),
+        reach=lambda _: (0.0, 2.0),
+        reason="the servo must give the duty that it is sent; the present one differs by "
+        "{value:.2f}, more than {high:g}: look at the servo",
+    ),
+    SafetyRule(
+        name="motion",
+        action="off",
+        value=lambda g: g.strayed,
+        bounds=lambda limits: (-limits.motion, limits.motion),
+        reach=lambda reach: reach.position,
+        reason="the spool must move as duty and tension make it, to {high:g} rad; it is "
+        "{value:+.2f} rad from there: look at the servo, its encoder, its gear and the load cell",
+    ),
     SafetyRule(name="voltage", action="off", value=lambda g: g.voltage,
         bounds=lambda limits: limits.voltage, reach=lambda reach: reach.voltage,
         reason="the supply must have {low:g} to {high:g} V; it has {value:.1f} V"),
@@ -215,7 +236,9 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
 COMMON_RULES = ("kill", "operator", "log", "policy_failure", "loop_overrun")
 """Rules that are about no servo: of several servos the first one's guard applies them."""
 COLLECTION_RULES = tuple(
-    rule for rule in SAFETY_RULES if rule.name in ("position_window", "tension", "temperature")
+    rule
+    for rule in SAFETY_RULES
+    if rule.name in ("position_window", "duty", "motion", "tension", "temperature")
 )
 """Rules that hold while data is collected; each switches the motor off."""
 
@@ -226,11 +249,19 @@ def stop_beyond(limits: SafetyLimits, glance: Glance) -> None:
     Raises:
         SafetyStop: It is; the message says which limit.
     """
+    reason = broken_rule(limits, glance)
+    if reason is not None:
+        raise SafetyStop(f"{reason}; the motor is off")
+
+
+def broken_rule(limits: SafetyLimits, glance: Glance) -> str | None:
+    """Return what breaks a rule of a recording, in words, where something does."""
+    every = DeployLimits(bench=limits)
     for rule in COLLECTION_RULES:
-        value, (low, high) = rule.value(glance), rule.bounds(DeployLimits(bench=limits))
+        value, (low, high) = rule.value(glance), rule.bounds(every)
         if value is not None and not low <= value <= high:
-            reason = rule.reason.format(value=value, low=low, high=high)
-            raise SafetyStop(f"{reason}; the motor is off")
+            return rule.reason.format(value=value, low=low, high=high)
+    return None
 
 
 def refuse_unreachable(

@@ -29,6 +29,9 @@ class ServoSpec:
     stall_torque: float
     stall_current: float  # Supply current at that torque [A]
     no_load_speed: float  # Speed without load at full duty [rad/s]
+    # Speed at which the winding's own voltage is all of the supply [rad/s]: no duty drives faster,
+    # while gear and firmware keep the speed without load below it
+    free_speed: float
     current_limit: float  # Greatest value of Current Limit (38) [A]
     temperature_limit: float  # Temperature at which it shuts down [degC]
     position_gain: int  # Gain of the firmware's position loop after a restart, in its own unit
@@ -45,13 +48,14 @@ class ServoSpec:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ServoState:
-    """Current, velocity and position of one read: one instant."""
+    """Duty, current, velocity and position of one read: one instant."""
 
     time: float  # Middle of the transaction on the bench's clock [s]
     position: float  # Spool angle from home [rad], over several turns
     velocity: float  # Spool speed [rad/s]
     # Supply current [A]: of the power input, not of the motor, so no measure of torque
     current: float
+    duty: float | None = None  # Share of the supply on the motor, as the servo tells it [1]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -155,7 +155,7 @@ class BusServo:
         self._seen = self._bus.instant
 
     def read_state(self) -> ServoState:
-        """Read current, velocity and position in one transaction.
+        """Read duty, current, velocity and position in one transaction.
 
         Raises:
             ServoSilent: No whole answer came in all attempts.
@@ -166,7 +166,7 @@ class BusServo:
         self._feed()
         self._bus.refuse_second()
         try:
-            current, velocity, position = self._bus.read(*self.table.state)
+            duty, current, velocity, position = self._bus.read(*self.table.state)
         except errors.HardwareFault:
             self.counters.missed += 1
             raise
@@ -179,6 +179,7 @@ class BusServo:
             position=self._spool.angle(position),
             velocity=velocity * self._velocity_unit,
             current=current * self.spec.current_unit,
+            duty=duty / self.spec.duty_counts,
         )
 
     def read_health(self) -> ServoHealth:
@@ -282,9 +283,11 @@ class BusServo:
 
         Raises:
             ServoSilent: The register never read as off.
+            MotorStillDriven: It does, and duty or current tell otherwise.
             PortLost: The adapter is gone.
         """
         setting_up.switch_off(self._bus)
+        setting_up.refuse_driven(self._bus, self.spec, self._clock)
         self._release()
         self._torque = False
         self.duty = 0.0

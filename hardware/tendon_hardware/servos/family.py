@@ -29,6 +29,7 @@ class ControlTable:
     position: Register
     velocity: Register
     current: Register
+    duty: Register  # Duty that the motor has
     voltage: Register
     temperature: Register
     alerts: Register  # What has happened to the servo, bit by bit
@@ -43,9 +44,9 @@ class ControlTable:
     end: int  # First address behind the table
 
     @property
-    def state(self) -> tuple[Register, Register, Register]:
-        """Registers that are read as one instant: current, velocity and position."""
-        return self.current, self.velocity, self.position
+    def state(self) -> tuple[Register, Register, Register, Register]:
+        """Registers that are read as one instant: duty, current, velocity and position."""
+        return self.duty, self.current, self.velocity, self.position
 
 
 class Reader(Protocol):

@@ -17,6 +17,9 @@ SECOND_ANSWER = 0.005
 """Wait for the answer of another servo to the same ping [s]; an adapter adds 1 ms."""
 RESTART_TIME = 2.0  # Longest restart of a servo [s]; it takes some tenths
 POLL_PERIOD = 0.05  # Pause between pings while it restarts [s]
+STILL_DUTY, STILL_CURRENT = 0.02, 0.05
+"""Shares of duty, and of the current at standstill, that a motor without a bridge may tell [1]."""
+FALL_TIME = 0.1  # Time in which they fall [s]; a slope takes a quarter of it
 TORQUE_OFF_ATTEMPTS = 5  # Rounds of writing and reading back, each with the retries of the bus
 
 
@@ -152,4 +155,31 @@ def switch_off(bus: Bus) -> None:
     raise errors.ServoSilent(
         f"servo {bus.identifier} must answer that its motor is off; after "
         f"{TORQUE_OFF_ATTEMPTS} attempts it has not: switch its supply off"
+    )
+
+
+def refuse_driven(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
+    """Make sure that a motor that reads as off has neither duty nor current.
+
+    A servo that does not answer is not judged: its register has said that the motor is off.
+
+    Raises:
+        MotorStillDriven: It has.
+    """
+    deadline = clock.now() + FALL_TIME
+    while True:
+        try:
+            duty, current = bus.read(bus.table.duty, bus.table.current)
+        except errors.ServoSilent:
+            return
+        share = duty / spec.duty_counts
+        taken = current * spec.current_unit
+        if abs(share) <= STILL_DUTY and abs(taken) <= STILL_CURRENT * spec.stall_current:
+            return
+        if clock.now() > deadline:
+            break
+        clock.sleep_until(clock.now() + SECOND_ANSWER)
+    raise errors.MotorStillDriven(
+        f"servo {bus.identifier} must neither drive its motor nor take a current once it is "
+        f"switched off; it tells a duty of {share:.2f} and {taken:.2f} A: switch its supply off"
     )

@@ -21,6 +21,7 @@ SPEC = ServoSpec(
     stall_torque=2.94,  # 30 kgf cm
     stall_current=2.7,
     no_load_speed=45.0 * 2.0 * pi / 60.0,  # 45 rev/min
+    free_speed=12.0 / 1.25,  # torque constant of Rhoban/bam's fits: 1.28
     current_limit=511 * 6.5e-3,  # of the factory's Protection Current (28)
     temperature_limit=70.0,
     position_gain=32,

@@ -20,6 +20,7 @@ SPEC = ServoSpec(
     stall_torque=4.9,  # 50 kgf cm
     stall_current=7.5,  # reckoned: the STS3215's, times the ratios of torque and of speed
     no_load_speed=2.0 * pi / (6.0 * 0.133),  # 0.133 s for 60 degrees
+    free_speed=12.0 / 1.25,  # the gear is the STS3215's
     current_limit=511 * 6.5e-3,  # of the factory's Protection Current (28)
     temperature_limit=70.0,
     position_gain=32,

@@ -20,6 +20,7 @@ SPEC = ServoSpec(
     stall_torque=0.92,
     stall_current=0.80,
     no_load_speed=65.0 * 2.0 * pi / 60.0,  # 65 rev/min
+    free_speed=11.1 / 1.43,  # supply by torque constant: 9.0 V at 52 rev/min
     current_limit=0.910,
     temperature_limit=70.0,
     position_gain=900,

@@ -20,6 +20,7 @@ SPEC = ServoSpec(
     stall_torque=0.52,
     stall_current=1.47,
     no_load_speed=103.0 * 2.0 * pi / 60.0,  # 103 rev/min
+    free_speed=5.0 / 0.286,  # the least torque constant of Rhoban/bam's fits
     current_limit=1.750,
     temperature_limit=70.0,
     position_gain=400,

@@ -73,12 +73,12 @@ def test_signed_registers_keep_their_sign(current: int, position: int) -> None:
     assert r.PRESENT_CURRENT.decode(b"\xff\xff") == -1
 
 
-def test_the_state_is_one_block_of_ten_bytes() -> None:
-    """Current, velocity and position stand side by side from 126 to 135."""
-    assert r.TABLE.state[0].address == 126
+def test_the_state_is_one_block_of_twelve_bytes() -> None:
+    """Duty, current, velocity and position stand side by side from 124 to 135."""
+    assert r.TABLE.state[0].address == 124
     for left, right in zip(r.TABLE.state, r.TABLE.state[1:], strict=False):
         assert left.address + left.size == right.address
-    assert sum(register.size for register in r.TABLE.state) == 10
+    assert sum(register.size for register in r.TABLE.state) == 12
 
 
 def test_alerts_have_words() -> None:

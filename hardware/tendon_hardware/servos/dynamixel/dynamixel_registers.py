@@ -41,6 +41,7 @@ BUS_WATCHDOG = Register(name="Bus Watchdog", address=98, size=1, signed=True)  #
 GOAL_PWM = Register(name="Goal PWM", address=100, size=2, signed=True)
 PROFILE_ACCELERATION = Register(name="Profile Acceleration", address=108, size=4)
 PROFILE_VELOCITY = Register(name="Profile Velocity", address=112, size=4)
+PRESENT_PWM = Register(name="Present PWM", address=124, size=2, signed=True)
 PRESENT_CURRENT = Register(name="Present Current", address=126, size=2, signed=True)
 PRESENT_VELOCITY = Register(name="Present Velocity", address=128, size=4, signed=True)
 PRESENT_POSITION = Register(name="Present Position", address=132, size=4, signed=True)
@@ -62,6 +63,7 @@ TABLE = ControlTable(
     position=PRESENT_POSITION,
     velocity=PRESENT_VELOCITY,
     current=PRESENT_CURRENT,
+    duty=PRESENT_PWM,
     voltage=PRESENT_VOLTAGE,
     temperature=PRESENT_TEMPERATURE,
     alerts=HARDWARE_ERROR,
@@ -72,7 +74,7 @@ TABLE = ControlTable(
     counts_turns=True,
     end=228,
 )
-"""State: neighbours from 126 to 135, so that one read of ten bytes is one instant."""
+"""State: neighbours from 124 to 135, so that one read of twelve bytes is one instant."""
 
 
 def targets(spec: ServoSpec, duty_limit: float) -> Targets:

@@ -45,6 +45,8 @@ TORQUE_LIMIT = Register(name="Torque Limit", address=48, size=2)  # 0.1 % of dut
 LOCK = Register(name="Lock", address=55, size=1)
 PRESENT_POSITION = Register(name="Present Position", address=56, size=2, sign_bit=15)
 PRESENT_VELOCITY = Register(name="Present Velocity", address=58, size=2, sign_bit=15)
+# Duty of the motor, whatever its name says
+PRESENT_LOAD = Register(name="Present Load", address=60, size=2, sign_bit=10)
 PRESENT_VOLTAGE = Register(name="Present Voltage", address=62, size=1)
 PRESENT_TEMPERATURE = Register(name="Present Temperature", address=63, size=1)  # 1 degC
 STATUS = Register(name="Status", address=65, size=1)
@@ -69,6 +71,7 @@ TABLE = ControlTable(
     position=PRESENT_POSITION,
     velocity=PRESENT_VELOCITY,
     current=PRESENT_CURRENT,
+    duty=PRESENT_LOAD,
     voltage=PRESENT_VOLTAGE,
     temperature=PRESENT_TEMPERATURE,
     alerts=STATUS,

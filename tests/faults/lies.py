@@ -1,0 +1,129 @@
+"""Servos that acknowledge and pull otherwise, and encoders that lie: no register tells of either.
+
+Each is tried on a finger that holds its goal, on one that is moved to and fro, and on one that is
+pulled hard. A lie that changes nothing while a finger holds is looked for when it is moved.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
+from math import pi
+from typing import Any
+
+from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.safety_rules.rule_limits import DeployLimits
+from tests.faults import injections as on
+from tests.faults.cases import Case, always
+
+PERIOD = 20  # Policy steps for which a finger is moved one way: a second
+REST = 1.6  # Time in which a finger comes to rest [s]
+SETTINGS = DeploySettings(
+    duration=12.0, limits=DeployLimits(bench=SafetyLimits(force=60.0))
+)  # the stronger servo pulls 43 N
+
+
+def swinging() -> Callable[[], float]:
+    """Return a policy that pulls and lets go in turn."""
+    step = count()
+    return lambda: -2.0 if (next(step) // PERIOD) % 2 else 2.0
+
+
+STATES: dict[str, dict[str, Any]] = {
+    "held": {"settled": REST},
+    "moved": {"bad": swinging},
+    "pulled hard": {"bad": always(2.0), "settled": REST},
+}
+"""What a finger does when the lie begins."""
+
+
+def lies(
+    name: str, fault: Any, within: dict[str, float], *, rule: str = "motion", **words: Any
+) -> dict[str, Case]:
+    """Return a lie in each of the states, with the time in which it must be noticed [s]."""
+    return {
+        f"{name}, {state}": Case(
+            rule=rule, action="off", fault=fault, allowed=allowed, settings=SETTINGS,
+            **STATES[state], **words,
+        )
+        for state, allowed in within.items()
+    }  # fmt: skip
+
+
+def all_states(seconds: float) -> dict[str, float]:
+    """Return one time for every state [s]."""
+    return dict.fromkeys(STATES, seconds)
+
+
+ENCODERS: dict[str, Case] = {
+    **lies("an encoder a turn ahead", on.misread(lambda a, t: a + 2.0 * pi), all_states(0.1),
+        sooner="position_window", own=True),  # a Feetech servo tells no turns
+    **lies("an encoder 0.5 rad ahead", on.misread(lambda a, t: a + 0.5), all_states(0.1)),
+    **lies("an encoder 0.5 rad behind", on.misread(lambda a, t: a - 0.5), all_states(0.1)),
+    **lies("an encoder of half a scale", on.misread(lambda a, t: 0.5 * a), all_states(0.1)),
+    **lies("an encoder that jumps to and fro",
+        on.misread(lambda a, t: a + (0.5 if t % 0.2 < 0.1 else -0.5)), all_states(0.1)),
+    **lies("an encoder that runs ahead by 1 rad/s", on.misread(lambda a, t: a + t),
+        {"held": 0.5, "moved": 6.0, "pulled hard": 6.0}),
+    **lies("an encoder that falls behind by 1 rad/s", on.misread(lambda a, t: a - t),
+        {"held": 0.5, "moved": 3.0, "pulled hard": 1.5}),
+    **lies("a stuck encoder", on.lag(100.0), {"moved": 2.0}),
+    **lies("an encoder 0.3 s late", on.lag(0.3), {"moved": 2.0}),
+}  # fmt: skip
+"""Encoders that lie, speed and all."""
+
+SERVOS: dict[str, Case] = {
+    **{
+        name: case
+        for duty in (0.6, 0.3, -0.3, 0.0)
+        for name, case in lies(f"a duty stuck at {duty:g}", on.pull(duty), all_states(0.2),
+            rule="duty", sooner="motion").items()
+    },
+    **lies("a duty of 0.6 and none told", on.pull(0.6, echo=True), all_states(0.5)),
+    **lies("a duty of 0.3 and none told", on.pull(0.3, echo=True), {"held": 1.5, "moved": 2.5}),
+    **lies("a duty of -0.3 and none told", on.pull(-0.3, echo=True), all_states(0.5)),
+}  # fmt: skip
+"""Servos that pull otherwise than they are told."""
+
+
+@dataclass(kw_only=True)
+class NotOff(Case):
+    """A motor that has a duty of its own once it was switched off; the program must say so."""
+
+    def examine(self, after: float, servo: str = "xc330_t288_t") -> float | None:
+        """Fly, and require that the operator is told; the run itself is as it should be."""
+        flight = self.prepared(after, servo)
+        outcome = flight.fly()
+        assert flight.duty_after, "the motor pulls on"
+        told = flight.operator.told
+        assert any("SWITCH ITS SUPPLY OFF" in text for text in told), told
+        assert outcome.fault is not None
+        return None
+
+
+PULLS_ON = {
+    "a motor that is on at 0.6 once it is off": on.pull(0.6, off=True),
+    "a motor that is on at 0.3 once it is off": on.pull(0.3, off=True),
+    "a motor that is on at 0.3 once it is off, and tells nothing":
+        on.pull(0.3, off=True, echo=True),
+    "a motor that is on at 0.6, off or not": on.both(on.pull(0.6), on.pull(0.6, off=True)),
+}  # fmt: skip
+OFF: dict[str, Case] = {
+    name: NotOff(rule="", action="", fault=fault, settings=DeploySettings(duration=1.5))
+    for name, fault in PULLS_ON.items()
+}
+"""Motors that pull on after they were switched off."""
+LIES = ENCODERS | SERVOS | OFF
+CHEAP = {
+    name: LIES[name]
+    for name in (
+        "an encoder 0.5 rad ahead, held",
+        "an encoder that runs ahead by 1 rad/s, held",
+        "a stuck encoder, moved",
+        "a duty stuck at 0.6, held",
+        "a duty of 0.6 and none told, held",
+        "a motor that is on at 0.3 once it is off",
+        "a motor that is on at 0.3 once it is off, and tells nothing",
+    )
+}
+"""One of each kind, for every run of the tests."""
