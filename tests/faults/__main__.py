@@ -72,7 +72,7 @@ def examinations(runs: int) -> Iterator[tuple[str, Examination]]:
     when = moments(max(runs, 1))
     for name, case in (CASES | LIES).items():
         target = f"{case.rule} {case.action}" if case.rule else "goes on"
-        for servo in SERVOS_OF_BOTH if not case.own else SERVOS_OF_BOTH[:1]:
+        for servo in SERVOS_OF_BOTH[case.strong : 1 if case.own else None]:
             yield (
                 f"{servo}, {name}: {target}",
                 lambda k, case=case, servo=servo: case.examine(when[k], servo),

@@ -1,15 +1,19 @@
 """Runs in which nothing is wrong: none may be stopped.
 
-Every bench with one or two servos is driven in every way, whole and worn, with something in its way
-or not, with every servo and every load cell, at the rates that there are. In lockstep.
+Every bench with one or two servos is driven in every way, whole and worn, gently and as hard as may
+be, with something in its way or not, with every servo and every load cell, at the rates that there
+are. In lockstep.
 """
 
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+import numpy as np
 
 from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.benches.bench_address import BenchAddress
@@ -17,15 +21,18 @@ from tendon_hardware.collection.collect import record_run
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.control.goals import FixedGoal, stairs
-from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of
 from tendon_hardware.errors import HardwareFault
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
+from tendon_hardware.safety_rules.rule_limits import limits_for
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS
-from tests.hardware.deploy.runs import Flight
+from tests.faults.lies import TWO, to_and_fro
+from tests.hardware.deploy.policies import policy_of
+from tests.hardware.deploy.runs import Flight, closing
 from tests.hardware.silent_operator import SilentOperator
 
 LENGTH = 20.0  # Length of a run [s]
@@ -90,35 +97,60 @@ def drawn(rng: random.Random) -> CalmRun:
     )
 
 
+def swinging(rng: random.Random) -> Callable[[np.ndarray], float]:
+    """Return a policy that pulls as hard as it may and lets go, for drawn times."""
+    half, step = rng.randrange(6, 60), count()
+    return lambda sample: 2.0 if (next(step) // half) % 2 == 0 else -2.0
+
+
 def deployed(rng: random.Random) -> None:
-    """Deploy a policy to its end, up and down the stairs or to one goal."""
+    """Deploy a policy to its end, on one servo or on two, with something in its way or not."""
     goals = stairs() if rng.random() < 0.5 else FixedGoal(rng.uniform(0.2, 1.57), (0.0, 1.57))
-    settings = DeploySettings(duration=LENGTH)
-    rate = rng.choice([80, 20])
-    if rate == 20:
-        settings = replace(settings, limits=replace(settings.limits, stale_force=0.175))
-    outcome = Flight(settings=settings, goals=goals, load_cell_rate=rate).fly()
-    assert outcome.fault is None, outcome.ended
+    servo, rate = rng.choice(sorted(SERVOS)), rng.choice([80, 80, 20])
+    limits = limits_for(
+        SERVOS[servo], SafetyLimits(force=100.0), clip=2.0, load_cell_rate=float(rate)
+    )
+    settings = DeploySettings(duration=LENGTH, limits=limits)
+    words: dict[str, Any] = {"policy": policy_of(rng.choice([closing, swinging(rng), hard]))}
+    if rng.random() < 0.2:
+        first, *others = loops_of(TWO)
+        settings = replace(settings, loop=first, further_loops=tuple(others))
+        words = {"bench": "finger_antagonist", "policy": policy_of(to_and_fro, TWO)}
+    else:
+        obstacle = rng.choice(["free", *OBSTACLES])
+        words |= {
+            "after": 0.02,
+            "fault": lambda bench, stop: bench.controls.set_obstacle(obstacle),
+        }
+    outcome = Flight(
+        settings=settings, goals=goals, load_cell_rate=rate, servo=servo, **words
+    ).fly()
+    assert outcome.fault is None, f"{servo}, {words}: {outcome.ended}"
+
+
+def hard(sample: np.ndarray) -> float:
+    """Pull as hard as a policy may."""
+    return 2.0
 
 
 def calm(hours: float, tell: Callable[[str], None], seed: int = 0) -> dict[str, Any]:
     """Run for so much simulated time [h], tell of each stop, and return a row of the exam."""
     rng = random.Random(seed)
-    stopped, count = 0, round(3600.0 * hours / LENGTH)
-    for number in range(count):
+    stopped, runs = 0, round(3600.0 * hours / LENGTH)
+    for number in range(runs):
         run: CalmRun | str = "a deployment"
         try:
-            if number % 5:
+            if number % 2:
                 (run := drawn(rng)).record()
             else:
                 deployed(rng)
         except (AssertionError, HardwareFault) as error:
             stopped += 1
             tell(f"{run}: {error}")
-    tell(f"calm: {count} runs, {count * LENGTH / 60.0:.0f} min simulated: {stopped} stopped")
+    tell(f"calm: {runs} runs, {runs * LENGTH / 60.0:.0f} min simulated: {stopped} stopped")
     return {
         "fault": "nothing is wrong",
-        "minutes": count * LENGTH / 60.0,
-        "runs": count,
-        "acted": count - stopped,
+        "minutes": runs * LENGTH / 60.0,
+        "runs": runs,
+        "acted": runs - stopped,
     }

@@ -18,9 +18,10 @@ DELAY = 0.075  # From a frame's exposure to its line [s]
 BEGIN = 2.0  # When faults begin [s]
 LENGTH = 6.0  # How long they are looked at [s]
 
-Told = Callable[[int, float], tuple[int, float, bool] | None]
-"""Makes of a frame's number and time [s] what is told of it: number, age [s], and whether its place
-is the true one or that of the fault's begin; None where nothing is."""
+Told = Callable[[int, float], tuple[int, float, float] | None]
+"""Makes of a frame's number and time [s] what is told of it: number, age [s], and the share of the
+camera's noise about its place, which is that of the fault's begin where it is none; None where
+nothing is told."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,10 +30,11 @@ class CameraFault:
 
     told: Told
     lost: bool
+    turn: int = 1_000_000  # Last part of the quaternion whose others are 0 [1e-6]
 
     def examine(self, k: int) -> float | None:
         """Watch, and require what must come of it; return the time to a lost ball [s]."""
-        bench = ScriptedBench(self.told, BEGIN + 0.0137 * k, np.random.default_rng(k))
+        bench = ScriptedBench(self, BEGIN + 0.0137 * k, np.random.default_rng(k))
         lost = bench.watch()
         assert (lost is not None) is self.lost, lost
         assert lost is None or lost <= BLIND + PERIOD, f"{lost:.3f} s"
@@ -49,11 +51,11 @@ class ScriptedBench:
 
     name = "a script"
 
-    def __init__(self, told: Told, begin: float, rng: np.random.Generator) -> None:
-        self._told, self._begin, self._rng = told, begin, rng
+    def __init__(self, fault: CameraFault, begin: float, rng: np.random.Generator) -> None:
+        self._fault, self._begin, self._rng = fault, begin, rng
         self._now = 0.0
         self._frame = 0
-        self._place = (0, 0, 0)
+        self._place = np.zeros(3)
 
     def now(self) -> float:
         """Return the instant [s]."""
@@ -74,15 +76,18 @@ class ScriptedBench:
         pieces = []
         while (arrived := self._frame * PERIOD + DELAY) <= self._now:
             self._frame += 1
-            place = tuple(int(each) for each in self._rng.normal(0.0, 1000.0, 3))
-            said = (self._frame, DELAY, True)
+            noise = self._rng.normal(0.0, 1000.0, 3)
+            said, turn = (self._frame, DELAY, 1.0), 1_000_000
             if arrived >= self._begin:
-                said = self._told(self._frame, arrived - self._begin)
+                said = self._fault.told(self._frame, arrived - self._begin)
+                turn = self._fault.turn
             if said is None:
                 continue
-            number, age, true = said
-            self._place = place if true else self._place
-            text = b"B,%d,%d,%d,%d,%d,0,0,0,1000000" % (number, round(1e6 * age), *self._place)
+            number, age, share = said
+            if share == 1.0:
+                self._place = noise
+            place = (noise if share == 1.0 else self._place + share * noise).astype(int)
+            text = b"B,%d,%d,%d,%d,%d,0,0,0,%d" % (number, round(1e6 * age), *place, turn)
             pieces.append((arrived, text + b"*%02X\n" % crc8(text)))
         return pieces
 
@@ -105,16 +110,20 @@ GREATEST = 9_999_999_999
 CAMERA: dict[str, CameraFault] = {
     "a camera that is silent": CameraFault(told=lambda n, t: None, lost=True),
     "one line with the greatest number": CameraFault(
-        told=lambda n, t: (GREATEST if t < PERIOD else n, DELAY, True), lost=False
+        told=lambda n, t: (GREATEST if t < PERIOD else n, DELAY, 1.0), lost=False
     ),
     "a camera's program that begins anew": CameraFault(
-        told=lambda n, t: (round(t / PERIOD) + 1, DELAY, True), lost=False
+        told=lambda n, t: (round(t / PERIOD) + 1, DELAY, 1.0), lost=False
     ),
-    "a number that stays": CameraFault(told=lambda n, t: (60, DELAY, True), lost=True),
-    "a place that stays": CameraFault(told=lambda n, t: (n, DELAY, False), lost=True),
-    "frames 90 s old": CameraFault(told=lambda n, t: (n, 90.0, True), lost=True),
+    "a number that stays": CameraFault(told=lambda n, t: (60, DELAY, 1.0), lost=True),
+    "a place that stays": CameraFault(told=lambda n, t: (n, DELAY, 0.0), lost=True),
+    "a place that stays, with a tenth of its noise": CameraFault(
+        told=lambda n, t: (n, DELAY, 0.1), lost=True
+    ),
+    "quaternions of zero": CameraFault(told=lambda n, t: (n, DELAY, 1.0), lost=True, turn=0),
+    "frames 90 s old": CameraFault(told=lambda n, t: (n, 90.0, 1.0), lost=True),
     "every third line": CameraFault(
-        told=lambda n, t: (n, DELAY, True) if n % 3 == 0 else None, lost=False
+        told=lambda n, t: (n, DELAY, 1.0) if n % 3 == 0 else None, lost=False
     ),
 }
 """Faults of a camera."""

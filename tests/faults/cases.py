@@ -58,7 +58,7 @@ class Case:
     """A fault and the rule that must act against it."""
 
     rule: str  # Its name, or nothing where the run must go on as if nothing was
-    sooner: str = ""  # Another rule that may act before it, in the same way
+    sooner: tuple[str, ...] = ()  # Other rules that may act before it, each in its own way
     action: str
     fault: Callable[[Bench, StopRequest], None] | None = None
     settings: DeploySettings = SETTINGS
@@ -68,6 +68,7 @@ class Case:
     allowed: float = ALLOWED  # From the fault to the end of the action [s]
     # Whether its numbers are of the bench's own servo: another's loop pulls otherwise
     own: bool = False
+    strong: bool = False  # Whether the bench's own servo is too slow for it to change anything
     settled: float = 0.0  # Time in which the finger comes to rest before the fault [s]
     # Whether the servo can be told to switch its motor off; else its watchdog takes the duty
     reachable: bool = True
@@ -103,11 +104,11 @@ class Case:
             assert outcome.fault is None, outcome.ended
             assert set(outcome.trips) <= {"operator"}, outcome.trips
             return None
-        rules = {self.rule, self.sooner}
         trips = [
             (trip, done)
             for trip, done in flight.acted
-            if trip.rule.name in rules and trip.action == self.action and done >= flight.since
+            if (done >= flight.since and (trip.rule.name, trip.action) == (self.rule, self.action))
+            or trip.rule.name in self.sooner
         ]
         assert trips, f"{self.rule} never acted; {outcome.trips}"
         trip, done = trips[0]
@@ -184,7 +185,7 @@ CASES: dict[str, Case] = {
     "a spool out of its window": off("position_window", on.slip, own=True),
     "a sagging supply": off("voltage", on.sag),
     "a dip of the supply to 5 V": off("servo_stopped", let("supply_dip", voltage=5.0, duration=0.5),
-        sooner="voltage"),
+        sooner=("voltage",)),
     "a supply too high": off("voltage", on.surge),
     **{f"an alert: {name}": off("servo_stopped", let("alert", alert=name)) for name in ALERT_BITS},
     "a restarted servo": hold("missed_reads", let("reboot")),
@@ -214,7 +215,7 @@ CASES: dict[str, Case] = {
         unwind("load_cell", on.lie(lambda f, t, k: f - t), allowed=9.0,
         settings=DeploySettings(duration=12.0)),
     "a load cell that says 40 N too little":
-        unwind("load_cell", on.lie(lambda f, t, k: f - 40.0), sooner="tension"),
+        unwind("load_cell", on.lie(lambda f, t, k: f - 40.0), sooner=("tension",)),
     "a loose contact, every other reading is 0":
         unwind("load_cell", on.lie(lambda f, t, k: f * (k % 2)), allowed=1.0),
     "a loose contact with 4 kg": unwind("tension",

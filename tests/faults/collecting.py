@@ -26,11 +26,12 @@ class Collecting:
     fault: Callable[[Bench, StopRequest], None]
     said: str  # What the reason says; nothing where the run must go on
     allowed: float = 0.15  # From the fault to a motor that is off [s]
+    excitation: str = "contact_ramp"
 
     def examine(self, after: float) -> float | None:
         """Record and require what must come of it; return the time to a motor that is off [s]."""
         address = BenchAddress(bench="finger", port="virtual", load_cell_rate=80, lockstep=True)
-        run = PlannedRun(name="run", bench="finger", excitation="contact_ramp", duration=8.0)
+        run = PlannedRun(name="run", bench="finger", excitation=self.excitation, duration=8.0)
         operator = SilentOperator()
         with (
             TemporaryDirectory() as folder,
@@ -40,8 +41,16 @@ class Collecting:
             begun = BEGIN + after
             at_instant(bench, begun, lambda: self.fault(bench, stop))
             path = Path(folder) / "run.mcap"
+            offs: list[float] = []
+            switch_off = bench.servo.disable_torque
+
+            def switched_off() -> None:
+                switch_off()
+                offs.append(bench.clock.now() - begun)
+
+            bench.servo.disable_torque = switched_off
             outcome = record_run(bench, run, CollectSettings(settle=0.5), path, operator, stop)
-            done = bench.clock.now() - begun
+            done = offs[-1]
             assert not on.plant(bench).lines[0].registers.torque
         if not self.said:
             assert outcome.finished, outcome.fault
@@ -60,17 +69,33 @@ COLLECTING: dict[str, Collecting] = {
         fault=on.both(on.stuck(FULL), on.load), said="is saturated"
     ),
     "a frozen load cell, then 4 kg": Collecting(
-        fault=on.both(on.stuck(), on.load), said="must be alive"
+        fault=on.both(on.stuck(), on.load), said="the load cell must"
     ),
-    "a load cell stuck at 0 counts": Collecting(fault=on.stuck(0), said="must be alive"),
+    "a load cell stuck at 0 counts": Collecting(fault=on.stuck(0), said="the load cell must"),
     "a load cell that does not feel the motor": Collecting(
         fault=let("cell_deaf", duration=LONG), said="must change while", allowed=2.0
     ),
     "a load cell that says 20 N too little": Collecting(
-        fault=on.lie(lambda f, t, k: f - 20.0), said="must not be below zero"
+        fault=on.lie(lambda f, t, k: f - 20.0), said="the load cell must"
     ),
     "a loose contact with 4 kg": Collecting(
         fault=on.both(on.lie(lambda f, t, k: f * (k % 2)), on.load), said="must stay below 30 N"
+    ),
+    "a load cell of half its gain": Collecting(
+        fault=on.lie(lambda f, t, k: 0.5 * f), said="as its converter does"
+    ),
+    "an encoder 0.5 rad ahead": Collecting(
+        fault=on.misread(lambda a, t: a + 0.5), said="the spool must move"
+    ),
+    "a stuck encoder": Collecting(
+        fault=on.lag(100.0), said="must", allowed=4.0, excitation="steps_held_1s"
+    ),
+    "a duty stuck at 0.6": Collecting(fault=on.pull(0.6), said="must", allowed=0.2),
+    "a duty of 0.6 and none told": Collecting(
+        fault=on.pull(0.6, echo=True),
+        said="the spool must move",
+        allowed=4.0,
+        excitation="steps_held_1s",
     ),
     "too much tension": Collecting(fault=on.load, said="must stay below 30 N"),
     "one spike of the load cell": Collecting(fault=let("cell_spike"), said=""),

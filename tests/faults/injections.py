@@ -11,6 +11,7 @@ from typing import Any
 from tendon_hardware.benches.bench import Bench
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import FaultEvent, Faults
+from tendon_hardware.virtual_bench.physics.load_cell import GRAVITY
 
 FULL = 2**23 - 1  # Greatest counts of the load cell's converter
 LONG = 100.0  # Longer than any run [s]
@@ -124,6 +125,33 @@ def lie(told: Callable[[float, float, int], float]) -> Callable[[Bench, StopRequ
             cell._disturbed = disturbed
 
     return happen
+
+
+def pull_at(mass: float) -> Callable[[Bench, StopRequest], None]:
+    """Hang a mass [kg] on each string, beyond its load cell: the motor feels it too."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        for line in plant(bench).lines:
+            advance, take = line.motor.advance, line.load_cell.take
+            line.motor.advance = lambda pull, step, advance=advance: advance(
+                pull + mass * GRAVITY, step
+            )
+            line.load_cell.take = lambda pull, time, take=take: take(pull + mass * GRAVITY, time)
+
+    return happen
+
+
+def exchange(bench: Bench, stop: StopRequest) -> None:
+    """Let each of two load cells feel the other's string, as exchanged plugs do."""
+    one, other = plant(bench).lines
+    for cell, felt in ((one.load_cell, other.tendon), (other.load_cell, one.tendon)):
+        cell.take = lambda _, time, take=cell.take, felt=felt: take(felt.spool_side, time)
+
+
+def copy(bench: Bench, stop: StopRequest) -> None:
+    """Let the second load cell tell the counts of the first, as from a port that is read twice."""
+    first, second = (line.load_cell for line in plant(bench).lines)
+    second._disturbed = lambda counts, time: first._last_counts
 
 
 def misread(told: Callable[[float, float], float]) -> Callable[[Bench, StopRequest], None]:

@@ -5,16 +5,20 @@ pulled hard. A lie that changes nothing while a finger holds is looked for when 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
-from math import pi
+from math import log, pi
 from typing import Any
 
-from tendon_hardware.deployment.deploy_settings import DeploySettings
+import numpy as np
+
+from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.safety_rules.rule_limits import DeployLimits
 from tests.faults import injections as on
 from tests.faults.cases import Case, always
+from tests.faults.injections import LONG, let
+from tests.hardware.deploy.policies import card_of_two, policy_of
 
 PERIOD = 20  # Policy steps for which a finger is moved one way: a second
 REST = 1.6  # Time in which a finger comes to rest [s]
@@ -38,12 +42,18 @@ STATES: dict[str, dict[str, Any]] = {
 
 
 def lies(
-    name: str, fault: Any, within: dict[str, float], *, rule: str = "motion", **words: Any
+    name: str,
+    fault: Any,
+    within: dict[str, float],
+    *,
+    rule: str = "motion",
+    action: str = "off",
+    **words: Any,
 ) -> dict[str, Case]:
     """Return a lie in each of the states, with the time in which it must be noticed [s]."""
     return {
         f"{name}, {state}": Case(
-            rule=rule, action="off", fault=fault, allowed=allowed, settings=SETTINGS,
+            rule=rule, action=action, fault=fault, allowed=allowed, settings=SETTINGS,
             **STATES[state], **words,
         )
         for state, allowed in within.items()
@@ -57,7 +67,7 @@ def all_states(seconds: float) -> dict[str, float]:
 
 ENCODERS: dict[str, Case] = {
     **lies("an encoder a turn ahead", on.misread(lambda a, t: a + 2.0 * pi), all_states(0.1),
-        sooner="position_window", own=True),  # a Feetech servo tells no turns
+        sooner=("position_window",), own=True),  # a Feetech servo tells no turns
     **lies("an encoder 0.5 rad ahead", on.misread(lambda a, t: a + 0.5), all_states(0.1)),
     **lies("an encoder 0.5 rad behind", on.misread(lambda a, t: a - 0.5), all_states(0.1)),
     **lies("an encoder of half a scale", on.misread(lambda a, t: 0.5 * a), all_states(0.1)),
@@ -67,8 +77,8 @@ ENCODERS: dict[str, Case] = {
         {"held": 0.5, "moved": 6.0, "pulled hard": 6.0}),
     **lies("an encoder that falls behind by 1 rad/s", on.misread(lambda a, t: a - t),
         {"held": 0.5, "moved": 3.0, "pulled hard": 1.5}),
-    **lies("a stuck encoder", on.lag(100.0), {"moved": 2.0}),
-    **lies("an encoder 0.3 s late", on.lag(0.3), {"moved": 2.0}),
+    **lies("a stuck encoder", on.lag(100.0), {"moved": 2.0}, sooner=("load_cell",)),
+    **lies("an encoder 0.3 s late", on.lag(0.3), {"moved": 2.0}, sooner=("load_cell",)),
 }  # fmt: skip
 """Encoders that lie, speed and all."""
 
@@ -77,7 +87,7 @@ SERVOS: dict[str, Case] = {
         name: case
         for duty in (0.6, 0.3, -0.3, 0.0)
         for name, case in lies(f"a duty stuck at {duty:g}", on.pull(duty), all_states(0.2),
-            rule="duty", sooner="motion").items()
+            rule="duty", sooner=("motion",)).items()
     },
     **lies("a duty of 0.6 and none told", on.pull(0.6, echo=True), all_states(0.5)),
     **lies("a duty of 0.3 and none told", on.pull(0.3, echo=True), {"held": 1.5, "moved": 2.5}),
@@ -113,7 +123,51 @@ OFF: dict[str, Case] = {
     for name, fault in PULLS_ON.items()
 }
 """Motors that pull on after they were switched off."""
-LIES = ENCODERS | SERVOS | OFF
+CELL: dict[str, Any] = {"rule": "load_cell", "action": "unwind"}
+CELLS: dict[str, Case] = {
+    **lies("a load cell of a quarter of its gain", on.lie(lambda f, t, k: 0.25 * f),
+        {"held": 0.1, "pulled hard": 0.1}, **CELL),
+    **lies("a load cell of half its gain", on.lie(lambda f, t, k: 0.5 * f),
+        {"held": 0.1, "pulled hard": 0.1}, **CELL),
+    **lies("a load cell that tells the logarithm", on.lie(lambda f, t, k: log(1.0 + max(f, 0.0))),
+        {"held": 0.1, "pulled hard": 0.1}, **CELL),
+    **lies("a load cell that is dead, noise and all", let("cell_deaf", duration=LONG),
+        {"moved": 2.5, "pulled hard": 1.5}, sooner=("motion",), **CELL),
+    **{
+        f"{name} on a string with 4 kg": Case(
+            rule="motion", sooner=("load_cell", "tension"), action="off", allowed=0.5,
+            fault=on.both(on.pull_at(4.0), lie), settings=SETTINGS, settled=REST)
+        for name, lie in {
+            "a load cell that is dead, noise and all,": let("cell_deaf", duration=LONG),
+            "a load cell of a quarter of its gain": on.lie(lambda f, t, k: 0.25 * f),
+        }.items()
+    },
+}  # fmt: skip
+"""Load cells that lie as live ones do."""
+TWO = card_of_two()
+TWO_SETTINGS = replace(SETTINGS, loop=loops_of(TWO)[0], further_loops=loops_of(TWO)[1:])
+
+
+def to_and_fro(sample: np.ndarray) -> np.ndarray:
+    """Wind in with the first servo and let out with the second, then the other way round."""
+    closing = sample[0] < (1.2 if sample[4] > 0.0 else 0.3)
+    return 1.5 * np.array([1.0, -1.0]) * (1.0 if closing else -1.0)
+
+
+def two(fault: Any, seconds: float) -> Case:
+    """Return a fault of the load cells of two strings, which a policy moves to and fro."""
+    return Case(
+        fault=fault, allowed=seconds, settings=TWO_SETTINGS, **CELL,
+        words={"bench": "finger_antagonist", "policy": policy_of(to_and_fro, TWO)},
+    )  # fmt: skip
+
+
+PAIRS: dict[str, Case] = {
+    "two load cells exchanged": two(on.exchange, 8.0),
+    "a load cell that tells another's counts": two(on.copy, 0.3),
+}
+"""Load cells of two strings, whose plugs are exchanged."""
+LIES = ENCODERS | SERVOS | OFF | CELLS | PAIRS
 CHEAP = {
     name: LIES[name]
     for name in (
@@ -124,6 +178,9 @@ CHEAP = {
         "a duty of 0.6 and none told, held",
         "a motor that is on at 0.3 once it is off",
         "a motor that is on at 0.3 once it is off, and tells nothing",
+        "a load cell of half its gain, held",
+        "two load cells exchanged",
+        "a load cell that tells another's counts",
     )
 }
 """One of each kind, for every run of the tests."""

@@ -8,6 +8,7 @@ says from marks on the ball how it is turned. Lines come over a serial port or a
 
 import re
 from dataclasses import dataclass
+from math import hypot
 from typing import Protocol
 
 from tendon_hardware.clock import Clock, MonotonicClock
@@ -25,7 +26,7 @@ class Sighting:
     exposed: float  # Middle of the exposure on the bench's clock [s]
     arrived: float  # When this program could know [s], after `exposed`
     place: Place
-    # Quaternion (x, y, z, w) from the ball's axes to those of the hand's base, of any length
+    # Quaternion (x, y, z, w) from the ball's axes to those of the hand's base, of any length but 0
     turn: tuple[float, float, float, float]
 
 
@@ -56,6 +57,7 @@ class Camera(Protocol):
 
 
 LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8})" + 7 * rb",(-?\d{1,7})" + rb"\*([0-9A-Fa-f]{2})")
+SHORTEST = 0.1  # Length of a quaternion below which it says no rotation [1]
 GAP_MAX = 300
 """Frames that may be missing between two lines [1]: ten seconds of a ball that nobody saw."""
 
@@ -119,11 +121,13 @@ class LineCamera:
 
 
 def read_line(line: bytes, arrived: float) -> Sighting | None:
-    """Read a line without its end; ``None`` unless all of it is as it was sent."""
+    """Read a line without its end; ``None`` unless all of it is as it was sent, and is a turn."""
     match = LINE.fullmatch(line)
     if match is None or int(match[10], 16) != crc8(line[: match.start(10) - 1]):
         return None
     x, y, z, *turn = (1e-6 * int(match[group]) for group in range(3, 10))
+    if hypot(*turn) < SHORTEST:
+        return None
     return Sighting(
         sequence=int(match[1]),
         exposed=arrived - 1e-6 * int(match[2]),

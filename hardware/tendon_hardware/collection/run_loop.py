@@ -214,6 +214,7 @@ class RunLoop:
             position=state.position,
             strayed=self.motion.strayed,
             disobeyed=self.motion.disobeyed,
+            pull=self.forces.pull,
         )
 
     def _look(self) -> None:

@@ -18,6 +18,11 @@ FRAMES_MIN = 10  # Sightings that this takes
 BLIND = 0.4
 """Age of a frame beyond which the ball is nowhere to be seen [s]: nine frames at 30 Hz, and 0.1 s
 on the way."""
+STEPS = 11  # Steps between frames among which the noise is looked for [1]: as long at 30 Hz
+CALM = 0.25
+"""Noise of those steps that is too small, of that in the first look [1]: once in 1e9 by chance."""
+COARSE = 4.0  # Noise below which it is a matter of single steps [1]
+NORMAL = 1.4826  # Standard deviation of a normal scatter, of its median's size [1]
 AGREEING = 2  # Sightings in a row that say the same before the ball counts as lost
 OPENING = 2.0  # Time that fingers have to open before a virtual ball is put back [s]
 SETTLED = 0.5  # Time that a ball must lie in its cup before the policy goes on [s]
@@ -40,7 +45,8 @@ class BallWatch:
         self._camera: Camera = bench.camera
         self._distance, self._axis = task.drop_distance, np.array(task.axis)
         self._start: Place = (0.0, 0.0, 0.0)
-        self._noisy = True
+        self._noise = 0.0
+        self._told: deque[Place] = deque(maxlen=STEPS + 1)
         self._seen: deque[Sighting] = deque(maxlen=AGREEING)
         self._since: float | None = None
         self._inside = 0.0
@@ -58,6 +64,13 @@ class BallWatch:
         """Whether the ball is out of its cup, or not yet back for long enough."""
         return self._since is not None
 
+    @property
+    def _calm(self) -> bool:
+        """Whether the latest places scatter less than a living camera's would."""
+        steps = np.diff(np.array(self._told), axis=0)
+        full = len(self._told) == STEPS + 1
+        return full and float(np.sqrt(np.mean(steps**2))) < CALM * self._noise
+
     def open(self) -> None:
         """Look at the ball in its cup for a while.
 
@@ -73,9 +86,13 @@ class BallWatch:
                 f"the camera must see the ball in its cup {FRAMES_MIN} times in "
                 f"{FIRST_LOOK:g} s before a run; it saw the ball {len(seen)} times"
             )
+        places = np.array([sighting.place for sighting in seen])
+        steps = np.abs(np.diff(places, axis=0))
+        noise = NORMAL * float(np.median(steps))  # which leaves a ball out that still rolls
         # one that rounds its places may well tell the same one for a while
-        self._noisy = len({sighting.place for sighting in seen}) > 0.5 * len(seen)
-        x, y, z = np.mean([sighting.place for sighting in seen], axis=0).tolist()
+        rounded = noise < COARSE * float(np.min(steps[steps > 0.0], initial=np.inf))
+        self._noise = 0.0 if rounded else noise
+        x, y, z = np.mean(places, axis=0).tolist()
         self._start = (x, y, z)
         self._seen.append(seen[-1])
 
@@ -87,7 +104,8 @@ class BallWatch:
         """Take in what the camera has told since the last tick."""
         now = self._bench.clock.now()
         for sighting in self._camera.drain():
-            frozen = self._noisy and sighting.place == self._seen[-1].place
+            self._told.append(sighting.place)
+            frozen = self._noise > 0.0 and sighting.place == self._seen[-1].place
             if not frozen and now - sighting.exposed <= BLIND:
                 if self._since is None:
                     before, after = np.array([self._seen[-1].turn, sighting.turn])
@@ -97,6 +115,8 @@ class BallWatch:
                 log.ball(sighting.exposed, sighting.arrived, self._away(sighting), self.turned)
         if now - self._seen[-1].exposed > BLIND:
             self._lose(now, "The camera does not see the ball: put it back, or look at the camera.")
+        elif self._calm:
+            self._lose(now, "The camera tells one place with less noise than before: look at it.")
         elif all(map(self._outside, self._seen)):
             self._lose(now, "The ball has left its cup: put it back between open fingers.")
         elif self._since is not None and now - self._inside > SETTLED:

@@ -12,6 +12,7 @@ from tendon_hardware.control.keyboard import KILL_KEYS, STOP_KEYS, Keyboard
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.deployment.deploy_log import DeployLog
 from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.load_cells.cell_plugs import CellPlugs
 from tendon_hardware.pacing import Ticker
 from tendon_hardware.safety_rules.force_watch import ForceWatch
 from tendon_hardware.safety_rules.motion_watch import MotionWatch
@@ -86,8 +87,9 @@ class ServoSenses:
             disobeyed=self.motion.disobeyed,
             silence=max(common.now - self.heard, 0.0),
             force=self.sure_force,
+            pull=self.forces.pull,
             blindness=self.forces.silence,
-            doubt=self.forces.fault,
+            doubt=self.forces.fault or common.doubt,
             current=None if state is None else state.current,
             voltage=None if health is None else health.voltage,
             temperature=None if health is None else health.temperature,
@@ -118,6 +120,7 @@ class DeploySenses:
         self.servos = tuple(
             ServoSenses(bench, settings, operator, place) for place in range(len(bench.drives))
         )
+        self._plugs = CellPlugs([drive.calibration for drive in bench.drives])
         self.rows = self.missed = 0  # Readings of all servos, and ticks in which one was missed
         self.stop_reason: str | None = None  # Reason for an orderly end of the run
         self.failure: str | None = None  # Reason why the log cannot be written
@@ -168,8 +171,10 @@ class DeploySenses:
             broken=self.broken,
         )
         return [
-            servo.glance(common, output, jump)
-            for servo, output, jump in zip(self.servos, outputs, jumps, strict=True)
+            servo.glance(replace(common, doubt=doubt), output, jump)
+            for servo, doubt, output, jump in zip(
+                self.servos, self._plugs.faults, outputs, jumps, strict=True
+            )
         ]
 
     def _read(self, log: DeployLog | None) -> None:
@@ -183,6 +188,10 @@ class DeploySenses:
         spools = [state.position for state in whole]
         for k, (servo, state) in enumerate(zip(self.servos, whole, strict=True)):
             servo.forces.move(state, spools[:k] + spools[k + 1 :])
+        told = [servo.forces.told for servo in self.servos if servo.forces.told is not None]
+        if len(told) == len(whole):
+            self._plugs.hear([counts for counts, _ in told])
+            self._plugs.take(self.clock.now(), spools, [tension for _, tension in told])
         if log is not None:
             log.session_log.state(*whole)
 

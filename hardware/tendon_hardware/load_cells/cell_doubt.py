@@ -6,10 +6,11 @@ or lies:
 - it is saturated: a broken wire of its bridge, or far too much load;
 - it repeats one value: a live converter's noise hardly ever does;
 - it is calmer than it was under no load when it was calibrated;
-- the motor winds the tendon in against something, no other servo lets its own out, and the tension
-  does not change;
+- the motor winds the tendon in against something, or moves a taut one, no other servo does the
+  opposite, and the tension does not change;
 - the tension is below zero: a tendon cannot push;
 - it jumps back and forth with every reading, faster than the converter's filter lets through;
+- it jumps between two readings and stays there, which that filter spreads over four;
 - it is far less than the motor must be pulling, by its duty and its speed.
 
 A cell that is deaf while the spool rests says nothing wrong: it is found out once the motor pulls.
@@ -18,7 +19,7 @@ A cell that is deaf while the spool rests says nothing wrong: it is found out on
 from collections import deque
 from collections.abc import Sequence
 from itertools import pairwise
-from math import ceil, log, pi, sqrt
+from math import ceil, inf, log, pi, sqrt
 
 from tendon_hardware.load_cells.calibration import LoadCellCalibration
 from tendon_hardware.load_cells.load_cell_type import LoadCellReading
@@ -39,6 +40,10 @@ whatever the gear's friction. On the virtual benches a spool that runs free take
 and 0.09 at 4 rad/s. A spool that pulls 2.5 N takes 0.09."""
 PULL_TIME = 0.25  # Time of the mean of that share [s]: an acceleration takes less
 WOUND = 0.25  # Angle wound in under such a pull, after which the tension must have changed [rad]
+MOVED = 0.6
+"""Angle by which a taut tendon is wound in or let out, after which it must have changed [rad]. A
+sound hand that turns a ball moves one by 0.32 rad at one tension."""
+TAUT = 1.0  # Tension of such a tendon [N]: more than a zero shifts
 LAG = 6  # Readings after that which may still show an older tension: an HX711 settles in four
 CHANGE = 0.3
 """Least change of the tension [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
@@ -49,20 +54,32 @@ WINDOW = 8
 NEGATIVE_MIN = 6
 JUMP = 1.5  # Change between two readings that is a jump if the next one goes back as far [N]
 JUMPS_MIN = 5  # Fewest such turns in a window; two spikes make three, and a vibration of 20 Hz four
+LEAP = 1.0
+"""Change between two readings that the filter would have spread over four [N]: of a step it gives
+the largest two alike, 0.38 of it."""
+BESIDE = 0.15  # Change beside a leap, of the leap [1]; 0.33 at least of one that the filter spread
+NOISES = 3.0  # Standard deviations by which noise may add to that [1]
 FAST = 60.0
 """Readings per second from which the converter's filter takes every such vibration away [Hz]."""
 IDLE, CERTAIN = 0.08, 0.45
 """Share of the motor's strength [1] that may be lost in a gear, and the least part of the rest that
 reaches the tendon [1]. Half an hour of recordings on virtual benches, worn ones among them, kept
 1.4 times this tension."""
+LIKELY, FREE = 0.65, 0.04
+"""Share of the motor's strength [1] that likely reaches the tendon, of what is above the share of a
+spool that runs free. On the virtual benches it is 0.7 to 1.4 times the tension, worn gears among
+them."""
+DISAGREEING = 1.6
+"""Likely tension over the told one from which the two disagree [1]; a live cell keeps 1.3 from a
+fifth of the duty on."""
 SHIFT = 0.5  # Shift of a live cell's zero that is put up with there [N]
 FRESH = 0.05
 """Age beyond which nobody knows what the motor does [s]: its watchdog may have stopped it."""
 ROTOR = 1.5  # Inertia that a servo may have, of its data sheet's [1]
 STILL = 0.01  # Speed below which a spool rests [rad/s]
 LET_OUT = 2.0
-"""Angle wound in at one tension while another servo lets out, per angle of that [1]: the opening
-tendon of `finger_antagonist` moves half as far as the closing one."""
+"""Angle wound in at one tension while another servo lets out, or the other way round, per angle of
+that [1]: the opening tendon of `finger_antagonist` moves half as far as the closing one."""
 
 
 class CellDoubt:
@@ -77,6 +94,7 @@ class CellDoubt:
         self, calibration: LoadCellCalibration | None, servo: ServoSpec, spool_radius: float
     ) -> None:
         self.fault: str | None = None  # Reason not to believe the cell; None where there is none
+        self.likely = 0.0  # Tension that the motor likely makes, by its duty and its speed [N]
         sigma = 1.0 if calibration is None else calibration.noise / abs(calibration.slope)
         self._sigma = sigma
         self._equal_max = equal_max(sigma)
@@ -88,8 +106,10 @@ class CellDoubt:
         self._short = 0
         self._equal = self._saturated = 0
         self._latest: deque[int] = deque(maxlen=CALM_READINGS)
+        self._leap = inf if calibration is None else LEAP / abs(calibration.slope)
+        self._row: deque[tuple[int, int]] = deque(maxlen=4)
         self._way: deque[tuple[float, float, float]] = deque()
-        self._wound = self._felt = 0.0
+        self._wound = self._in = self._out = self._felt = 0.0
         self._late = 0
         self._before: float | None = None
         self._anchor: float | None = None
@@ -101,6 +121,7 @@ class CellDoubt:
         self._equal = self._equal + 1 if self._latest and reading.counts == self._latest[-1] else 1
         self._saturated = self._saturated + 1 if reading.saturated else 0
         self._latest.append(reading.counts)
+        self._row.append((reading.sequence, reading.counts))
         full = len(self._latest) == CALM_READINGS and self._sigma >= COARSE
         spread = max(self._latest) - min(self._latest)
         if self._saturated > SATURATED_MAX:
@@ -117,6 +138,12 @@ class CellDoubt:
             self.fault = (
                 f"the load cell must be as noisy as when it was calibrated, {self._sigma:.0f} "
                 f"counts; {CALM_READINGS} readings lie within {spread}: look at its converter"
+            )
+        elif self._fast and self._leaps():
+            self.fault = (
+                f"the load cell must change as its converter does, over four readings; between two "
+                f"it has gone from {self._row[1][1]} to {self._row[2][1]} counts and stays there: "
+                "look at its wires and its converter"
             )
 
     def feel(self, force: float, instant: float) -> None:
@@ -143,15 +170,22 @@ class CellDoubt:
                 "the encoder"
             )
         if self._anchor is None or abs(force - self._anchor) >= CHANGE:
-            self._anchor, self._wound, self._late = force, 0.0, 0
+            self._anchor, self._late = force, 0
+            self._wound = self._in = self._out = 0.0
             self._others_before = self._others
-        elif self._wound > WOUND + LET_OUT * self._let_out():
-            self._late += 1
-            if self._late >= LAG:
-                self.fault = (
-                    f"the tension must change while the motor winds in; it has stayed at "
-                    f"{self._anchor:.1f} N over {self._wound:.1f} rad: look at the load cell"
-                )
+            return
+        taut = self._anchor > TAUT
+        way = max(
+            self._wound - WOUND - LET_OUT * self._others_way(-1.0),
+            (self._in - MOVED - LET_OUT * self._others_way(-1.0)) * taut,
+            (self._out - MOVED - LET_OUT * self._others_way(1.0)) * taut,
+        )
+        self._late += way > 0.0
+        if self._late >= LAG:
+            self.fault = (
+                f"the tension must change while the motor moves its tendon; it has stayed at "
+                f"{self._anchor:.1f} N over {way:.1f} rad more than it may: look at the load cell"
+            )
 
     def move(
         self,
@@ -175,9 +209,10 @@ class CellDoubt:
             self._way.popleft()
         turned = 0.0 if self._before is None else state.position - self._before
         self._before = state.position
+        self._in, self._out = max(0.0, self._in + turned), max(0.0, self._out - turned)
         if state.time - self._felt > PULL_TIME:  # its silence is another matter
             self._anchor = None
-        self._least = 0.0
+        self._least = self.likely = 0.0
         if (pulled := self._pull()) is None:
             return
         servo, (duty, speed, acceleration) = self._servo, pulled
@@ -186,14 +221,24 @@ class CellDoubt:
             rotor = ROTOR * servo.armature * max(acceleration, 0.0) / servo.stall_torque
             share = duty * voltage / servo.supply_voltage - free - rotor
             self._least = max(CERTAIN * self._strength * (share - IDLE) - SHIFT, 0.0)
+            self.likely = max(LIKELY * self._strength * (share - FREE), 0.0)
         if self._anchor is None or duty - free <= PULL + PULL_PER_SPEED * abs(speed):
             return
         self._wound = max(0.0, self._wound + turned)  # an encoder at rest goes back and forth
 
-    def _let_out(self) -> float:
-        """Return how far other servos let out since the tension last changed [rad]."""
+    def _leaps(self) -> bool:
+        """Tell whether the latest readings, none of them missing, leap between still ones."""
+        numbers = [number for number, _ in self._row]
+        if self._saturated or len(numbers) < 4 or numbers[-1] - numbers[0] != 3:
+            return False
+        before, leap, after = (abs(b - a) for (_, a), (_, b) in pairwise(self._row))
+        beside = BESIDE * leap + NOISES * self._sigma
+        return leap > self._leap and before < beside and after < beside
+
+    def _others_way(self, sign: float) -> float:
+        """Return how far others wound in, or let out, since the tension last changed [rad]."""
         ways = zip(self._others_before, self._others, strict=True)
-        return sum(max(before - now, 0.0) for before, now in ways)
+        return sum(max(sign * (now - before), 0.0) for before, now in ways)
 
     def _pull(self) -> tuple[float, float, float] | None:
         """Return mean duty [1], speed [rad/s] and acceleration [rad/s2] of the last moments."""

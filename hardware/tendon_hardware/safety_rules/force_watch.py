@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from tendon_hardware.benches.bench import Bench
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.errors import SafetyStop
-from tendon_hardware.load_cells.cell_doubt import WINDOW, CellDoubt
+from tendon_hardware.load_cells.cell_doubt import DISAGREEING, WINDOW, CellDoubt
 from tendon_hardware.load_cells.clock_fit import ReadingDates
 from tendon_hardware.load_cells.load_cell_type import LoadCell, LoadCellReading
 from tendon_hardware.logs.session_log import SessionLog
@@ -44,6 +44,7 @@ class ForceWatch:
         self.operator = operator
         self.dates = ReadingDates()
         self.force: float | None = None  # Last tension [N]
+        self.told: tuple[int, float] | None = None  # Counts and tension of its reading [1, N]
         # Second greatest of the latest tensions [N]: a single spike ends no run, and readings that
         # are missing in between hide nothing.
         self.agreed: float | None = None
@@ -70,6 +71,14 @@ class ForceWatch:
     def silence(self) -> float | None:
         """Time since the last reading [s], where there is a load cell."""
         return None if self.cell is None else self.clock.now() - self._latest
+
+    @property
+    def pull(self) -> float | None:
+        """Tension that the motor likely makes, where the cell tells far less [N]."""
+        if self.calibration is None or self.agreed is None:
+            return None
+        likely = self._doubt.likely
+        return likely if likely > DISAGREEING * max(self.agreed, 0.0) else None
 
     @property
     def fault(self) -> str | None:
@@ -114,6 +123,7 @@ class ForceWatch:
         if self.calibration is None or reading.saturated:
             return
         self.force = float(self.calibration.force(reading.counts))
+        self.told = (reading.counts, self.force)
         self._latest_forces.append(self.force)
         self._doubt.feel(self.force, reading.host_time)
         if log is not None:

@@ -85,6 +85,8 @@ class Glance:
     disobeyed: float | None = None  # Difference of present and sent duty [1]
     silence: float = 0.0  # Time since the servo's last reading [s]
     force: float | None = None  # Tension, measured or estimated [N]
+    # Tension that the motor likely makes, where the load cell tells far less [N]
+    pull: float | None = None
     blindness: float | None = None  # Time since the load cell's last reading [s]
     doubt: str | None = None  # Reason not to believe the load cell
     current: float | None = None  # Supply current [A]
@@ -186,6 +188,10 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         value=lambda g: None if g.force is None else abs(g.force),
         bounds=at_most(lambda limits: limits.bench.force), reach=lambda reach: reach.force,
         reason="the tension must stay below {high:g} N; it is {value:.1f} N"),
+    SafetyRule(name="pull", action="unwind", value=lambda g: g.pull,
+        bounds=at_most(lambda limits: limits.bench.force), reach=lambda _: None,
+        reason="the tension must stay below {high:g} N; by its duty the motor makes {value:.1f} N, "
+        "and the load cell tells far less: look at the load cell, its calibration and the gear"),
     said_rule("load_cell", "unwind", "doubt"),
     SafetyRule(name="current", action="unwind", value=lambda g: g.current, delay=0.03,
         bounds=lambda limits: (-limits.current, limits.current), reach=lambda reach: reach.current,
@@ -238,7 +244,7 @@ COMMON_RULES = ("kill", "operator", "log", "policy_failure", "loop_overrun")
 COLLECTION_RULES = tuple(
     rule
     for rule in SAFETY_RULES
-    if rule.name in ("position_window", "duty", "motion", "tension", "temperature")
+    if rule.name in ("position_window", "duty", "motion", "tension", "pull", "temperature")
 )
 """Rules that hold while data is collected; each switches the motor off."""
 

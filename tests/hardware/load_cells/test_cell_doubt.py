@@ -69,6 +69,30 @@ def test_two_saturated_readings_are_a_spike_and_three_a_fault() -> None:
 
 
 @pytest.mark.parametrize(
+    ("shares", "doubted"),
+    [
+        pytest.param((0.0, 0.125, 0.5, 0.875, 1.0, 1.0), False, id="a blow, as the filter has it"),
+        pytest.param((0.0, 0.0, 1.0, 1.0, 1.0, 1.0), True, id="a leap that stays"),
+        pytest.param((0.0, 0.0, 1.0, 0.0, 0.0, 0.0), False, id="a spike"),
+    ],
+)
+def test_a_tension_cannot_leap_between_two_readings(shares, doubted) -> None:
+    """Of a step of 5 N the converter's filter gives an eighth, three, three and an eighth."""
+    rng = random.Random(5)
+    steps = [0.0] * 5 + [5.0 * share / abs(CALIBRATION.slope) for share in shares]
+    fault = heard(rng.gauss(1e5 + step, SIGMA) for step in steps)
+    assert ("over four readings" in (fault or "")) is doubted
+
+
+def test_readings_that_are_missing_are_no_leap() -> None:
+    """What lies between them nobody knows."""
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
+    for k in (0, 1, 2, 6, 7, 8):
+        doubt.hear(reading(1e5 + 100.0 * k + (k > 2) * 5.0 / abs(CALIBRATION.slope), k))
+    assert doubt.fault is None
+
+
+@pytest.mark.parametrize(
     ("duty", "slope", "other", "doubted"),
     [
         pytest.param(0.15, 0.0, None, True, id="wound in slowly it must change"),
@@ -86,7 +110,7 @@ def test_a_tension_must_follow_a_motor_that_pulls(duty, slope, other, doubted) -
     doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
     for k in range(400):
         instant, angle = 0.0125 * k, 0.003 * k
-        doubt.feel(2.0 + slope * angle + rng.gauss(0.0, 0.01), instant)
+        doubt.feel(0.5 + slope * angle + rng.gauss(0.0, 0.01), instant)
         state = ServoState(time=instant, position=angle, velocity=0.24, current=0.0)
         doubt.move(state, duty, [] if other is None else [other * angle])
     assert (doubt.fault is not None) is doubted
