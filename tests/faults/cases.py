@@ -107,8 +107,11 @@ class Case:
         trips = [
             (trip, done)
             for trip, done in flight.acted
-            if (done >= flight.since and (trip.rule.name, trip.action) == (self.rule, self.action))
-            or trip.rule.name in self.sooner
+            if done >= flight.since
+            and (
+                (trip.rule.name, trip.action) == (self.rule, self.action)
+                or trip.rule.name in self.sooner
+            )
         ]
         assert trips, f"{self.rule} never acted; {outcome.trips}"
         trip, done = trips[0]

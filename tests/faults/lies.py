@@ -74,10 +74,11 @@ ENCODERS: dict[str, Case] = {
     **lies("an encoder that jumps to and fro",
         on.misread(lambda a, t: a + (0.5 if t % 0.2 < 0.1 else -0.5)), all_states(0.1)),
     **lies("an encoder that runs ahead by 1 rad/s", on.misread(lambda a, t: a + t),
-        {"held": 0.5, "moved": 6.0, "pulled hard": 6.0}),
+        {"held": 0.5, "moved": 6.0, "pulled hard": 6.0}, sooner=("load_cell",)),
     **lies("an encoder that falls behind by 1 rad/s", on.misread(lambda a, t: a - t),
         {"held": 0.5, "moved": 3.0, "pulled hard": 1.5}),
-    **lies("a stuck encoder", on.lag(100.0), {"moved": 2.0}, sooner=("load_cell",)),
+    **lies("a stuck encoder", on.lag(100.0), {"moved": 3.0}, rule="encoder",
+        sooner=("load_cell", "motion")),
     **lies("an encoder 0.3 s late", on.lag(0.3), {"moved": 2.0}, sooner=("load_cell",)),
 }  # fmt: skip
 """Encoders that lie, speed and all."""
@@ -133,6 +134,10 @@ CELLS: dict[str, Case] = {
         {"held": 0.1, "pulled hard": 0.1}, **CELL),
     **lies("a load cell that is dead, noise and all", let("cell_deaf", duration=LONG),
         {"moved": 2.5, "pulled hard": 1.5}, sooner=("motion",), **CELL),
+    "a load cell of half its gain, pulled hard from rest, at a limit of 4 N": Case(
+        rule="pull", sooner=("tension",), action="unwind", allowed=2.5, bad=always(2.0), calm=True,
+        fault=on.lie(lambda f, t, k: 0.5 * f),
+        settings=replace(SETTINGS, limits=DeployLimits(bench=SafetyLimits(force=4.0)))),
     **{
         f"{name} on a string with 4 kg": Case(
             rule="motion", sooner=("load_cell", "tension"), action="off", allowed=0.5,
@@ -179,6 +184,7 @@ CHEAP = {
         "a motor that is on at 0.3 once it is off",
         "a motor that is on at 0.3 once it is off, and tells nothing",
         "a load cell of half its gain, held",
+        "a load cell of half its gain, pulled hard from rest, at a limit of 4 N",
         "two load cells exchanged",
         "a load cell that tells another's counts",
     )

@@ -214,6 +214,7 @@ class RunLoop:
             position=state.position,
             strayed=self.motion.strayed,
             disobeyed=self.motion.disobeyed,
+            stuck=self.motion.stuck,
             pull=self.forces.pull,
         )
 

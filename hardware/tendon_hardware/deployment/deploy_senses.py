@@ -32,7 +32,8 @@ class ServoSenses:
         self.clock = bench.clock
         radius = settings.spool_radius
         self.forces = ForceWatch(bench, None, operator, radius, place)
-        self.motion = MotionWatch(bench.drives[place], radius, settings.limits.bench.force)
+        greatest, alone = settings.limits.bench.force, len(bench.drives) == 1
+        self.motion = MotionWatch(bench.drives[place], radius, greatest, alone=alone)
         self.state: ServoState | None = None  # Last reading of the servo
         self.health: ServoHealth | None = None
         self.estimated: float | None = None  # Tension by a force network [N]
@@ -85,6 +86,7 @@ class ServoSenses:
             position=None if state is None else state.position,
             strayed=self.motion.strayed,
             disobeyed=self.motion.disobeyed,
+            stuck=self.motion.stuck,
             silence=max(common.now - self.heard, 0.0),
             force=self.sure_force,
             pull=self.forces.pull,

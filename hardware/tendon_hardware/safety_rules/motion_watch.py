@@ -12,13 +12,16 @@ standstill :math:`M` and :math:`l = r F / M`:
 
 A way beyond these bounds is summed up, and forgiven slowly: a jump shows at once, a drift later
 (E. S. Page, Continuous inspection schemes, Biometrika 1954).
+
+A spool that stands still keeps all bounds, since a gear's friction may hold it. But then it holds
+the tension too: one that rises and falls with the duty has a spool that moves.
 """
 
 from collections import deque
 from math import exp
 
 from tendon_hardware.benches.bench import BenchDrive
-from tendon_hardware.load_cells.cell_doubt import CERTAIN, FRESH, IDLE
+from tendon_hardware.load_cells.cell_doubt import CERTAIN, FRESH, IDLE, PULL
 from tendon_hardware.load_cells.cell_doubt import FAST as QUICK
 from tendon_hardware.servos.base import ServoState
 
@@ -34,6 +37,12 @@ COAST = 2.0  # Time in which a speed follows its duty, of the rotor's time const
 SHOWN = 0.5  # Time in which a load cell shows a tension: one of 10 Hz settles in four readings [s]
 SHIFT = 1.0  # Tension that it may show too little [N]
 AGREED = 0.1  # Time for which a present duty must differ [s]: a slope takes a quarter of it
+STANDS = 0.005
+"""Way in which a spool stands still [rad]: three counts of 4096, two of them noise."""
+FOLLOWED = 2.0
+"""Change of its string's tension meanwhile that follows the duty [N]: one of 36 N/mm on a spool of
+11 mm moves it so far."""
+FOLLOWED_MIN = 3  # Such changes to and fro in a row: a hand may push in time with a duty once
 LOST = 0.2  # Time between two readings in which nobody knows what happened [s]
 
 
@@ -44,9 +53,12 @@ class MotionWatch:
         drive: The servo, whose driver knows what was sent, and its load cell's calibration.
         spool_radius: Radius of its spool [m].
         greatest: Tension that its string may have where no load cell tells it [N].
+        alone: Whether no other servo pulls at what its string pulls.
     """
 
-    def __init__(self, drive: BenchDrive, spool_radius: float, greatest: float) -> None:
+    def __init__(
+        self, drive: BenchDrive, spool_radius: float, greatest: float, *, alone: bool = True
+    ) -> None:
         self._servo = drive.servo
         spec, calibration = drive.servo.spec, drive.calibration
         quick = calibration is not None and calibration.rate >= QUICK
@@ -54,6 +66,7 @@ class MotionWatch:
         self._share = spool_radius / spec.stall_torque
         self._coast = COAST * spec.armature * spec.free_speed / spec.stall_torque
         self._greatest = greatest
+        self._alone = alone
         self._sure = SURE if quick else 0.0
         self.forget()
 
@@ -64,6 +77,7 @@ class MotionWatch:
         self._tensions: deque[tuple[float, float]] = deque()
         self._differences: deque[tuple[float, float]] = deque()
         self._in = self._out = self._high = self._low = 0.0
+        self._stand(0.0, 0.0)
 
     @property
     def strayed(self) -> float:
@@ -77,6 +91,16 @@ class MotionWatch:
         if not seen or seen[-1][0] - seen[0][0] < AGREED:
             return 0.0
         return min(difference for _, difference in seen)
+
+    @property
+    def stuck(self) -> str | None:
+        """Why the encoder is not believed; None where nothing speaks against it."""
+        if self._followed < FOLLOWED_MIN:
+            return None
+        return (
+            f"the spool must move when the tension follows the duty; {self._followed} times it has "
+            f"changed by {FOLLOWED:g} N with it, and the spool stands still: look at the encoder"
+        )
 
     def take(self, state: ServoState, tension: float | None) -> None:
         """Take a reading of the servo and the latest tension [N], where a load cell tells it."""
@@ -97,6 +121,29 @@ class MotionWatch:
             then, there, duty = self._before
             self._move(now - then, position - there, {duty, servo.duty})
         self._before = (now, position, servo.duty)
+        if self._alone and tension is not None:
+            self._follow(position, tension)
+
+    def _stand(self, position: float, tension: float) -> None:
+        """Begin to look for a tension [N] that changes while the spool stands still [rad]."""
+        self._lowest = self._highest = position
+        self._sign, self._from = 0.0, tension
+        self._followed, self._answered = 0, True
+
+    def _follow(self, position: float, tension: float) -> None:
+        """Count how often in a row the tension [N] has followed the duty."""
+        self._lowest = min(self._lowest, position)
+        self._highest = max(self._highest, position)
+        if self._highest - self._lowest > STANDS:
+            self._stand(position, tension)
+        duty = self._servo.duty
+        sign = 1.0 if duty > PULL else -1.0 if duty < PULL / 2.0 else self._sign
+        if sign != self._sign:
+            self._followed *= self._answered
+            self._sign, self._from, self._answered = sign, tension, False
+        self._from = sign * min(sign * self._from, sign * tension)
+        if not self._answered and sign * (tension - self._from) > FOLLOWED:
+            self._followed, self._answered = self._followed + 1, True
 
     def _move(self, passed: float, way: float, duties: set[float]) -> None:
         """Take a way [rad] made in some time [s] under duties [1]."""

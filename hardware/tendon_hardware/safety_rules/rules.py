@@ -83,6 +83,7 @@ class Glance:
     # How far the spool has moved beyond what its motor can have made [rad]
     strayed: float | None = None
     disobeyed: float | None = None  # Difference of present and sent duty [1]
+    stuck: str | None = None  # Reason not to believe the encoder
     silence: float = 0.0  # Time since the servo's last reading [s]
     force: float | None = None  # Tension, measured or estimated [N]
     # Tension that the motor likely makes, where the load cell tells far less [N]
@@ -171,6 +172,7 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reason="the spool must move as duty and tension make it, to {high:g} rad; it is "
         "{value:+.2f} rad from there: look at the servo, its encoder, its gear and the load cell",
     ),
+    said_rule("encoder", "off", "stuck"),
     SafetyRule(name="voltage", action="off", value=lambda g: g.voltage,
         bounds=lambda limits: limits.voltage, reach=lambda reach: reach.voltage,
         reason="the supply must have {low:g} to {high:g} V; it has {value:.1f} V"),
@@ -244,7 +246,8 @@ COMMON_RULES = ("kill", "operator", "log", "policy_failure", "loop_overrun")
 COLLECTION_RULES = tuple(
     rule
     for rule in SAFETY_RULES
-    if rule.name in ("position_window", "duty", "motion", "tension", "pull", "temperature")
+    if rule.name
+    in ("position_window", "duty", "motion", "encoder", "tension", "pull", "temperature")
 )
 """Rules that hold while data is collected; each switches the motor off."""
 
@@ -266,7 +269,7 @@ def broken_rule(limits: SafetyLimits, glance: Glance) -> str | None:
     for rule in COLLECTION_RULES:
         value, (low, high) = rule.value(glance), rule.bounds(every)
         if value is not None and not low <= value <= high:
-            return rule.reason.format(value=value, low=low, high=high)
+            return rule.reason.format(value=value, low=low, high=high, glance=glance)
     return None
 
 
