@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 OUT_OF_ORDER = 0.5  # [s] a row that came late is overtaken by no more; a clock restarts farther
+OFTEN = 3  # Restarts of a clock from which rows are rather out of order
+GAP = 3.0  # Steps that one step of an even clock may last [1]
 FEW = 0.05  # Share of the rows that may be left out of a log [1]
 
 
@@ -37,6 +39,9 @@ def stamp_fault(time: Array) -> str | None:
         return None
     row = int(np.flatnonzero(steps <= 0.0)[0]) + 1
     at = f"row {row} is {time[row]:.6f} s after {time[row - 1]:.6f} s"
+    if shuffled(time):
+        count = int((steps < 0.0).sum())
+        return f"{at}; {count} of {time.size} rows come before the one above: sort them by t"
     if restarts := restart_rows(time):
         row = restarts[0]
         more = f", and {len(restarts) - 1} times more" if len(restarts) > 1 else ""
@@ -56,6 +61,13 @@ def stamp_fault(time: Array) -> str | None:
     return f"{at}; {count} of {time.size} rows {kind}: leave them out"
 
 
+def shuffled(time: Array) -> bool:
+    """Tell whether stamps are those of one clock, in another order than they came."""
+    steps = np.diff(np.sort(time))
+    even = steps.min() > 0.5 * np.median(steps) and steps.max() < GAP * np.median(steps)
+    return bool(even and len(restart_rows(time)) >= OFTEN)
+
+
 def restart_rows(time: Array) -> list[int]:
     """Return the rows at which a clock begins again."""
     return [int(k) + 1 for k in np.flatnonzero(np.diff(time) < -OUT_OF_ORDER)]
@@ -70,6 +82,8 @@ def increasing_parts(time: Array) -> list[NDArray[np.intp]]:
     Returns:
         Rows of each stretch; none of those with a clock so coarse that too many rows would go.
     """
+    if shuffled(time):
+        return [np.argsort(time)]
     edges = [0, *restart_rows(time), time.size]
     parts: list[NDArray[np.intp]] = []
     for first, end in pairwise(edges):

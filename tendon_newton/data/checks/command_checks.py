@@ -1,12 +1,13 @@
 """Columns that are no command of their angle: turned, exchanged, its changes, its speed, a copy."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.measures import names_of, rest_band, stretches
+from tendon_newton.data.checks.measures import names_of, place_of, rest_band, stretches
 from tendon_newton.data.recording import Array, Mask, Recording
 
 LEAST_TIME = 1.0  # [s] the slowest servo here answers a step in half of it
@@ -18,6 +19,7 @@ SAME_SIZE = (0.5, 2.0)  # [1] of a column's slope on another that is the same qu
 LEAST_ROWS = 20  # Rows that a correlation needs
 STRANGE = 0.3  # [1] correlation that no servo was seen to stay below, however it sticks
 MOVED = 0.1  # [rad] a shaft that keeps its command is pushed no farther
+SLOWEST = 0.4  # [s] a servo that takes longer for a way is rarer than a speed in another unit
 SHIFTS = range(-3, 4)  # Rows by which a copy may be moved
 COPIED = 0.9  # [1] of the rows in motion that are equal in a copy
 
@@ -142,6 +144,10 @@ def rate_text(
     shifted = goal[: len(goal) - like.same_delay], speed[like.same_delay :]
     slope = float(np.cov(*shifted)[0, 1] / np.var(shifted[0]))  # [1/s] or [1]
     evidence = f"goes with the speed of theta (correlation {like.same:.2f}), not with theta"
+    if slope > 1.0 / SLOWEST and slope * step < SAME_SIZE[0]:
+        return evidence + f", by one in {1e3 / slope:.0f} ms", (
+            "it holds the way from the angle of its row to the goal: add that angle"
+        )
     if SAME_SIZE[0] < slope * step < SAME_SIZE[1]:
         return evidence, (
             "it holds the change of each row, not a goal: add the changes up, or add each to the "
@@ -224,3 +230,15 @@ def exchanged_joints(recording: Recording) -> Iterator[Finding]:
                 "the columns of the joints are exchanged: put them in one order for angles and "
                 "commands",
             )
+
+
+def exchanges(recording: Recording, joints: Sequence[str]) -> Iterator[tuple[int, Finding]]:
+    """Joints that follow each other's commands, told by name, each with its place.
+
+    Args:
+        joints: Their names, in the order of the recording's columns.
+    """
+    for finding in exchanged_joints(recording):
+        told = re.sub(r"\btheta_(\d+)\b", lambda found: joints[int(found[1])], finding.evidence)
+        named = replace(finding, channel="theta", evidence=told, check="exchanged joints")
+        yield place_of(finding.channel), named

@@ -59,6 +59,11 @@ def rows_text(mask: Mask) -> str:
     return f"{int(mask.sum())} of {mask.size} rows ({', '.join(words)}{more})"
 
 
+def place_of(column: str) -> int:
+    """Return the number of the servo that a column is of."""
+    return int(column.rpartition("_")[2]) if column[-1].isdigit() else 0
+
+
 def names_of(recording: Recording, column: str) -> list[str]:
     """Return the names of a column, one for each tendon."""
     return list(named_by_tendon(column, recording.motor_position))

@@ -133,7 +133,7 @@ def repeated_rows(theta: Array) -> Mask:
         theta: Shaft angle [rad], shape (T,).
     """
     steps = np.diff(theta)
-    floor = max(0.5 * COUNTS * resolution(theta), NOISES * noise_of(theta))
+    floor = max(0.5 * COUNTS * resolution(theta), NOISES * noise_of(bridged(theta)))
     again = np.zeros(theta.size, dtype=np.bool_)
     for first, end in stretches(steps == 0.0):
         if first == 0 or end == steps.size or end - first > AGAIN:
@@ -142,6 +142,13 @@ def repeated_rows(theta: Array) -> Mask:
         if abs(before) > floor and after / before > 0.5 * (end - first + 1):
             again[first + 1 : end + 1] = True
     return again
+
+
+def bridged(values: Array) -> Array:
+    """Return a column with a straight line across rows that repeat the one before, shape (T,)."""
+    rows = np.arange(values.size)
+    fresh = np.r_[True, np.diff(values) != 0.0]
+    return np.interp(rows, rows[fresh], values[fresh])
 
 
 def frozen_reads(recording: Recording) -> Iterator[Finding]:
@@ -164,7 +171,8 @@ def frozen_rows(recording: Recording, place: int) -> Mask:
     """Tell in which rows an angle stands still although nothing holds it.
 
     An end stop or dry friction holds a shaft too. Neither lets the command pass to both sides
-    farther than the shaft is ever off, and neither lets the angle jump at once when it lets go.
+    farther than the shaft is ever off, or to the inside of all it reached, and neither lets the
+    angle jump at once when it lets go.
     """
     theta = recording.motor_position[:, place]
     assert recording.command is not None
@@ -195,7 +203,8 @@ def frozen_rows(recording: Recording, place: int) -> Mask:
     fastest = float(np.delete(steps, releases).max())
     for first, end in far:
         both = min(error[first:end].max(), -error[first:end].min()) > stuck
-        if both or steps[end - 1] > FAR * fastest:
+        inward = held_at_end(theta, -error, first, end, band)
+        if both or inward or steps[end - 1] > FAR * fastest:
             frozen[first:end] = True
     return frozen
 

@@ -37,7 +37,8 @@ def mended_columns(columns: Columns, name: str) -> tuple[list[Columns], list[Fin
     parts = [] if fault is None else increasing_parts(time)
     if fault is None or not parts:
         return [columns], found
-    found.append(Examined(name, "t").note(fault, "mended: only rows with a later stamp are kept"))
+    told = "mended: rows stand in the order of their stamps, each stamp once"
+    found.append(Examined(name, "t").note(fault, told))
     return list(long_parts(columns, parts)), found
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
@@ -252,7 +253,7 @@ def make_recording(
 def by_joint(imported: Imported, mapping: ColumnMapping) -> Imported:
     """Return a log of each servo, which become a dataset each, in place of logs of all servos."""
     logs: list[ImportedLog] = []
-    findings: list[Finding] = []
+    findings = [finding for finding in imported.findings if finding.recording == "all"]
     for log in imported.logs:
         count = log.recording.tendon_count
         names = mapping.joints or tuple(f"servo_{k}" for k in range(count))
@@ -267,6 +268,10 @@ def by_joint(imported: Imported, mapping: ColumnMapping) -> Imported:
             part = replace(of_servo(log.recording, k), name=name)
             logs.append(replace(log, recording=part, conditions={**log.conditions, "joint": joint}))
             findings += [replace(finding, recording=name) for finding in own]
+        findings += [
+            replace(finding, recording=f"{names[place]}_{log.recording.name}")
+            for place, finding in exchanges(log.recording, names)
+        ]
     return replace(imported, logs=tuple(logs), findings=tuple(findings), split_by="joint")
 
 

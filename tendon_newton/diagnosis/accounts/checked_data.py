@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_newton.data.checks.command_checks import exchanged_joints
+from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Finding, kinds_of
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import Dataset
@@ -60,9 +60,5 @@ def exchanges_between(datasets: Mapping[str, Dataset]) -> Iterator[Finding]:
             force=None,
             extra={},
         )
-        for finding in exchanged_joints(whole):
-            own = int(finding.channel.rpartition("_")[2])
-            told = finding.evidence
-            for place, name in enumerate(names):
-                told = told.replace(f"theta_{place} ", f"{name} ")
-            yield replace(finding, recording=runs[own].name, channel="theta", evidence=told)
+        for place, finding in exchanges(whole, names):
+            yield replace(finding, recording=runs[place].name)

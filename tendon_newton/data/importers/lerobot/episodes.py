@@ -118,7 +118,8 @@ def incomplete(info: LeRobotInfo, rows: LeRobotRows) -> Iterator[Finding]:
         )
     lost = info.rows is not None and not cut and info.rows != len(rows.time)
     if lost or (info.episodes is not None and info.episodes != len(numbers)):
-        promised = f"{info.episodes} episodes with {info.rows} rows"
+        counts_said = {"episodes": info.episodes, "rows": info.rows}
+        promised = " with ".join(f"{n} {what}" for what, n in counts_said.items() if n is not None)
         yield Examined("all", "t").defect(
             f"{len(numbers)} episodes with {len(rows.time)} rows ({listed_numbers(numbers)}), and "
             f"meta/info.json says {promised}",

@@ -15,6 +15,7 @@ from tendon_newton.data.checks.following import (
     offset_of,
 )
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
+from tendon_newton.data.checks.measures import place_of
 from tendon_newton.data.checks.mends import with_signs
 from tendon_newton.data.checks.read_checks import failed_rows, frozen_rows, repeated_rows
 from tendon_newton.data.checks.seam_checks import without_seams
@@ -31,7 +32,6 @@ from tendon_newton.data.importers.lerobot.reading import (
     episode_findings,
     named_joints,
     numbers_of_joints,
-    place_of,
     read_joints,
 )
 from tendon_newton.data.importers.lerobot.units import DEGREE, LeRobotUnits, angle_sizes
@@ -108,6 +108,7 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> Examination
     wholes = [episode.whole for episode in episodes]
     every = [one for one in lint_dataset(wholes, ()) if one.severity == "defect"]
     seen = [one for whole in wholes for one in lint_recording(whole) if fails(one)]
+    seen += [one for one in every if one.channel[-1].isdigit()]
     signed = [without_seams(with_signs(whole)) for whole in wholes]
     joints = [
         examine_joint(
@@ -131,7 +132,7 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> Examination
         ),
         faults=(
             *episode_findings(info, rows, unusable),
-            *(named_joints(one, info.joints) for one in every),
+            *(named_joints(one, info.joints) for one in every if not one.channel[-1].isdigit()),
         ),
     )
 
@@ -139,7 +140,7 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> Examination
 def fails(finding: Finding) -> bool:
     """Tell whether a finding fails a joint."""
     return finding.severity == "defect" or (
-        finding.severity == "caution" and finding.check == "repeated read"
+        finding.severity == "caution" and finding.check in ("repeated read", "degrees")
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.checks.command_checks import exchanged_joints
+from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.importers.imported import Imported, ImportedLog
@@ -30,6 +30,16 @@ from tendon_newton.errors import InvalidRecording, listed, unknown_name
 GRID = 1.0e-4
 """Share of a period within which a stamp is a whole number of periods [1]; single precision."""
 AS_TYPED = LeRobotUnits()
+
+
+IN_WORDS = {
+    r"\btheta\b": STATE,
+    r"\btheta_d\b": COMMAND,
+    r'say unit = "\w+" for it in the mapping': "write both in one unit",
+    r" \([^();]* in the mapping\)": "",
+    r"sign = -1 in the mapping; ": "",
+}
+"""How findings call things -> how a LeRobotDataset does, which has no mapping."""
 
 
 def read_lerobot(
@@ -66,7 +76,7 @@ def read_lerobot(
         findings=(
             *findings_of(info, rows, joints, kept),
             *episode_findings(info, rows, unusable),
-            *(one for episode in episodes for one in exchanges(episode, kept)),
+            *(one for episode in episodes for one in exchanges_in(episode, kept)),
         ),
         split_by="joint",
     )
@@ -116,20 +126,11 @@ def logs_of(
             )
 
 
-def exchanges(episode: Episode, joints: Sequence[JointPlace]) -> Iterator[Finding]:
+def exchanges_in(episode: Episode, joints: Sequence[JointPlace]) -> Iterator[Finding]:
     """Say which joints of an episode follow each other's commands, in their own recordings."""
-    for finding in exchanged_joints(episode.whole):
-        joint = joints[place_of(finding.channel)].name
-        yield replace(
-            named_joints(finding, joints),
-            recording=f"{joint}_{episode.name}.csv",
-            channel="theta",
-        )
-
-
-def place_of(channel: str) -> int:
-    """Return the number of the servo that a column is of."""
-    return int(channel.rpartition("_")[2]) if channel[-1].isdigit() else 0
+    for place, finding in exchanges(episode.whole, [joint.name for joint in joints]):
+        own = f"{joints[place].name}_{episode.name}.csv"
+        yield replace(named_joints(finding, joints), recording=own)
 
 
 def named_joints(finding: Finding, joints: Sequence[JointPlace]) -> Finding:
@@ -137,7 +138,9 @@ def named_joints(finding: Finding, joints: Sequence[JointPlace]) -> Finding:
 
     def named(text: str) -> str:
         text = re.sub(r"\btheta_(\d+)\b", lambda found: joints[int(found[1])].name, text)
-        return re.sub(r"\btheta\b", STATE, re.sub(r"\btheta_d\b", COMMAND, text))
+        for ours, theirs in IN_WORDS.items():
+            text = re.sub(ours, theirs, text)
+        return text
 
     return replace(
         finding, evidence=named(finding.evidence), consequence=named(finding.consequence)

@@ -1,0 +1,23 @@
+"""Print the table of mistakes: what was done, by which door it came in, and what is said."""
+
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.doors.told import EVERY, line_said
+
+
+def main() -> int:
+    """Print a row for each mistake and door; those of public reports first. 1 if one is silent."""
+    silent = 0
+    for mistake in sorted(EVERY, key=lambda mistake: (not mistake.thread, mistake.thread)):
+        for name, door in mistake.doors.items():
+            with tempfile.TemporaryDirectory() as folder:
+                line = line_said(Path(folder), door, mistake)
+            silent += line is None
+            print(f"{mistake.thread or '-':32} {mistake.name:48} {name:20} {line or 'SILENT'}")
+    print(f"{len(EVERY)} mistakes, {silent} of their rows silent")
+    return silent > 0
+
+
+sys.exit(main())

@@ -1,0 +1,109 @@
+"""The table of mistakes in files and mappings: each is read right, or told with its mend."""
+
+import json
+from functools import partial
+from pathlib import Path
+
+from tests.doors.logs import ROWS, Columns, Edit, csv_logs, lerobot, lone, own_dataset
+from tests.doors.mistakes import CSV, LEROBOT, OWN, Mistake, Spoil
+
+
+def edit(old: str, new: str) -> Edit:
+    """Return a change of a text, which must hold what is changed."""
+
+    def change(text: str) -> str:
+        assert old in text
+        return text.replace(old, new)
+
+    return change
+
+
+def in_file(name: str, said: str, of: Edit, *, suffix: str = ".csv") -> Mistake:
+    """Return a mistake in the form of a file."""
+    return Mistake(name=name, said=said, doors={CSV: csv_logs(of=of, suffix=suffix)})
+
+
+def in_mapping(name: str, said: str, mapping: Edit) -> Mistake:
+    """Return a mistake in a mapping."""
+    return Mistake(name=name, said=said, doors={CSV: csv_logs(mapping=mapping)})
+
+
+def of_bench(name: str, said: str, spoil: Spoil, mapping: Edit = str) -> Mistake:
+    """Return a mistake in a log of the finger, whose asset says what it can do."""
+    doors = {CSV: csv_logs("finger", mapping=mapping)}
+    return Mistake(name=name, said=said, spoil=lambda run: (lone(run), spoil(run)), doors=doors)
+
+
+def stamped(unit: float, start: float = 0.0) -> Spoil:
+    """Return stamps of so many units a second, from an instant on."""
+    return lambda run: run.__setitem__("t", unit * (run["t"] + start))
+
+
+def ragged(text: str) -> str:
+    """Cut a row in its middle."""
+    rows = text.splitlines()
+    rows[500] = rows[500][:9]
+    return "\n".join(rows) + "\n"
+
+
+def of_kind(name: str, said: str, spoil: Spoil) -> Mistake:
+    """Return a mistake in the columns of anybody's CSV files."""
+    return Mistake(name=name, said=said, spoil=spoil, doors={CSV: csv_logs()})
+
+
+def halved(folder: Path, runs: list[Columns]) -> list[str]:
+    """Lose the second half of the last episode of a LeRobotDataset."""
+    words = lerobot(folder, [runs[0], {name: values[:400] for name, values in runs[1].items()}])
+    path = folder / "arm" / "meta" / "info.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "total_frames": 2 * ROWS}))
+    return words
+
+
+def pulled(run: Columns) -> None:
+    """Give the finger a tension as a servo of 4.2 N/rad pulls."""
+    run["force"] = 2.0 + 4.2 * (run["goal"] - run["q"])
+
+
+def pushing(run: Columns) -> None:
+    """Turn the tension around."""
+    pulled(run)
+    run["force"] *= -1.0
+
+
+FILES: tuple[Mistake, ...] = (
+    of_kind("stamps in milliseconds", 'unit = "ms"', stamped(1e3)),
+    of_kind("stamps in microseconds", 'unit = "us"', stamped(1e6)),
+    of_kind("stamps in nanoseconds since 1970", 'unit = "ns"', stamped(1e9, 1.7e9)),
+    in_file("a column of another name", "no column named", edit("goal_1", "soll_1")),
+    in_file("no header", "no column named", lambda text: text.split("\n", 1)[1]),
+    in_file("a row that ends early", "rows without a number", ragged),
+    in_file("a word for a number", "must be a number", edit("\n0.05,", "\nfast,")),
+    in_file("an empty file", "two rows or more", lambda text: ""),
+    in_file("a spreadsheet", "save it as CSV", str, suffix=".xlsx"),
+    in_file("a comment in the middle", "comments after '#'",
+        edit("\n0.05,", "\n# the motor was warm\n0.05,")),
+    in_file("a row of units", "a row of units below the header",
+        edit("q_1\n", "q_1\n[s],[rad],[rad],[rad],[rad]\n")),
+    in_mapping("a column twice", "one column is one quantity",
+        lambda text: text + 'current = {column = "q_0"}\n'),
+    in_mapping("a unit of nobody", "No unit named", edit('"q_0"', '"q_0", unit = "grad"')),
+    in_mapping("a command in rad said to be in degrees", 'say unit = "rad" for it',
+        edit('"goal_0"', '"goal_0", unit = "deg"')),
+    in_mapping("an angle in rad said to be in degrees", 'say unit = "rad" for it',
+        edit('"q_0"', '"q_0", unit = "deg"')),
+    in_mapping("a column that is not ours", "No column named", edit("theta_d_0", "target_0")),
+    in_mapping("three names for two joints", "one per servo",
+        edit('["pan", "lift"]', '["pan", "lift", "grip"]')),
+    in_mapping("a joint without its angle", "theta", edit('theta_1 = {column = "q_1"}\n', "")),
+    Mistake(name="a negative tension", said="a string cannot push",
+        spoil=lambda run: (lone(run), pushing(run)), thread="olkal/HX711_ADC#80",
+        doors={CSV: csv_logs("finger"), OWN: partial(own_dataset, bench="finger")}),
+    of_bench("a tension in grams", "in another unit",
+        lambda run: (pulled(run), run.update(force=102.0 * run["force"]))),
+    of_bench("sixteen kilograms", "masses are in kg", pulled,
+        lambda text: 'bench_overrides = {mass = [16.0, 8.0]}\n' + text),
+    of_bench("a negative gain", "must be between", pulled,
+        lambda text: text + '[model]\nkind = "ideal"\ngain = -4.2\nspool_radius = 0.0125\n'),
+    of_bench("a bench's name", "did you mean 'finger'?", pulled, edit('"finger"', '"fingr"')),
+    Mistake(name="half of an episode", said="files of rows are missing", doors={LEROBOT: halved}),
+)  # fmt: skip

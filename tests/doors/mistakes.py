@@ -1,0 +1,242 @@
+"""The table of mistakes in columns: what was done to a sound log, and what is said about it.
+
+Each is made in two runs. Those of files and mappings are in `tests.doors.files`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tests.doors.logs import (
+    RATE,
+    ROWS,
+    Array,
+    Columns,
+    Door,
+    csv_logs,
+    lerobot,
+    own_dataset,
+)
+
+Spoil = Callable[[Columns], object]
+TURN = 2.0 * np.pi
+CSV, OWN, LEROBOT = "import mapped", "doctor, our format", "doctor, LeRobot"
+OURS: dict[str, Door] = {CSV: csv_logs(), OWN: own_dataset}
+ALONE: dict[str, Door] = {LEROBOT: lambda folder, runs: lerobot(folder, runs[:1])}
+DOORS = {**OURS, **ALONE}
+FAILED = np.arange(40, ROWS, 37)
+"""Rows in which a bus read nothing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mistake:
+    """One mistake, and what is said about it."""
+
+    name: str
+    said: str  # Words of the line that says what to do
+    spoil: Spoil = lambda run: None
+    doors: dict[str, Door] = field(default_factory=lambda: DOORS)
+    thread: str = ""  # Public report of the kind
+
+
+def put(name: str, rows: Array | slice, value: float) -> Spoil:
+    """Return a change of some rows of a column to a number."""
+    return lambda run: run[name].__setitem__(rows, value)
+
+
+def made(name: str, law: Callable[[Columns], Array]) -> Spoil:
+    """Return a change of a whole column."""
+    return lambda run: run.__setitem__(name, law(run))
+
+
+def again(run: Columns) -> None:
+    """Repeat the last reading in every fourth row."""
+    rows = np.arange(4, ROWS, 4)
+    run["q_0"][rows] = run["q_0"][rows - 1]
+
+
+def neighbours(run: Columns) -> None:
+    """Read the other joint."""
+    run["q_0"][FAILED] = run["q_1"][FAILED]
+
+
+def frozen(run: Columns) -> None:
+    """Read one angle for 300 rows."""
+    run["q_0"][400:700] = run["q_0"][400]
+
+
+def exchanged(run: Columns) -> None:
+    """Exchange two joints' angles."""
+    run["q_0"], run["q_1"] = run["q_1"], run["q_0"]
+
+
+def swapped(run: Columns) -> None:
+    """Exchange angle and command of a joint."""
+    run["goal_0"], run["q_0"] = run["q_0"], run["goal_0"]
+
+
+def still(run: Columns) -> None:
+    """Let nothing move."""
+    run |= {name: np.full(ROWS, 0.5) for name in run if name != "t"}
+
+
+def noisy_rest(run: Columns) -> None:
+    """Let nothing move but the encoder, by half a count to either side."""
+    still(run)
+    run["q_0"] = 0.5 + np.random.default_rng(1).integers(0, 2, ROWS) * TURN / 4096.0
+
+
+def cut(run: Columns) -> None:
+    """Keep a tenth of a second."""
+    for name in run:
+        run[name] = run[name][:8]
+
+
+def restarted(run: Columns) -> None:
+    """Let the clock begin again in the middle."""
+    run["t"][ROWS // 2 :] -= run["t"][ROWS // 2]
+
+
+def doubled(run: Columns) -> None:
+    """Stamp two rows alike, often."""
+    run["t"] = np.repeat(run["t"][::2], 2)
+
+
+def shuffled(run: Columns) -> None:
+    """Write rows out of order."""
+    order = np.random.default_rng(1).permutation(ROWS)
+    for name in run:
+        run[name] = run[name][order]
+
+
+def overtaken(run: Columns) -> None:
+    """Write some rows before the one that came first."""
+    for row in range(50, ROWS - 50, 100):
+        for name in run:
+            run[name][[row, row + 1]] = run[name][[row + 1, row]]
+
+
+def off(run: Columns) -> None:
+    """Switch the motor off for the second half, and let the joint fall."""
+    for name in ("q_0", "q_1"):
+        run[name][ROWS // 2 :] = -0.9
+
+
+def pause(run: Columns) -> None:
+    """Log nothing for three seconds."""
+    run["t"][ROWS // 2 :] += 3.0
+
+
+def register(counts: Array, bits: int, *, sized: bool) -> Array:
+    """Return what an unsigned register shows of signed counts."""
+    below = np.abs(counts) if sized else counts
+    return np.where(counts < 0.0, below + 2.0**bits, counts)
+
+
+def load(run: Columns) -> Array:
+    """Return the load of a servo in counts of a thousandth."""
+    return np.round(2000.0 * (run["goal_0"] - run["q_0"]))
+
+
+def speed(run: Columns) -> Array:
+    """Return the speed of a joint [rad/s]."""
+    return RATE * np.gradient(run["q_0"])
+
+
+def speeds(factor: float) -> Spoil:
+    """Return logged speeds in another unit."""
+    return lambda run: run.update(
+        {f"speed_{k}": factor * RATE * np.gradient(run[f"q_{k}"]) for k in range(2)}
+    )
+
+
+ANGLES: tuple[Mistake, ...] = (
+    Mistake(name="zeros where the bus read nothing", spoil=put("q_0", FAILED, 0.0),
+        said="leave those rows out", thread="ROBOTIS-GIT/DynamixelSDK#256"),
+    Mistake(name="a constant where the bus read nothing", spoil=put("q_0", FAILED, 3.1),
+        said="leave those rows out"),
+    Mistake(name="a neighbour's angle", spoil=neighbours,
+        said="leave those rows out", thread="ROBOTIS-GIT/DynamixelSDK#256"),
+    Mistake(name="one row far off", spoil=put("q_0", slice(300, 301), 2.0),
+        said="leave those rows out"),
+    Mistake(name="the last reading again", spoil=again, said="was not read anew there"),
+    Mistake(name="300 rows frozen", spoil=frozen, said="the reading froze",
+        thread="huggingface/lerobot#3280"),
+    Mistake(name="a joint reversed", spoil=made("q_0", lambda run: -run["q_0"]),
+        said="turn the sign of one", thread="huggingface/lerobot#930"),
+    Mistake(name="the encoder's seam inside the range", said="add the turns",
+        spoil=made("q_0", lambda run: np.mod(run["q_0"], TURN))),
+    Mistake(name="the seam in angle and command", said="add the turns",
+        spoil=lambda run: run.update({n: np.mod(run[n], TURN) for n in ("q_0", "goal_0")})),
+    Mistake(name="an angle in degrees", said='say unit = "deg" for it', doors=OURS,
+        spoil=made("q_0", lambda run: np.rad2deg(run["q_0"]))),
+    Mistake(name="an angle in degrees, the action in rad", said="write both in one unit",
+        spoil=made("q_0", lambda run: np.rad2deg(run["q_0"])), doors=ALONE),
+    Mistake(name="an angle through a gear", spoil=made("q_0", lambda run: 0.1 * run["q_0"]),
+        said="or the other side of a gear"),
+    Mistake(name="an angle that never changes", said="or this is no reading of it",
+        spoil=made("q_0", lambda run: np.full(ROWS, 0.3))),
+    Mistake(name="the motor off for half of the time", spoil=off, said="the motor was off"),
+)  # fmt: skip
+
+COMMANDS: tuple[Mistake, ...] = (
+    Mistake(name="joints exchanged", spoil=exchanged, said="columns of the joints are exchanged"),
+    Mistake(name="angle and command exchanged", spoil=swapped, said="theta_d are exchanged",
+        doors=OURS),
+    Mistake(name="action and state exchanged", spoil=swapped, said="action are exchanged",
+        doors=ALONE),
+    Mistake(name="a command a row late", said="map the goal that was sent",
+        spoil=made("goal_0", lambda run: np.roll(run["q_0"], 1))),
+    Mistake(name="a command twelve rows late", said="some rows late",
+        spoil=made("goal_0", lambda run: np.r_[np.zeros(12), run["goal_0"][:-12]])),
+    Mistake(name="one column for both", said="no command was logged",
+        spoil=made("goal_0", lambda run: run["q_0"].copy())),
+    Mistake(name="actions relative to the angle", said="add that angle",
+        spoil=made("goal_0", lambda run: run["goal_0"] - run["q_0"])),
+    Mistake(name="changes row by row", said="add the changes up",
+        spoil=made("goal_0", lambda run: np.diff(run["goal_0"], prepend=0.0))),
+    Mistake(name="a speed command", said="it is a speed command",
+        spoil=made("goal_0", lambda run: RATE * np.gradient(run["goal_0"]))),
+    Mistake(name="a command of something else", said="must be the goal of this angle",
+        spoil=made("goal_0", lambda run: run["goal_0"][::-1].copy())),
+    Mistake(name="a constant command", said="it is no command of this motion",
+        spoil=made("goal_0", lambda run: np.full(ROWS, 0.3))),
+    Mistake(name="nothing moves", spoil=still, said="nothing moves, so nothing can be told",
+        thread="ros-claw/rosclaw#588"),
+    Mistake(name="half a count moves", spoil=noisy_rest, thread="ros-claw/rosclaw#588",
+        said="nothing moves, so nothing can be told"),
+)  # fmt: skip
+
+STAMPS: tuple[Mistake, ...] = (
+    Mistake(name="a tenth of a second", spoil=cut, said="record 10 s or more", doors=OURS),
+    Mistake(name="a clock that begins again", spoil=restarted, said="the clock restarted"),
+    Mistake(name="stamps twice", spoil=doubled, said="their clock is too coarse"),
+    Mistake(name="rows out of order", spoil=shuffled, said="sort them by t"),
+    Mistake(name="rows that overtook others", spoil=overtaken, said="come out of order"),
+    Mistake(name="three seconds without rows", spoil=pause, said="gaps; the largest lasts",
+        doors=OURS),
+)  # fmt: skip
+
+REGISTERS: tuple[Mistake, ...] = (
+    Mistake(name="a load read as unsigned", said="read as unsigned", doors=OURS,
+        spoil=made("current_0", lambda run: 2.69e-5 * register(load(run), 16, sized=False))),
+    Mistake(name="an unsigned load of a coarse count", said="read as unsigned",
+        spoil=made("current", lambda run: 2.69e-3 * register(load(run), 16, sized=False)),
+        doors={CSV: csv_logs()}, thread="ROBOTIS-GIT/DynamixelSDK#281"),
+    Mistake(name="a load as size and sign", said="is the sign of a size", doors=OURS,
+        spoil=made("current_0", lambda run: 1e-3 * register(load(run) // 2, 10, sized=True))),
+    Mistake(name="a current without sign", said="its sign was lost", doors=OURS,
+        spoil=made("current_0", lambda run: np.abs(load(run)) * 1e-3)),
+    Mistake(name="a supply that was not read", said="the register was not read there", doors=OURS,
+        spoil=made("voltage", lambda run: np.where(np.isin(np.arange(ROWS), FAILED), 0.0, 7.4))),
+    Mistake(name="a current that was not measured", said="the channel was not measured",
+        spoil=made("current_0", lambda run: np.zeros(ROWS)), doors=OURS),
+    Mistake(name="a speed in rev/min", spoil=speeds(60.0 / TURN), said="another unit",
+        doors=OURS),
+    Mistake(name="a speed in deg/s", spoil=speeds(360.0 / TURN), said="another unit", doors=OURS),
+    Mistake(name="a speed through the gear twice", spoil=speeds(1.0 / 270.0), said="gear",
+        doors=OURS),
+)  # fmt: skip
+
+MISTAKES: tuple[Mistake, ...] = (*ANGLES, *COMMANDS, *STAMPS, *REGISTERS)
