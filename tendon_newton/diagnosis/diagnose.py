@@ -151,10 +151,10 @@ def diagnose_as_stated(
     train = search_study(dataset, model)
     faults = faults_of(dataset.train)
     names, little = testable_effects(train), too_little(dataset.train, train.noise)
-    if little is not None:
-        names, wrong = (), (little,)
-    else:
-        wrong = tuple(suspect.text for suspect in plainly_wrong(train))
+    suspects = plainly_wrong(train, model) if little is None else ()
+    wrong = (little,) if little is not None else tuple(suspect.text for suspect in suspects)
+    untold = little is not None or any(suspect.stops for suspect in suspects)
+    names = () if untold else names
     for text in wrong:
         progress(text)
     pace = measured_pace(dataset.train, model, train)
@@ -168,13 +168,13 @@ def diagnose_as_stated(
     )
     if not findings.final and within_half_a_count(train):
         findings = replace(findings, verdict="no_gap")
-    elif little is not None:
+    elif untold:
         findings = replace(findings, verdict="unexplained")
     progress("measuring the gain on held-out recordings")
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = ()
-    if little is None and not faults:
+    if not untold and not faults:
         steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
     told = replace(
         diagnosis, next_steps=(*faults, *wrong, *steps), notes=(*blocked, *diagnosis.notes)
@@ -196,6 +196,11 @@ def within_half_a_count(study: Study) -> bool:
     force = [r.force[0, r.trusted] for r in residuals if r.force is not None]
     told = study.noise.force is None or not force or rms(np.concatenate(force)) <= study.noise.force
     return told and all(np.abs(r.theta[0, r.trusted]).max(initial=0.0) <= half for r in residuals)
+
+
+def numbers_of(effect: NamedValues) -> dict[str, float]:
+    """Return the numbers of an effect by name."""
+    return {name: value for name, value in effect.values.items() if not isinstance(value, str)}
 
 
 def conclude(
@@ -257,6 +262,7 @@ def conclude(
         confounded=confounded_numbers(train, final or findings.baseline),
         scale=train.scale,
         servos=train.servos,
+        start={e.cause: numbers_of(e) for e in model.effects},
         recorded=settings_of(train.wholes),
         notes=(
             *notes(train, test),

@@ -34,6 +34,8 @@ class StatedDiagnosis:
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the actuator that were refitted, by name."""
     extended: Errors | None = None  # Held-out errors of the extended model
+    start: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Effects of the model that was started from, and their numbers."""
 
 
 def read_diagnosis(path: Path) -> StatedDiagnosis:

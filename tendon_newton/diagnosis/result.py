@@ -208,6 +208,8 @@ class Diagnosis:
     """Numbers that the data know better together than apart."""
     scale: BenchScale = field(default_factory=BenchScale)
     """How large the benches are beside the nominal ones."""
+    start: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Effects of the model that was started from, and their numbers: no cause names them again."""
     recorded: tuple[Setting, ...] = ()
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
@@ -291,6 +293,7 @@ class Diagnosis:
             "identifiability": self.identifiability(),
             "scale": asdict(self.scale),
             **({} if self.servos == 1 else {"servos": self.servos}),
+            **({"start": {k: dict(v) for k, v in self.start.items()}} if self.start else {}),
             "recorded": [setting.to_json() for setting in self.recorded],
             "notes": list(self.notes),
             "next_steps": list(self.next_steps),

@@ -16,7 +16,10 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.data.model_file import Model
+from tendon_newton.data.plain_numbers import quantity
+from tendon_newton.diagnosis.diagnose import numbers_of
 from tendon_newton.diagnosis.reporting.report import Origin
+from tendon_newton.diagnosis.reporting.report_words import cause_text
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
@@ -28,6 +31,8 @@ class ArmAnswer:
 
     servos: Mapping[str, DiagnosisAnswer]  # Joint -> its diagnosis, in the arm's order
     known: KnownArm | None = None  # The arm; None where none was given
+    # Joint -> the model that was written, which is the plain one where nothing was named
+    models: Mapping[str, Model] = field(default_factory=dict[str, Model])
     # Joint -> RMS error on test recordings of plain servos simulated together [rad]
     plain: Mapping[str, float] = field(default_factory=dict[str, float])
     # Joint -> RMS error on test recordings of the diagnosed servos simulated together [rad]
@@ -86,7 +91,8 @@ def diagnose_arm_into(
     progress("simulating all servos together on the test recordings")
     errors = [errors_together(known, each, unseen, progress) for each in (known.plain, found)]
     plain, together = (dict(zip(joints, rms, strict=True)) for rms in errors)
-    answer = ArmAnswer(servos=servos, known=known, plain=plain, together=together)
+    written = dict(zip(joints, found, strict=True))
+    answer = ArmAnswer(servos=servos, known=known, models=written, plain=plain, together=together)
     write_json(out / ARM_FILE, arm_table(answer, known))
     return answer
 
@@ -179,6 +185,18 @@ def arm_lines(known: KnownArm) -> list[str]:
     lines.append(f"base tilted [mrad] about {in_mrad(tilts)}")
     if known.arm.floor is not None:
         lines.append(f"the tip rests on something {1e3 * known.arm.floor:.0f} mm above the base")
+    return lines
+
+
+def servo_lines(answer: ArmAnswer) -> list[str]:
+    """Say what each servo has, whether it was fitted with the arm or named as a cause."""
+    lines = ["", "servos, as their model.toml has them, with what was fitted before any cause:"]
+    for joint, one in answer.servos.items():
+        model, scale = answer.models[joint], one.diagnosis.scale
+        parts = [cause_text(e.cause, numbers_of(e), scale) for e in model.effects]
+        if isinstance(given := model.actuator.values.get("compliance"), float):
+            parts.insert(0, f"compliance {quantity(given, 'rad/(N m)')}")
+        lines.append(f"  {joint:18s} {'; '.join(parts) or 'follows its command'}")
     return lines
 
 

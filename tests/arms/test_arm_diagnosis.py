@@ -1,6 +1,7 @@
 """A folder with a dataset of each joint is an arm: one call names the causes of every servo."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into
 from tests.arms import planted_arm
@@ -42,6 +44,14 @@ def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys, monkeyp
     printed = capsys.readouterr().out
     assert "servos that count the other way: elbow" in printed
     assert "the tip rests on something" in printed
+    fitted = dict(re.findall(r"^  (\w+) +compliance ([\d.]+) rad", printed, re.MULTILINE))
+    assert {joint: float(value) for joint, value in fitted.items()} == pytest.approx(
+        {"shoulder": planted_arm.COMPLIANCE, "elbow": planted_arm.COMPLIANCE}, rel=0.2
+    )
+    start = json.loads((out / "shoulder" / "diagnosis.json").read_text())["start"]
+    assert main(["explain", str(out / "shoulder"), "command_delay"]) == 0
+    lag = f"command_delay {quantity(start['command_delay']['delay'], 's')}"
+    assert f"The model that was started from has it: {lag}" in capsys.readouterr().out
     *why, export = proposed(printed)
     assert [main(words) for words in why] == [0, 0]
     monkeypatch.chdir(tmp_path)

@@ -129,16 +129,17 @@ def main(config: DiagnoseConfig) -> None:
 
 def places(out: Path, answer: DiagnosisAnswer) -> list[str]:
     """Say where the files of an answer are, and what to type next."""
-    here = shlex.quote(str(out))
+    here = str(out)
     lines = [
         f"  report           {out / 'report.html'}",
         f"  extended model   {out / 'model.toml'}",
         f"  for programs     {out / 'diagnosis.json'}",
         f"  for USD          {', '.join(map(str, answer.layers))}",
-        f"  why, or why not  tendon-newton explain {here}",
+        f"  why, or why not  tendon-newton explain {shlex.quote(here)}",
     ]
     if any(effect.separating_experiment is not None for effect in answer.diagnosis.effects):
-        lines.append(f"  to tell apart    tendon-newton experiment {here} --out run.csv")
+        run = f"tendon-newton experiment {shlex.quote(here)} --out run.csv"
+        lines.append(f"  to tell apart    {run}")
     return lines
 
 
@@ -178,6 +179,7 @@ def diagnose_joints(
         arm_table,
         diagnose_arm_into,
         error_lines,
+        servo_lines,
     )
 
     make_folder(config.out, config.dataset, config.model)
@@ -214,7 +216,7 @@ def diagnose_joints(
         words = ["tendon-newton", "diagnose", str(config.dataset), "--out", str(config.out)]
         print(f"\nnext, with each servo under the arm's weight: {shlex.join(words)} --arm ASSET")
         return
-    print("\n".join(["", *arm_lines(answer.known), *error_lines(answer)]))
+    print("\n".join(["", *arm_lines(answer.known), *servo_lines(answer), *error_lines(answer)]))
     words = ["tendon-newton", "export", str(config.out), "--to", "mujoco"]
     print(f"\nnext: {shlex.join([*words, '--out', f'{config.out}_mujoco'])}")
 
@@ -314,6 +316,7 @@ VERDICTS = {
 def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
     from tendon_newton.data.parameters import with_unit
+    from tendon_newton.data.plain_numbers import estimate_text
     from tendon_newton.diagnosis.owner import with_owner
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
     from tendon_newton.diagnosis.reporting.report_words import UNDECIDED
@@ -322,6 +325,8 @@ def summary(diagnosis: Diagnosis) -> str:
     lines = ["", VERDICTS[diagnosis.verdict], ""]
     if not diagnosis.finished and diagnosis.verdict == "unexplained":
         lines[1] = f"UNFINISHED: {UNDECIDED}"
+    elif diagnosis.start and diagnosis.verdict == "unexplained":
+        lines[1] += ", beyond what the starting model has"
     elif not diagnosis.finished:
         lines[1:1] = ["UNFINISHED: the search was ended early, and causes may be missing. So far:"]
     if diagnosis.actuator is not None:
@@ -336,6 +341,9 @@ def summary(diagnosis: Diagnosis) -> str:
             lines.append(
                 f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart"
             )
+    for name, known in diagnosis.fitted.items():
+        value, within = estimate_text(diagnosis.model.actuator.name, name, known)
+        lines.append(f"  {'fitted ' + name:26s} {value} [{within}]")
     if diagnosis.suspected:
         lines += ["", "  suspected, and in the model because it predicts better with them:"]
     for effect in diagnosis.suspected:

@@ -61,12 +61,19 @@ def account(accounts: Accounts, name: str) -> str:
     """Return the account of one cause."""
     from tendon_newton.data.servo_names import effect_of
     from tendon_newton.diagnosis.accounts.account_words import not_tried, sentences
+    from tendon_newton.diagnosis.reporting.report_words import cause_text
     from tendon_newton.effects import EFFECTS
     from tendon_newton.errors import unknown_name
 
-    cause = accounts.find(name)
+    cause, start = accounts.find(name), accounts.stated.start
+    told: list[str] = []
+    if name in start:
+        known = cause_text(name, start[name], accounts.scale)
+        told = [f"The model that was started from has it: {known}. More of it was looked for."]
     if cause is not None:
-        told = sentences(cause)
+        told += sentences(cause)
+    elif told:
+        pass
     elif effect_of(name) in EFFECTS:
         told = not_tried(name, has_force=accounts.has_force, servos=accounts.servos)
     else:

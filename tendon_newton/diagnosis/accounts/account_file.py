@@ -51,6 +51,7 @@ class Accounts:
     """Every cause that was tried, the named ones first, then by what each explains alone."""
     has_force: bool  # Whether any recording has a force
     servos: int  # Servos of every recording
+    scale: BenchScale  # Size of the benches
 
     def find(self, name: str) -> Account | None:
         """Return the account of one cause; None where it was not tried."""
@@ -80,7 +81,9 @@ def state_accounts(table: CheckedTable) -> Accounts:
     baseline = table.values.get("baseline")
     force = baseline.get("force_rmse") if is_table(baseline) else None
     servos = int(finite_number(table.values.get("servos")) or 1)
-    return Accounts(stated=stated, causes=tuple(causes), has_force=force is not None, servos=servos)
+    return Accounts(
+        stated=stated, causes=tuple(causes), has_force=force is not None, servos=servos, scale=on
+    )
 
 
 def state_account(row: CheckedTable, stated: StatedDiagnosis, scale: BenchScale) -> Account:

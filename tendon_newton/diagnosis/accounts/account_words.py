@@ -6,10 +6,10 @@ Scores are in nat per row: a gain of g makes the residuals smaller by the share 
 import math
 from collections.abc import Callable
 
-from tendon_newton.data.plain_numbers import estimate_text, quantity
+from tendon_newton.data.plain_numbers import estimate_text
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.accounts.account_file import Account
-from tendon_newton.diagnosis.reporting.report_words import docstring_part
+from tendon_newton.diagnosis.reporting.report_words import cause_text, docstring_part
 from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
@@ -52,12 +52,7 @@ def line(cause: Account) -> str:
 
 def what(cause: Account) -> str:
     """Return a cause with its numbers."""
-    known = law_of(cause.name).parameters if effect_of(cause.name) in EFFECTS else ()
-    units = {parameter.name: parameter.on(cause.scale).unit for parameter in known}
-    numbers = [quantity(value, units.get(name, "1")) for name, value in cause.values.items()]
-    if len(numbers) > 1:
-        numbers = [f"{name} {text}" for name, text in zip(cause.values, numbers, strict=True)]
-    return f"{cause.name} {', '.join(numbers)}".rstrip()
+    return cause_text(cause.name, cause.values, cause.scale)
 
 
 def places(cause: Account) -> str:

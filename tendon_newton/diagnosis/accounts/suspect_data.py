@@ -1,15 +1,16 @@
 """Recordings that contradict each other, the model's bench or its units, told before any cause."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.plain_numbers import quantity
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Recording
 from tendon_newton.data.root_mean_square import rms
+from tendon_newton.diagnosis.accounts.wrong_scales import Suspect, wrong_scales, wrong_units
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.identification.study import Residual, Study, replacements
 
@@ -21,37 +22,13 @@ FEW_ROWS, NEARLY_ALL = 0.1, 0.9
 LEAST_RECORDINGS = 3  # Fewer have no majority
 ALIKE = 1.0e-6  # Commands that differ by less are the same [rad]
 CONTRADICTS = 10.0  # Noise floors by which equal runs differ that contradict each other [1]
-UNITS: dict[str, tuple[tuple[float, str], ...]] = {
-    "theta": (
-        (57.3, "degrees in place of rad"),
-        (1e3, "mrad in place of rad"),
-        (1.0 / 57.3, "turned from degrees to rad twice"),
-    ),
-    "force": (
-        (1e3, "mN in place of N"),
-        (1e-3, "kN in place of N"),
-        (0.102, "kgf in place of N"),
-        (102.0, "gf in place of N"),
-        (0.2248, "lbf in place of N"),
-    ),
-}
-"""Signal -> measured over true value, and what was then taken for what."""
-NEAR_UNIT = 0.15  # How near a ratio must be to one of a unit, as a share of it [1]
-FOLLOWS = 0.9  # Correlation of measured and simulated from which their ratio means a unit [1]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Suspect:
-    """Something about the data that no cause should be made of."""
-
-    recording: str
-    text: str  # What was seen and what follows, in sentences
-
-
-def plainly_wrong(study: Study) -> tuple[Suspect, ...]:
+def plainly_wrong(study: Study, model: Model) -> tuple[Suspect, ...]:
     """Look, before any cause is sought, for recordings that contradict units or each other."""
     base = study.residuals(*replacements([{}]))
-    return (*wrong_units(study.recordings, base), *contradictions(study))
+    scales = tuple(wrong_scales(study, model, base))
+    return (*(scales or wrong_units(study.recordings, base)), *contradictions(study))
 
 
 def standing_apart(
@@ -85,36 +62,6 @@ def at_times(study: Study, residuals: Sequence[Residual]) -> Iterator[Suspect]:
         f"hold {100.0 * share:.0f} % of the squared error of the motor angle, most of it about "
         f"t = {recording.time[row]:.1f} s. A knock, a cable or something in the way does that.",
     )
-
-
-def wrong_units(recordings: Sequence[Recording], base: Sequence[Residual]) -> Iterator[Suspect]:
-    """Find signals that follow the simulated one in another unit."""
-    found: dict[tuple[str, str], list[tuple[str, float]]] = {}
-    for recording, residual in zip(recordings, base, strict=True):
-        pairs = [("theta", recording.motor_position[:, 0], residual.theta[0])]
-        if recording.force is not None and residual.force is not None:
-            pairs.append(("force", recording.force[:, 0], residual.force[0]))
-        for signal, measured, missed in pairs:
-            ratio = ratio_of(measured[residual.trusted], (measured - missed)[residual.trusted])
-            for unit, words in UNITS[signal]:
-                if ratio is not None and abs(ratio / unit - 1.0) < NEAR_UNIT:
-                    found.setdefault((signal, words), []).append((recording.name, ratio))
-    for (signal, words), rows in found.items():
-        (name, ratio), more = rows[0], len(rows) - 1
-        others = f" and {more} more recordings" if more else ""
-        yield Suspect(
-            recording=name,
-            text=f"{name}{others}: {signal} is {ratio:.3g} times what the model gives and follows "
-            f"it otherwise: {words}? Mend the unit and diagnose again. No cause should be made of "
-            "this.",
-        )
-
-
-def ratio_of(measured: Array, simulated: Array) -> float | None:
-    """Return by what a signal must be multiplied to give another that follows it; else None."""
-    a, b = measured - measured.mean(), simulated - simulated.mean()
-    size = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b / (b @ b)) if size > 0.0 and abs(float(a @ b)) > FOLLOWS * size else None
 
 
 def contradictions(study: Study) -> Iterator[Suspect]:

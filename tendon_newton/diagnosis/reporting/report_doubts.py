@@ -3,12 +3,19 @@
 from collections.abc import Iterator, Mapping
 
 from tendon_newton.diagnosis.explanation import Estimate
+from tendon_newton.diagnosis.reporting.report_words import cause_text
 from tendon_newton.diagnosis.result import Diagnosis
 
 
 def doubts(diagnosis: Diagnosis) -> list[str]:
     """Return a sentence for each number at a bound, without a bound, or tied to another."""
     sentences: list[str] = []
+    if diagnosis.start:
+        known = "; ".join(cause_text(*cause, diagnosis.scale) for cause in diagnosis.start.items())
+        sentences.append(
+            f"Already in the model that was started from: {known}. Errors before are with them, "
+            "and no cause names them again."
+        )
     for owner, numbers in groups(diagnosis):
         for name, estimate in numbers.items():
             label = f"{plain(owner)}: {plain(name)}"

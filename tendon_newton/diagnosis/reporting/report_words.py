@@ -5,10 +5,11 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
-from tendon_newton.data.plain_numbers import estimate_text, finer, is_share, number
-from tendon_newton.data.servo_names import servo_of
+from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.plain_numbers import estimate_text, finer, is_share, number, quantity
+from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.result import Diagnosis, NamedEffect
-from tendon_newton.effects import law_of
+from tendon_newton.effects import EFFECTS, law_of
 
 SENTENCES: dict[str, str] = {
     # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:loss}
@@ -60,6 +61,16 @@ def comparison(scale: float) -> str:
         direction = "more" if scale > 1.0 else "less"
         return f"{100.0 * abs(scale - 1.0):.0f} % {direction} than the model says"
     return f"{number(scale, 2)} times what the model says"
+
+
+def cause_text(cause: str, values: Mapping[str, float], scale: BenchScale) -> str:
+    """Return a cause with its numbers, named where there are several."""
+    known = law_of(cause).parameters if effect_of(cause) in EFFECTS else ()
+    units = {parameter.name: parameter.on(scale).unit for parameter in known}
+    numbers = [quantity(value, units.get(name, "1")) for name, value in values.items()]
+    if len(numbers) > 1:
+        numbers = [f"{name} {text}" for name, text in zip(values, numbers, strict=True)]
+    return f"{cause} {', '.join(numbers)}".rstrip()
 
 
 def cause_sentence(effect: NamedEffect) -> str:
@@ -130,7 +141,8 @@ def headline(diagnosis: Diagnosis) -> str:
 def finished_headline(diagnosis: Diagnosis) -> str:
     """Return the verdict of a search that came to its end."""
     if diagnosis.verdict in HEADLINES:
-        return HEADLINES[diagnosis.verdict]
+        more = " beyond what the starting model has" if diagnosis.start else ""
+        return HEADLINES[diagnosis.verdict].replace("There is a gap", f"There is a gap{more}")
     count = len(diagnosis.effects) + (diagnosis.actuator is not None)
     word = COUNTS[count] if count < len(COUNTS) else str(count)
     causes = f"{word} cause{'s' * (count != 1)}"

@@ -38,13 +38,15 @@ def springs() -> list[Recording]:
     return [beginning(r, force=True) for r in every if r.bench.startswith("spring")]
 
 
-def told(recordings: Sequence[Recording]) -> list[str]:
+def told(recordings: Sequence[Recording], gain: float = 4.2) -> list[str]:
     """Return what is suspect of recordings, under the model that is right for the bench."""
     model = load_model(EXAMPLE / "model.toml")
+    actuator = replace(model.actuator, values={**model.actuator.values, "gain": gain})
+    model = replace(model, actuator=actuator)
     study = Study(recordings, model, ("viscous_friction",), time_step=1e-3)
     (column,) = study.table.columns("viscous_friction")
     apart = standing_apart(study, model, {column: COEFFICIENT}, BENCHES)
-    return [suspect.text for suspect in (*plainly_wrong(study), *apart)]
+    return [suspect.text for suspect in (*plainly_wrong(study, model), *apart)]
 
 
 def test_good_data_are_not_suspect() -> None:
@@ -62,6 +64,29 @@ def test_a_force_in_another_unit_is_called_that() -> None:
     whole = [replace(r, force=KILOGRAM_FORCE * r.force) for r in springs() if r.force is not None]
     (said_once,) = told(whole)[:1]
     assert re.match(rf"{first.name} and [34] more recordings: force is", said_once)
+
+
+def test_an_angle_behind_a_gear_is_called_that() -> None:
+    """A tenth of the spool's, or ten times it; the force says that the spool turned as far."""
+    for gear in (0.1, 10.0):
+        geared = [replace(r, motor_position=gear * r.motor_position) for r in springs()]
+        (said,) = [text for text in told(geared) if "not that of the spool" in text]
+        times, back = re.findall(r"(?:theta is|scale =) ([\d.]+)", said)
+        assert float(times) == pytest.approx(gear, rel=0.25)
+        assert float(back) == pytest.approx(1.0 / gear, rel=0.25)
+
+
+def test_a_gain_of_another_unit_is_seen_at_rest() -> None:
+    """4.2 N/rad stated as N m/rad is 80 times too small: force against command minus angle tells.
+
+    A servo that gives half or twice of what is stated is a cause to be found.
+    """
+    (said,) = [text for text in told(springs(), 4.2 * 0.0125) if "not that of the data" in text]
+    assert float(re.findall(r"grows by ([\d.]+) times", said)[0]) == pytest.approx(80.0, rel=0.3)
+    assert "N m/rad in place of N/rad" in said
+    assert any("not that of the data" in text for text in told(springs(), 4.2 / 0.0125))
+    for gain in (2.1, 8.4):
+        assert not any("not that of the data" in text for text in told(springs(), gain))
 
 
 def test_a_recording_of_another_bench_is_found_with_its_bench() -> None:

@@ -13,6 +13,7 @@ from tendon_newton.cli.diagnosis.diagnose import places, summary
 from tendon_newton.data.model_file import write_model
 from tendon_newton.diagnosis.explanation import Estimate, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
+from tendon_newton.diagnosis.reporting.report_words import headline
 from tendon_newton.diagnosis.result import (
     ActuatorFound,
     CandidateScore,
@@ -71,6 +72,7 @@ def test_what_is_seldom_said_comes_back_too(tmp_path: Path) -> None:
         fitted={"gain": KT},
         candidates=(tried,),
         confounded=(Confounded(first="a.b", second="c.d", correlation=0.99),),
+        start={"command_delay": {"delay": 0.1}},
         recorded=(Setting(bench="finger", seconds=3.0),),
         finished=False,
         servos=2,
@@ -106,6 +108,9 @@ def test_the_commands_that_an_answer_proposes_can_be_typed(tmp_path: Path, capsy
 
 def test_a_search_that_was_cut_short_finds_nothing_about_causes() -> None:
     """To name none after a second is no word on any of them."""
+    known = replace(diagnosis("unexplained"), start={"command_delay": {"delay": 0.1}})
+    assert "a gap beyond what the starting model has, and no cause" in headline(known)
+    assert "Already in the model that was started from: command_delay 100 ms" in summary(known)
     cut = replace(diagnosis("unexplained"), finished=False)
     assert "UNFINISHED: There is a gap. The time ended before" in summary(cut)
     assert "no effect of the catalogue accounts for it" not in summary(cut)
