@@ -195,3 +195,15 @@ def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> N
     study = Study(held, model, tuple(effect.name for effect in FADING))
     (error,) = evaluate_models(study, [{}])
     assert 1e3 * error.pooled().theta_mae == pytest.approx(29.8, abs=0.5)
+
+
+def test_a_log_in_which_nothing_moves_has_no_gap() -> None:
+    """Half a count beside its command: no warning, no gap, and what to record is told."""
+    rest = measured("still.csv", np.full(200, 0.3))
+    rest = replace(rest, motor_position=np.full((200, 1), 0.3 - 0.52 * COUNT))
+    again = replace(rest, name="again.csv")
+    dataset = Dataset(path=Path("made_up"), train=(rest,), test=(again,))
+    model = Model(actuator=NamedValues(name="ideal_position", values={}))
+    found, _ = diagnose(dataset, model, progress=lambda _: None)
+    assert found.verdict == "no_gap"
+    assert "nothing moves, so nothing can be told" in found.next_steps[0]

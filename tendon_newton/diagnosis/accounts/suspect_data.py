@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.plain_numbers import quantity
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import Mask, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.accounts.wrong_scales import Suspect, wrong_scales, wrong_units
 from tendon_newton.errors import TendonNewtonError
@@ -19,6 +19,8 @@ APART = 5.0
 BETTER = 3.0  # Another bench fits a recording if it makes its error so many times smaller [1]
 FEW_ROWS, NEARLY_ALL = 0.1, 0.9
 """An error comes at times if so few rows have so much of its square [1]."""
+JUMP = 0.1  # Share of all its way that a command goes within a row at a jump [1]
+ANSWERED = 0.5  # Time after a jump in which the slowest servo answers [s]
 LEAST_RECORDINGS = 3  # Fewer have no majority
 ALIKE = 1.0e-6  # Commands that differ by less are the same [rad]
 CONTRADICTS = 10.0  # Noise floors by which equal runs differ that contradict each other [1]
@@ -56,12 +58,27 @@ def at_times(study: Study, residuals: Sequence[Residual]) -> Iterator[Suspect]:
     if share < NEARLY_ALL:
         return
     row = int(np.argmax(square))
+    worst_rows = np.argsort(square)[::-1][: max(1, int(FEW_ROWS * len(square)))]
+    if square[worst_rows][after_jumps(recording)[worst_rows]].sum() > NEARLY_ALL * first:
+        return  # what answers a step is missed, and nothing from outside
     yield Suspect(
         recording=recording.name,
         text=f"The error comes at times: in {recording.name}, {100.0 * FEW_ROWS:.0f} % of the rows "
         f"hold {100.0 * share:.0f} % of the squared error of the motor angle, most of it about "
         f"t = {recording.time[row]:.1f} s. A knock, a cable or something in the way does that.",
     )
+
+
+def after_jumps(recording: Recording) -> Mask:
+    """Tell which rows come soon after a jump of some command, shape (T,)."""
+    if recording.command is None:
+        return np.zeros(recording.sample_count, dtype=np.bool_)
+    steps = np.abs(np.diff(recording.command, axis=0))
+    jumps = np.flatnonzero((steps > JUMP * np.ptp(recording.command, axis=0)).any(axis=1)) + 1
+    latest = np.full(recording.sample_count, -np.inf)
+    latest[jumps] = recording.time[jumps]
+    since = recording.time - np.maximum.accumulate(latest)
+    return since < ANSWERED
 
 
 def contradictions(study: Study) -> Iterator[Suspect]:
