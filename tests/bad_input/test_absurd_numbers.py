@@ -1,4 +1,4 @@
-"""What cannot be: instants of a view, moves of a bench, a home without a place. Each is named."""
+"""What cannot be: instants of a view, moves of a bench, types of values, a home without a place."""
 
 import os
 import subprocess
@@ -13,10 +13,12 @@ import warp as wp
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.device_code.kernel_loading import load_kernels
 from tendon_newton.errors import InvalidModelFile, InvalidOutput, InvalidRecording
+from tendon_newton.mechanisms.usd.stage_file import open_stage
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.workflows.scene import BenchScene
 from tests.held_out import small_dataset
+from tests.mechanisms.broken.flat_assets import write_changed
 from tests.search_path import search_path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -73,3 +75,9 @@ def test_a_cache_that_cannot_be_written_is_told_before_anything_compiles(
     kernel = wp.Kernel(nothing, key="nothing_kernel", module=wp.Module("nothing_absurd"))
     with pytest.raises(InvalidOutput, match=r"gone: compiled kernels must .* set WARP_CACHE_PATH"):
         load_kernels([kernel], "cpu")
+
+
+def test_a_value_of_a_type_that_nobody_knows_is_passed_over(tmp_path: Path) -> None:
+    """USD gives no text for it, which ended in a traceback."""
+    change = ('uniform token axis = "X"', 'uniform tothetaken axis = "X"')
+    open_stage(write_changed(tmp_path, "finger", change))

@@ -16,7 +16,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.output_folder import HELD, make_folder, releasing
 from tendon_newton.data.files.text_file import write_text
-from tendon_newton.data.files.together import together
+from tendon_newton.data.files.together import refuse_mix, together
 from tendon_newton.data.model_file import write_model
 from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, InvalidOutput
@@ -165,6 +165,12 @@ def test_what_changed_goes_into_a_folder_of_its_own(tmp_path: Path, capsys) -> N
     (answer / "changes.json").write_text(json.dumps(changes))
     with pytest.raises(InvalidDiagnosis, match=r"changes\.json: model\.toml beside it is not of"):
         told_drift(answer)
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "/", "a/b", "\0", "n" * 300])
+def test_hashes_of_what_is_no_name_say_nothing(name: str, tmp_path: Path) -> None:
+    """An empty one ended in a traceback."""
+    refuse_mix(tmp_path / "changes.json", {"files": {name: "0" * 64}}, InvalidDiagnosis)
 
 
 def test_a_hash_is_of_what_was_read(tmp_path: Path, monkeypatch) -> None:

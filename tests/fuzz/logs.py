@@ -180,9 +180,9 @@ def read_bag(path: Path) -> None:
 
 def bag_of_rows(folder: Path) -> Path:
     """Write a folder with a bag, one message for each row, and what `import mapped` makes of it."""
-    Bag(plugin="mcap").write(folder / "logs" / "bag_1")
+    Bag(plugin="mcap").write(folder / "logs" / "bag_2")
     (folder / "mapping.toml").write_text(ROWS_OF_A_BAG)
-    (log,) = (folder / "logs" / "bag_1").glob("*.mcap")
+    (log,) = (folder / "logs" / "bag_2").glob("*.mcap")
     return log
 
 

@@ -58,9 +58,11 @@ def refuse_mix(path: Path, table: Mapping[str, Any], fault: type[TendonNewtonErr
         table: What it holds; without hashes nothing is refused.
     """
     told = table.get(KEY)
-    for name, sha256 in told.items() if is_table(told) else ():
-        beside = path.with_name(name) if Path(name).name == name else path
-        if beside.is_file() and file_hash(beside) != sha256:
+    if not is_table(told):
+        return
+    for beside in sorted(path.parent.iterdir()):
+        name = beside.name
+        if name in told and beside.is_file() and file_hash(beside) != told[name]:
             raise fault(
                 f"{path}: {name} beside it is not of the same answer: one of them was edited, or "
                 f"written alone; make the answer anew, or copy {name} elsewhere to use it by itself"

@@ -79,7 +79,7 @@ def refuse_urls(stage: Any, path: Path) -> None:
         value = attribute.Get()
         for one in [value] if attribute.GetTypeName().isScalar else value or ():
             name = getattr(one, "path", one)
-            if name and URL.match(name):
+            if isinstance(name, str) and URL.match(name):
                 raise elsewhere(path, str(attribute.GetPath()), name)
 
 
