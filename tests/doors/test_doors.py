@@ -3,14 +3,19 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tendon_newton.cli import main
+from tendon_newton.data.checks.lint import CHECKS
+from tendon_newton.data.checks.read_checks import FAR
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.diagnosis.accounts.checked_data import faults_of, findings_of
-from tests.doors.logs import Door, own_dataset, sound
+from tests.doors.logs import ROWS, Door, csv_logs, own_dataset, sound
 from tests.doors.mistakes import ANGLES, COMMANDS, DOORS, OWN, Mistake
 from tests.doors.told import EVERY, lines_said, spoiled_runs
 
+ROOT = Path(__file__).parents[2]
 ADVICE = re.compile("overload|horn|worn gear|knock|calibrate leader|too slow")
 CASES = [
     pytest.param(door, mistake, id=f"{mistake.name}, {name}")
@@ -45,6 +50,46 @@ def test_a_diagnosis_says_so_too(mistake: Mistake, tmp_path: Path) -> None:
     assert told
     if told[0].severity == "defect":
         assert any(mistake.said in fault for fault in faults_of(recordings))
+
+
+READ = ("zeros where the bus read nothing", "a neighbour's angle", "one row far off",
+        "the last reading again")  # fmt: skip
+MENDED = (*READ, "the encoder's seam inside the range", "rows out of order",
+          "rows that overtook others", "a clock that begins again")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MENDED)
+def test_what_mend_leaves_is_the_sound_log(name: str, tmp_path: Path) -> None:
+    """Rows that stay have angle and command of the log before its mistake.
+
+    A wrong reading nearer to the motion than some paces of two rows is not seen.
+    """
+    (mistake,) = (mistake for mistake in EVERY if mistake.name == name)
+    words = csv_logs()(tmp_path, spoiled_runs(mistake))
+    assert main([*words, "--mend", "--test", "file=run_1"]) == 0
+    before = sound(0)
+    start = before["t"][ROWS // 2] if "clock" in name else 0.0
+    mended = load_dataset(tmp_path / "out" / "pan").train
+    rows = np.concatenate([
+        np.searchsorted(before["t"], run.time + start * ("clock1" in run.name) - 1e-9)
+        for run in mended
+    ])  # fmt: skip
+    angle = np.concatenate([run.motor_position[:, 0] for run in mended])
+    goal = np.concatenate([run.command[:, 0] for run in mended])
+    np.testing.assert_allclose(goal, before["goal_0"][rows], atol=1e-8)
+    off = np.abs(angle - before["q_0"][rows])
+    pace = np.abs(before["q_0"][2:] - before["q_0"][:-2]).max()
+    assert off.max() < (FAR * pace if name in READ else 1e-8)
+    wrong = np.abs(spoiled_runs(mistake)[0]["q_0"] - before["q_0"]) > 1e-8
+    assert (off > 1e-8).sum() <= 0.3 * wrong.sum()
+    assert len(rows) > ROWS - 1.1 * wrong.sum() - 20
+
+
+def test_the_page_names_every_check() -> None:
+    """The table of docs/recordings_mapping.md has the checks of the code."""
+    page = (ROOT / "docs" / "recordings_mapping.md").read_text()
+    table = page[page.index("## What an import checks") : page.index("## All keys")]
+    assert [check.name for check in CHECKS if check.name not in table] == []
 
 
 def test_there_are_sixty_mistakes() -> None:
