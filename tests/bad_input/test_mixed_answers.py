@@ -156,7 +156,8 @@ def test_an_answer_with_a_file_of_another_is_refused(name: str, tmp_path: Path, 
 def test_what_changed_goes_into_a_folder_of_its_own(tmp_path: Path, capsys) -> None:
     """Its model would stand beside the answer of a diagnosis; a mix of both is refused too."""
     answer, data = write_answer(tmp_path / "answer"), small_dataset(tmp_path / "data")
-    words = ["diagnose", str(data), "--against", str(answer), "--out", str(answer)]
+    other = write_answer(tmp_path / "other")
+    words = ["diagnose", str(data), "--against", str(answer), "--out", str(other)]
     assert main(words) == 2
     assert "holds a diagnosis; what changed goes into a folder of its own" in (
         capsys.readouterr().err
