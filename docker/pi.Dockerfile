@@ -9,9 +9,10 @@
 # containers, and of none, off the port. The program runs as user 1000; another adds `--user "$(id -u)" --group-add dialout`.
 #
 # Built and run with buildah and podman on a stand-in for the base image, Debian trixie: on x86-64 with Python 3.12, and for ARM in
-# an emulator with Python 3.13. Not built on python:3.12-slim itself, nor by Docker, nor on a Pi.
-ARG PYTHON_VERSION=3.12
-FROM python:${PYTHON_VERSION}-slim
+# an emulator with Python 3.13, before the base had a digest. Not built on python:3.12-slim itself, nor by Docker, nor on a Pi.
+# for every platform; another is `--build-arg BASE=...`
+ARG BASE=python:3.12-slim@sha256:78387bc3881b8273120a12ebe6c1ab22b018ccc2c9adf565ae1ac9b536e184ea
+FROM ${BASE}
 
 # the group of serial ports in Debian
 RUN useradd --create-home --groups dialout finger && install --directory --mode 1777 /data

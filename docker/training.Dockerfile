@@ -9,9 +9,10 @@
 # The program runs as user 1000; another adds `--user "$(id -u)"`.
 #
 # Built and run on x86-64 with buildah and podman, without a GPU, on a stand-in for the base image: Debian trixie with Python 3.11
-# (`--build-arg PYTHON_VERSION=3.11`) and torch without CUDA. Not built on python:3.12-slim itself, nor by Docker.
-ARG PYTHON_VERSION=3.12
-FROM python:${PYTHON_VERSION}-slim
+# and torch without CUDA, before the base had a digest and packages their hashes. Not built on python:3.12-slim itself, nor by Docker.
+# for every platform; another is `--build-arg BASE=...`
+ARG BASE=python:3.12-slim@sha256:78387bc3881b8273120a12ebe6c1ab22b018ccc2c9adf565ae1ac9b536e184ea
+FROM ${BASE}
 
 RUN useradd --create-home finger && install --directory --mode 1777 /cache /data
 # kernels that Warp has compiled outlive a container if /cache is a volume
@@ -19,7 +20,8 @@ ENV WARP_CACHE_PATH=/cache/warp
 
 WORKDIR /program
 # what the program needs are layers of their own: a changed source leaves them as they are
-COPY pyproject.toml constraints.txt ./
+COPY pyproject.toml constraints.txt requirements-hashes-sim.txt ./
+RUN pip install --no-cache-dir --no-deps --require-hashes -r requirements-hashes-sim.txt
 ARG TORCH_INDEX=https://pypi.org/simple
 RUN pip install --no-cache-dir --no-deps --index-url "$TORCH_INDEX" "$(grep '^torch==' constraints.txt)"
 RUN touch README.md LICENSE && pip install --no-cache-dir -c constraints.txt ".[sim,train,hardware]"

@@ -116,8 +116,24 @@ def test_the_index_lists_every_page() -> None:
 def test_an_image_is_given_what_a_wheel_is_made_of() -> None:
     """``.dockerignore`` lets in the wheel's folders and what an installation reads beside them."""
     wheel = tomllib.loads(read("pyproject.toml"))["tool"]["hatch"]["build"]["targets"]["wheel"]
-    beside = ["pyproject.toml", "constraints.txt", "README.md", "LICENSE"]
+    pins = ["constraints.txt", "requirements-hashes-sim.txt"]
+    beside = ["pyproject.toml", *pins, "README.md", "LICENSE"]
     assert re.findall(r"^!(.+)$", read(".dockerignore"), re.M) == beside + wheel["only-include"]
+
+
+def test_what_builds_and_publishes_is_named_by_its_content() -> None:
+    """Actions by commit, bases of images by digest, tools of a release by hash; rights are few."""
+    for name in ("check", "release"):
+        workflow = read(f".github/workflows/{name}.yml")
+        assert re.findall(r"uses: (?!\S+@[0-9a-f]{40} # v)(.*)", workflow) == []
+        assert "\npermissions:\n  contents: read\njobs:\n" in workflow
+        assert re.findall(r"pipx? (?!install --no-deps --require-hashes)", workflow) == []
+    for name in ("pi", "training"):
+        image = read(f"docker/{name}.Dockerfile")
+        assert re.findall(r"^FROM (.+)$", image, re.M) == ["${BASE}"]
+        assert re.search(r"^ARG BASE=\S+@sha256:[0-9a-f]{64}$", image, re.M)
+    tools = re.findall(r"^(\S+)==\S+ \\\n    --hash=", read(".github/requirements-build.txt"), re.M)
+    assert {"build", "hatchling"} <= set(tools)
 
 
 def test_the_page_on_architecture_has_every_layer() -> None:
