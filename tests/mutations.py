@@ -286,7 +286,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "plain_tensor(input_array(rollout, name).grad)",
         "(0.99 * plain_tensor(input_array(rollout, name).grad))",
         "tests/physics/gradients/test_learned_gradients.py -k torch_reaches"),
-    Mutation("sensor-noise-too-small", "tendon_newton/data/checks/encoder_noise.py",
+    Mutation("sensor-noise-too-small", "tendon_newton/data/checks/measures.py",
         "/ np.sqrt(6.0))", "/ np.sqrt(12.0))", "tests/identification/test_noise_floor.py"),
     # networks and policies
     Mutation("network-input-unscaled", "tendon_newton/force_networks/force_network.py",

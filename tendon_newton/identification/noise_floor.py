@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.data.checks.encoder_noise import difference_noise, encoder_noise
+from tendon_newton.data.checks.measures import difference_noise, encoder_noise
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.identification.load_cell import reading_stride
 

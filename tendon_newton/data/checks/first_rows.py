@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.data.checks.encoder_noise import encoder_noise
+from tendon_newton.data.checks.measures import encoder_noise
 from tendon_newton.data.recording import Array, Mask, Recording
 
 AT_FIRST, LEAST_ROWS = 0.02, 3
