@@ -11,6 +11,7 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Array, BenchOverrides
 from tendon_newton.workflows.importing import rest_of
+from tests.proposed import proposed
 
 GAIN = 4.2  # N/rad
 TIME = np.arange(400) / 80.0
@@ -83,6 +84,7 @@ def test_sound_logs_are_held_out_by_recording_and_the_next_command_is_told(
     out = tmp_path / "out"
     command = f"  tendon-newton diagnose {out} --out {out}_diagnosis"
     assert text.splitlines()[-2:] == ["next:", command]
+    assert [words[0] for words in proposed(text)] == ["diagnose"]
     loaded = load_dataset(out)
     assert [len(loaded.train), len(loaded.test)] == [1, 1]
 

@@ -23,6 +23,7 @@ from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.physics.runs import run_of
+from tests.proposed import proposed
 
 FLOAT32 = 1e-6  # relative: Newton's arrays are float32, limits pass through degrees
 
@@ -177,6 +178,16 @@ def test_a_string_pulls_a_cart_from_its_open_end(tmp_path: Path) -> None:
     assert closing.tension[-1] == pytest.approx(150.0 * 0.12, rel=1e-3)
     assert cart.tendons[0].spool_radius == pytest.approx(0.015)
     assert cart.joints[0].limits == pytest.approx((0.0, 0.12))
+
+
+@pytest.mark.parametrize("kind", ["finger", "slider", "shaft", "cart"])
+def test_what_a_new_asset_proposes_can_be_typed(kind, tmp_path, monkeypatch, capsys) -> None:
+    """It is checked and shown as it was made, in a folder whose name has a space."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["asset", "new", "mine", "--kind", kind, "--folder", str(tmp_path / "a b")]) == 0
+    commands = proposed(capsys.readouterr().out)
+    assert [words[1] for words in commands] == ["check", "show"]
+    assert [main(words) for words in commands] == [0, 0]
 
 
 @pytest.mark.parametrize(
