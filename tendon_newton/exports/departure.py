@@ -19,7 +19,11 @@ from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory, rollout_groups
 
 STANDARD_SPAN = (0.1, 0.8)  # Share of a bench's range between which the standard commands move
-SINES = {0.5: 2.0, 2.0: 1.0, 8.0: 0.5}  # How long a sine lasts [s], by its frequency [Hz]
+# How long a sine lasts [s], by its first and last frequency [Hz]
+SINES = {(0.5, 0.5): 2.0, (2.0, 2.0): 1.0, (8.0, 8.0): 0.5, (0.5, 8.0): 3.0}
+# Share of the same span between which the one moves whose frequency grows: it lets a string go
+# loose and closes into end stops, where simulators differ most
+BEYOND = (-0.3, 1.4)
 SWING = (-0.5, 0.5)  # Range of the standard commands on a bench without end stops [rad]
 
 
@@ -83,10 +87,13 @@ def sines(mechanism: Mechanism, radius: float | None = None) -> dict[str, Record
     """Return a sine of each of some frequencies, by name; all else is as for `standard_runs`."""
     low, high = command_range(mechanism, radius)
     out = {}
-    for frequency, seconds in SINES.items():
+    for (first, last), seconds in SINES.items():
         time = np.arange(round(seconds * RATE) + 1) / RATE
-        share = 0.5 - 0.5 * np.cos(2.0 * np.pi * frequency * time)
-        name = f"{frequency:g} Hz"
+        turns = first * time + 0.5 * (last - first) * time**2 / seconds
+        name, (least, most) = f"{first:g} Hz", (0.0, 1.0)
+        if first != last:
+            name, (least, most) = f"{first:g} to {last:g} Hz, beyond both ends", BEYOND
+        share = least + (most - least) * (0.5 - 0.5 * np.cos(2.0 * np.pi * turns))
         out[name] = asked_of(mechanism, name, time, low + (high - low) * share)
     return out
 

@@ -155,8 +155,7 @@ def told_lines(fidelity: Fidelity, exported: Exported) -> list[str]:
     """Return what a terminal shows: how far each way strays, and what it does not have."""
     lines = [f"  {way:24s} {d.text}" for way, d in fidelity.replays.items()]
     for way, own in fidelity.sines.items():
-        angles = ", ".join(f"{1e3 * d.angle:.2f} at {name}" for name, d in own.items())
-        lines.append(f"  {way:24s} {angles} [mrad]")
+        lines += [f"  {way:24s} {d.text}, sine of {name}" for name, d in own.items()]
     for way, costs in fidelity.costs.items():
         form = exported.nearly.get(way, ())
         left = [name for name in costs if name not in form]

@@ -18,12 +18,15 @@ from tendon_newton.actuators import ACTUATORS, find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.exports import EXPORTS
-from tendon_newton.exports.departure import command_range
+from tendon_newton.exports.departure import Departure, command_range, sines
+from tendon_newton.exports.export_page import Fidelity, told_lines, write_page
+from tendon_newton.exports.export_target import Exported
 from tendon_newton.exports.mujoco.mjcf_spool import tension_name
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
@@ -110,3 +113,25 @@ def pull_of(file: mujoco.MjModel, data: mujoco.MjData, string: str) -> float:
         return float(data.sensor(name).data[0])
     number = file.actuator(string).id
     return float(data.actuator_force[number] * abs(file.actuator_gear[number, 0]))
+
+
+def test_the_page_tells_what_the_replays_show(tmp_path: Path) -> None:
+    """A way that leaves no effect out and strays is not told as if nothing were missing."""
+    mechanism = load_mechanism("finger")
+    low, high = command_range(mechanism)
+    *inside, sweep = sines(mechanism).values()
+    assert all(low <= run.command.min() <= run.command.max() <= high for run in inside)
+    assert sweep.command.min() < 0.0
+    assert sweep.command.max() * 0.0125 > 0.0217  # m, all that the joints take when closed
+    far = Departure(angle=0.157, force=3.9, tip=None)
+    fidelity = Fidelity(runs=("a",), replays={"file": far}, costs={}, sines={"file": {"8 Hz": far}})
+    exported = Exported(files=(), loading="", replays={"file": lambda run: run})
+    write_page(tmp_path, "finger", exported, fidelity)
+    page = (tmp_path / "README.md").read_text()
+    assert f"| file | sine of 8 Hz | {far.text} |" in page
+    assert "How its servo, its string and its steps differ is in the table above" in page
+    assert f"  {'file':24s} {far.text}, sine of 8 Hz" in told_lines(fidelity, exported)
+    near = Departure(angle=0.001, force=0.001, tip=None)
+    close = Fidelity(runs=("a",), replays={"file": near}, costs={}, sines={})
+    write_page(tmp_path, "finger", exported, close)
+    assert (tmp_path / "README.md").read_text().endswith("file: no effect of this model.\n")
