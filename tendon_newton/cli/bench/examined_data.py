@@ -40,7 +40,10 @@ def examine_data(config: Asked) -> bool:
     from tendon_newton.data.importers.lerobot.hub import local_folder
 
     tables: list[dict[str, Any]] = []
-    for folder in dict.fromkeys(folder_of(local_folder(name)) for name in config.names):
+    folders = list(dict.fromkeys(folder_of(local_folder(name)) for name in config.names))
+    for folder in folders:
+        if len(folders) > 1 and not config.json:
+            print(f"{folder}:")
         examine = examine_own if (folder / OWN_FILE).is_file() else examine_joints
         tables.append({"dataset": str(folder), **examine(config, folder)})
     if config.json:
