@@ -13,8 +13,8 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import extended_model
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.search.decide.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
-from tendon_newton.diagnosis.search.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS

@@ -19,6 +19,8 @@ from tendon_newton.diagnosis.evaluation import (
     evaluate_models,
     explained_fraction,
     fraction_interval,
+    is_in_doubt,
+    with_whole_recordings,
 )
 from tendon_newton.diagnosis.explanation import settings_of
 from tendon_newton.diagnosis.findings import Findings, Found
@@ -169,10 +171,13 @@ def diagnose_as_stated(
             dataset.train, train, model, names, progress=progress, budget=budget, pace=pace
         )
     if not findings.final and within_a_count(train):
-        findings = replace(findings, verdict="no_gap")
+        findings = replace(findings, verdict="no_gap", predictor=None)
     elif untold:
         findings = replace(findings, verdict="unexplained")
     progress("measuring the gain on held-out recordings")
+    if findings.predictor is not None:
+        whole = Study(dataset.train, model, tuple(EFFECTS), like=train)
+        findings = with_whole_recordings(findings, whole)
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = ()
@@ -218,7 +223,7 @@ def conclude(
 ) -> tuple[Diagnosis, Evidence]:
     """Put findings into a diagnosis and measure them on the test recordings."""
     final, baseline = findings.final, dict(findings.baseline.values)
-    written = final and (findings.predictor or final)
+    written = findings.predictor or final
     extended = baseline if written is None else dict(written.values)
     causes = causes_of(findings)
     without = [without_effect(train, found.values, cause) for cause, found in causes.items()]
@@ -239,6 +244,9 @@ def conclude(
     found = described(train, findings, causes, partial, model)
     named = tuple(cause for cause in found if not cause.reason)
     verdict = findings.verdict if named or final is None else "unexplained"
+    less = [errors for cause, errors in zip(found, partial, strict=True) if not cause.reason]
+    if verdict == "explained" and is_in_doubt(before, after, less, others, train.noise, high):
+        verdict = "partly_explained"
     effects = () if written is None else written.effects
     diagnosis = Diagnosis(
         verdict=verdict,
@@ -301,18 +309,17 @@ def rivals(
 
 def causes_of(findings: Findings) -> dict[str, Found]:
     """Return the named and suspected causes, each with the set in which it was found."""
-    if findings.final is None:
-        return {}
-    predictor = findings.predictor or findings.final
-    helping = [cause for cause in predictor.effects if cause not in findings.final.effects]
-    return {
-        **dict.fromkeys(findings.final.effects, findings.final),
-        **dict.fromkeys(helping, predictor),
-    }
+    causes = dict[str, Found]()
+    for found in (findings.final, findings.predictor):
+        if found is not None:
+            causes |= {cause: found for cause in found.effects if cause not in causes}
+    return causes
 
 
 def why_suspected(findings: Findings, cause: str) -> str:
     """Return why a cause is not named, as a sentence; empty for one that is."""
+    if findings.final is None:
+        return "No cause is sure; of all sets that were fitted its one predicts unseen parts best."
     if cause not in findings.criteria:
         return "It helps to predict unseen parts, by less than a name costs."
     if cause not in findings.suspected:
@@ -374,11 +381,12 @@ def open_sets(study: Study, fits: Sequence[Found], model: Model) -> OpenSets:
 
 
 def estimates(study: Study, found: Found, columns: Sequence[int]) -> dict[str, Estimate]:
-    """Return the fitted numbers in some columns by name."""
+    """Return the fitted numbers in some columns by name; not those that a law is without."""
     out = {}
     for column, value in found.values.items():
-        if column in columns:
-            parameter, ci95 = study.parameter(column), found.intervals[column]
+        parameter = study.parameter(column)
+        if column in columns and not (parameter.optional and value == parameter.null):
+            ci95 = found.intervals[column]
             out[parameter.name] = Estimate(
                 value=value,
                 ci95=ci95,
@@ -465,6 +473,7 @@ def extended_model(
     added = []
     for name in effects:
         numbers = [(table.owners[c][1], values[c]) for c in table.columns(name)]
+        numbers = [(p, value) for p, value in numbers if not p.optional or value != p.null]
         if numbers[0][1] != numbers[0][0].null:
             finite = {p.name: value if np.isfinite(value) else p.upper for p, value in numbers}
             added.append(NamedValues(name=effect_of(name), servo=servo_of(name), values=finite))

@@ -1,11 +1,12 @@
 """Held-out closed-loop errors of models, and how sure we are of the gain."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.result import Errors
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import BLOCK, group_sums
@@ -14,6 +15,7 @@ from tendon_newton.identification.study import Study, replacements
 RESAMPLES = 2000  # Bootstrap draws of blocks of time
 HARDLY_ANY = 0.02
 """Share of the other signal's gap, both in squares of the noise, below which one is none [1]."""
+HALVED = 0.75  # Share of the squared error that is gone where an error is half as large [1]
 WORTH_A_FRACTION = 1.2
 """A signal whose error is below so many noise floors has no gap to explain a fraction of."""
 
@@ -100,3 +102,46 @@ def fraction_interval(
     ]
     low, high = np.quantile(draws, (0.025, 0.975))
     return float(low), float(high)
+
+
+def with_whole_recordings(findings: Findings, whole: Study) -> Findings:
+    """Return findings without a predictor that does no better than the answer on whole recordings.
+
+    A search simulates pieces of long recordings, which show little of what grows with time.
+
+    Args:
+        findings: What was found on pieces.
+        whole: The same recordings, uncut.
+    """
+    if findings.predictor is None:
+        return findings
+    answer = findings.final or findings.baseline
+    before, after = evaluate_models(whole, [answer.values, findings.predictor.values])
+    is_better = explained_fraction(before.pooled(), after.pooled(), whole.noise) > 0.0
+    return findings if is_better else replace(findings, predictor=None)
+
+
+def is_in_doubt(
+    before: SquaredErrors,
+    after: SquaredErrors,
+    without: Sequence[SquaredErrors],
+    plain: Sequence[SquaredErrors],
+    noise: NoiseFloor,
+    highest: float,
+) -> bool:
+    """Tell whether held-out recordings contradict that an answer explains them.
+
+    They do where it explains more without one of its causes, beyond the interval of what it
+    explains, and where a plain model halves what it leaves.
+
+    Args:
+        before: Errors of the starting model.
+        after: Errors of the answer.
+        without: Errors of the answer without each named cause.
+        plain: Errors of plain models.
+        noise: Noise of the signals.
+        highest: Upper end of the interval of the share that is explained [1].
+    """
+    fewer = (explained_fraction(before.pooled(), own.pooled(), noise) for own in without)
+    plainer = (explained_fraction(after.pooled(), own.pooled(), noise) for own in plain)
+    return any(share > highest for share in fewer) or any(share > HALVED for share in plainer)

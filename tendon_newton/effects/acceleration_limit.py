@@ -70,9 +70,9 @@ class AccelerationLimit(Effect):
         Parameter("limit", "rad/s2", null=math.inf, nominal=40.0, lower=0.2, upper=1.0e3).since(
             "39 rad/s2 ends the register of an STS3215; Dynamixel X has up to 10,000"
         ),
-        Parameter("speed", "rad/s", null=math.inf, nominal=5.0, lower=0.2, upper=100.0).since(
-            "as for command_rate_limit"
-        ),
+        Parameter(
+            "speed", "rad/s", null=math.inf, nominal=5.0, lower=0.2, upper=100.0, optional=True
+        ).since("as for command_rate_limit"),
     )
 
     @staticmethod

@@ -1,8 +1,19 @@
 """How much of an error is gone."""
 
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
 import pytest
 
-from tendon_newton.diagnosis.evaluation import explained_fraction
+from tendon_newton.diagnosis import evaluation
+from tendon_newton.diagnosis.evaluation import (
+    SquaredErrors,
+    explained_fraction,
+    is_in_doubt,
+    with_whole_recordings,
+)
+from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.result import Errors
 from tendon_newton.identification.noise_floor import NoiseFloor
 
@@ -24,3 +35,38 @@ def test_two_gaps_count_alike() -> None:
     """One of two large gaps is closed, the other stays."""
     share = explained_fraction(errors(1e-2, 1.0), errors(1e-2, 0.05), NOISE)
     assert share == pytest.approx(0.5, abs=1e-3)
+
+
+def squares(theta: float) -> SquaredErrors:
+    """Two blocks of ten rows whose angle is off by as much [rad]."""
+    rows = np.full(2, 10.0)
+    return SquaredErrors(
+        theta=rows * theta**2, theta_abs=rows * theta, theta_rows=rows,
+        force=0.0 * rows, force_rows=0.0 * rows,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("without", "plain", "doubted"),
+    [(5e-3, 5e-3, False), (2e-3, 5e-3, True), (5e-3, 2.6e-3, False), (5e-3, 2.4e-3, True)],
+)
+def test_held_out_recordings_may_contradict_an_answer(
+    without: float, plain: float, doubted: bool
+) -> None:
+    """Of 50 mrad 5 are left: fewer without a cause, or less than half under a plain model."""
+    before, after = squares(50e-3), squares(5e-3)
+    others = [squares(without)], [squares(plain)]
+    assert is_in_doubt(before, after, *others, NOISE, highest=0.995) is doubted
+
+
+@pytest.mark.parametrize(("left", "kept"), [(9e-3, True), (11e-3, False)])
+def test_what_helps_on_pieces_has_to_help_on_whole_recordings(monkeypatch, left, kept) -> None:
+    """A drift of 10 N in a whole log is 0.1 N in a piece of it."""
+    monkeypatch.setattr(
+        evaluation, "evaluate_models", lambda _, models: [squares(e) for e in models]
+    )
+    answer, predictor = (SimpleNamespace(values=e) for e in (10e-3, left))
+    found: Any = {"baseline": answer, "final": None, "closest": answer, "predictor": predictor}
+    findings = Findings(verdict="unexplained", suspected=(), classes={}, candidates=(), **found)
+    whole: Any = SimpleNamespace(noise=NOISE)
+    assert (with_whole_recordings(findings, whole).predictor is predictor) is kept

@@ -84,7 +84,7 @@ def test_a_cause_that_only_fast_rows_show_is_named(tmp_path: Path) -> None:
 
 
 def test_a_limit_that_is_found_to_be_none_leaves_the_model() -> None:
-    """A stated profile goes where its limit ended at infinity; else its free speed is written."""
+    """A stated profile goes where its limit ended at infinity; a speed that is free is left out."""
     stated = NamedValues(name="acceleration_limit", values={"limit": 39.0, "speed": 100.0})
     servo = Model(actuator=NamedValues(name="ideal_position", values={}), effects=(stated,))
     study = Study([measured("ramps", ramps(2.0, 0.5))], servo, tuple(EFFECTS))
@@ -92,7 +92,7 @@ def test_a_limit_that_is_found_to_be_none_leaves_the_model() -> None:
     gone = extended_model(study, servo, {limit: np.inf, speed: 5.0}, ["acceleration_limit"])
     assert gone.effects == ()
     (found,) = extended_model(study, servo, {limit: 20.0, speed: np.inf}, [stated.name]).effects
-    assert found.values == {"limit": 20.0, "speed": 100.0}
+    assert found.values == {"limit": 20.0}
 
 
 MOTOR = {"torque_constant": 0.3998, "resistance": 3.596, "armature": 0.001296}

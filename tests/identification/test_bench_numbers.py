@@ -21,6 +21,7 @@ from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_newton.simulation.model.bench_numbers import (
     OWNER,
     TOLERATED,
+    BenchNumber,
     numbers_of,
     tolerated_numbers,
     without_estimates,
@@ -76,6 +77,12 @@ def test_an_arm_nobody_weighed_is_told_by_two_loads() -> None:
     numbers, model = fitted(data, Model(actuator=IDEAL, bench_overrides=start, fit=("arm_mass",)))
     assert numbers == {"arm_mass": pytest.approx(0.12, rel=0.03)}
     assert model.bench_overrides["pendulum"].arm_mass == (numbers["arm_mass"],)
+
+
+def test_an_unknown_number_stays_in_the_range_of_a_model_file() -> None:
+    """A carriage of 60 kg may be ten times lighter, and no heavier than a file may say."""
+    heavy = BenchNumber(bench="axis", key="mass", joint=0, value=60.0, name="mass").parameter
+    assert (heavy.lower, heavy.upper) == (6.0, 100.0)
 
 
 def test_every_joint_and_bench_has_a_number_of_its_own() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from examples.studies.comparison.splits import splits_of
-from lab.exams.regret.enumeration import LAWS, STEPS, Bench, bench_of, enumerate_sets, may_win
+from lab.exams.regret.enumeration import LAWS, Bench, bench_of, enumerate_sets, may_win
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
@@ -17,6 +17,7 @@ from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
+from tendon_newton.diagnosis.search.small_sets import STEPS
 
 BEST = 12  # Sets of each round that are refitted to their end
 TOLD = 30  # Best sets of each answer that are listed

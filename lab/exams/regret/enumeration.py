@@ -4,13 +4,11 @@ What a search misses is seen beside it. The sets are scored by the search's own 
 model without causes and then around the best set so far, and refitted by its own refit.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.choice import Chooser, Trial
 from tendon_newton.diagnosis.search.decide.decision import at_bound
 from tendon_newton.diagnosis.search.decide.find_causes import MOST_CAUSES, part_of
 from tendon_newton.diagnosis.search.floors import floors_of
@@ -19,9 +17,7 @@ from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
 from tendon_newton.diagnosis.search.rule import PRICE
 from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
-from tendon_newton.diagnosis.search.starts import new_starts
-from tendon_newton.diagnosis.search.strategy import follow
-from tendon_newton.diagnosis.search.survey import survey
+from tendon_newton.diagnosis.search.small_sets import STEPS, fit_small_sets
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
@@ -33,12 +29,8 @@ LAWS = (
     "load_cell_gain", "load_cell_delay",
 )  # fmt: skip
 """Causes of which all sets are looked at: a bench shows some fourteen of them."""
-SIZE = 3  # Causes of a set at most
-STEPS = 12  # Steps of a refit at most
-ROUNDS = 2  # Places around which all sets are scored
-LOOKED, TRIED, HALFWAY = 16, 5, 2
-"""Sets that are simulated once, and that are refitted by two steps and by two more, for each one
-that is refitted to its end."""
+TRIED, HALFWAY = 5, 2
+"""Sets that are refitted by two steps and by two more, for each one that is refitted to its end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,36 +65,11 @@ def enumerate_sets(bench: Bench, laws: Sequence[str], best: int) -> None:
         laws: Causes of the sets; those that the recordings cannot show are left out.
         best: Sets of each round that are refitted to their end.
     """
-    pool, laws = bench.pool, [name for name in laws if name in bench.testable]
+    pool = bench.pool
     pool.followed = (TRIED * best, HALFWAY * best, best)
     begun = start_fits(pool.worlds, [((), bench.start)], pool.floors)
     pool.add(refit(pool.worlds, begun, pool.floors, iterations=STEPS))
-    around = pool.fits[frozenset()]
-    for turn in range(ROUNDS):
-        view = survey(pool.worlds, around, laws, pool.floors, 0.99 if turn else 1.0)
-        chooser = Chooser(view, pool.price, SIZE)
-        trials = sorted(all_sets(chooser, laws), key=chooser.cost)
-        starts = new_starts(pool, view, trials[: LOOKED * best])
-        follow(pool, view, starts, coarse=0 if turn else 2, last=STEPS)
-        around = pool.best()
-
-
-def all_sets(chooser: Chooser, laws: Sequence[str]) -> Iterator[Trial]:
-    """Yield each set of at most three laws, at the best of what the survey saw of each.
-
-    No law stands beside its own special case.
-    """
-    held = chooser.survey.fit.names
-    atoms: dict[str, list[int]] = {}
-    for i in chooser.atoms.tolist():
-        atoms.setdefault(chooser.survey.columns[i].name, []).append(i)
-    known = [name for name in laws if name in atoms or name in held]
-    for size in range(1, SIZE + 1):
-        for names in combinations(known, size):
-            if all(chooser.relatives[name].isdisjoint(names) for name in names):
-                new = product(*(atoms[name] for name in names if name not in held))
-                gone = [name for name in held if name not in names]
-                yield min((chooser.solve(own, gone) for own in new), key=lambda t: t.score)
+    fit_small_sets(pool, [name for name in laws if name in bench.testable])
 
 
 def may_win(pool: Pool, fit: Fit) -> bool:

@@ -192,7 +192,19 @@ class Pool:
 
     def cost(self, fit: Fit) -> float:
         """Return a fit's score, its causes and surprises paid for [nat per row]."""
-        return fit.score + self.surprise(fit) + self.price_share * sum(map(self.bar, fit.names))
+        return fit.score + self.surprise(fit) + self.price_share * self.price * self.numbers(fit)
+
+    def numbers(self, fit: Fit) -> int:
+        """Count the numbers of a fit's causes: of those that a law may leave out, what it has."""
+        places = dict(zip(fit.columns, fit.place, strict=True))
+        columns = self.worlds.study.table.columns
+        laws = [(name, law_of(name).parameters) for name in fit.names]
+        absent = sum(
+            p.optional and bool(places.get(c) == 0.0)
+            for name, own in laws
+            for c, p in zip(columns(name), own, strict=False)
+        )
+        return sum(len(own) for _, own in laws) - absent
 
     def best(self) -> Fit:
         """Return the best fit, its causes paid for."""

@@ -51,11 +51,13 @@ class BenchNumber:
 
     @property
     def parameter(self) -> Parameter:
-        """Return the number's column of a parameter table."""
+        """Return the number's column of a parameter table; a model file takes all of its range."""
+        least, most, unit = BENCH_OVERRIDE_RANGES.get(self.key, (0.0, np.inf, "m"))
         low, high = sorted((self.value / self.reach, self.value * self.reach))
+        low, high = max(low, least), min(high, most)
         return Parameter(
             self.name,
-            "m" if self.key == RADIUS else BENCH_OVERRIDE_RANGES[self.key][2],
+            unit,
             null=self.value,
             nominal=self.value,
             lower=low,

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from lab.exams.regret.answers import regret_of, summary
-from lab.exams.regret.enumeration import SIZE, Bench, all_sets, bench_of
+from lab.exams.regret.enumeration import Bench, bench_of
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser
 from tendon_newton.diagnosis.search.refit import refit, start_fits
+from tendon_newton.diagnosis.search.small_sets import SIZE, all_sets
 from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded, steps_and_waves

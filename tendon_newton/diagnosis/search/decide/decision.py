@@ -7,9 +7,12 @@ import numpy as np
 
 from tendon_newton.diagnosis.findings import Found, PlainModel
 from tendon_newton.diagnosis.search.coordinates import is_shape
+from tendon_newton.diagnosis.search.decide.plain_models import (
+    compare_plain_models,
+    fit_plain_models,
+)
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import terms
-from tendon_newton.diagnosis.search.plain_models import compare_plain_models, fit_plain_models
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import (
     CLEAR,
@@ -132,6 +135,9 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         sets = {frozenset(f.names): f for f in near}
         decisive.rescore(floors_of(decisive.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], decisive)
+    plain: dict[str, Fit] = {}
+    if asks_plain_models(decisive, decisive.best()):
+        plain = fit_plain_models(decisive, names)
     fit_shared(decisive, decisive.best(), names)
     best = decisive.best()
     for name in best.names:
@@ -139,7 +145,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     decided = tested(decisive, prune(decisive, simplest(decisive, best)), names)
     if decided.undecided or not asks_plain_models(decisive, decided.fit):
         return decided
-    plain = fit_plain_models(decisive, names)
+    plain = plain or fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
     is_left = not decisive.leaves_nothing(decided.fit, share=1.0)
@@ -208,9 +214,9 @@ def best_predictor(
     """Return the set that predicts parts best that no number has seen, and its score there.
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
-    and to predict are two things. Each cause of the answer stays. A number costs one nat of what
-    the rows tell together (Akaike, A new look at the statistical model identification, 1974): parts
-    that are left out are of the conditions of those that are seen.
+    and to predict are two things. Each cause of the answer stays; it may have none. A number costs
+    one nat of what the rows tell together (Akaike, A new look at the statistical model
+    identification, 1974): parts that are left out are of the conditions of those that are seen.
 
     Args:
         decisive: Has the fits of all rows.
@@ -226,8 +232,8 @@ def best_predictor(
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
         f for f in decisive.fits.values()
-        if answer.names and set(answer.names) < set(f.names) and not beyond & set(f.names)
-        and not any(at_bound(decisive, f, name) for name in f.names)
+        if set(answer.names) < set(f.names) and not beyond & set(f.names)
+        and not any(at_bound(decisive, f, n) or is_nothing(decisive, f, n) for n in f.names)
     ]  # fmt: skip
     sets.sort(key=lambda f: f.score + cost(f))
     known = {frozenset(f.names) for f in plain}
@@ -475,6 +481,12 @@ def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
     ends = [(values[c], study.parameter(c)) for c in study.table.columns(name)]
     return any(np.isclose(v, (p.lower, p.upper), rtol=1e-6, atol=0.0).any() and v != p.null
                for v, p in ends if not p.optional)  # fmt: skip
+
+
+def is_nothing(pool: Pool, fit: Fit, name: str) -> bool:
+    """Tell whether a cause ended as nothing: at the value where its first number vanishes."""
+    column = pool.worlds.study.table.columns(name)[0]
+    return fit.place[fit.columns.index(column)] == 0.0
 
 
 def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:

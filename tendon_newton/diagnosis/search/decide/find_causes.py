@@ -185,17 +185,17 @@ def conclude_search(
         probabilities={n: probability(weights, n, rivals.get(n, ())) for n in final.names},
         posterior=Posterior() if named is None else posterior_of(decisive, shown, final, weights),
         plain=decided.plain,
-        predictor=predictor_of(decisive, decided, final),
+        predictor=None if verdict == "no_gap" else predictor_of(decisive, decided, named),
         predicts=decided.predicts,
         finished=not early,
         notes=early,
     )
 
 
-def predictor_of(decisive: Pool, decided: Decided, final: Fit) -> Found | None:
+def predictor_of(decisive: Pool, decided: Decided, named: Fit | None) -> Found | None:
     """Return the set that predicts best, with its numbers; None where it has no further cause."""
-    predictor = decided.predictor
-    if predictor is None or not set(final.names) < set(predictor.names):
+    predictor, least = decided.predictor, () if named is None else named.names
+    if predictor is None or not set(least) < set(predictor.names):
         return None
     return found_of(decisive, predictor, among=as_likely(decisive, predictor))
 

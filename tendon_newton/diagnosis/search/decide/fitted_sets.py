@@ -66,7 +66,7 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
         coordinate = worlds.coordinate(column)
         ends = (max(low[f], fit.place[f] - whole[f]), min(high[f], fit.place[f] + whole[f]))
         found = sorted(coordinate.value(float(u)) for u in ends)
-        slack = LEAST_SHARE * abs(value)
+        slack = LEAST_SHARE * abs(value) if np.isfinite(value) else 0.0
         parameter = worlds.study.parameter(column)
         intervals[column] = (
             max(found[0] - slack, min(parameter.lower, value)),
@@ -98,12 +98,13 @@ def between(study: Study, fit: Fit, column: int, among: Collection[Fit]) -> floa
     """Return half the 95 % interval of a number's coordinate over sets that fitted it, too.
 
     A number of a bench that is a cause in one set and within its tolerance in another is not the
-    same number.
+    same number. A set in which a cause ended as nothing is one without it.
     """
     owner, own = study.table.owners[column][0], fit.place[fit.columns.index(column)]
     moved = [
         o.place[o.columns.index(column)] - own for o in among
         if column in o.columns and (owner in o.names) == (owner in fit.names)
+        and (owner not in o.names or o.place[o.columns.index(column)] != 0.0)
     ]  # fmt: skip
     return SURE * float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
 

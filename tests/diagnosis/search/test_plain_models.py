@@ -1,0 +1,88 @@
+"""Models that a reader would try first, and what is written where no cause is sure."""
+
+import time
+
+import numpy as np
+import pytest
+
+from tendon_newton.diagnosis.diagnose import conclude
+from tendon_newton.diagnosis.findings import Findings
+from tendon_newton.diagnosis.search.decide.decision import Decided, best_predictor
+from tendon_newton.diagnosis.search.decide.find_causes import predictor_of
+from tendon_newton.diagnosis.search.decide.fitted_sets import found_of
+from tendon_newton.diagnosis.search.decide.plain_models import LAWS, PLAIN_MODELS, fit_plain_models
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.refit import refit, start_fits
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
+from tendon_newton.effects import EFFECTS, special_cases
+from tendon_newton.identification.study import Study
+from tests.diagnosis.search.test_sets import STEP, log, pool_of, started
+from tests.physics.runs import ideal_model
+
+TRIED = ("coulomb_friction", "viscous_friction", "stribeck_friction", "acceleration_limit")
+
+
+@pytest.fixture(scope="module")
+def pool() -> Pool:
+    """The fit without causes of three logs of a servo in grease with dry friction."""
+    recordings = [log(n) for n in range(3)]
+    pool = pool_of(SearchWorlds(Study(recordings, ideal_model(), TRIED, time_step=STEP)))
+    pool.followed = (6, 3)
+    pool.add(refit(pool.worlds, [started(pool)], pool.floors, iterations=4))
+    return pool
+
+
+def test_the_best_small_set_is_among_plain_models(pool: Pool) -> None:
+    """No list holds it: all sets of three laws at most are looked at."""
+    plain = fit_plain_models(pool, TRIED)
+    best = min(plain.values(), key=pool.cost)
+    assert set(best.names) == {"coulomb_friction", "viscous_friction"}
+
+
+def test_a_law_explains_no_less_than_its_special_case(pool: Pool) -> None:
+    """Stribeck friction begins as the dry friction that it holds."""
+    fit_plain_models(pool, TRIED)
+    for names, fit in list(pool.fits.items()):
+        for law in names & {"stribeck_friction"}:
+            for special in special_cases(law):
+                less = pool.fits.get(names - {law} | {special})
+                assert less is None or fit.score <= less.score + 1.0e-3
+
+
+def test_plain_models_are_of_a_published_list() -> None:
+    """Laws that few have in the list were chosen by looking at errors of real logs."""
+    own = {"gear_load_friction", "voltage_sag", "holding_friction", "torque_fade"}
+    assert not own & {*LAWS, *(effect for effects in PLAIN_MODELS.values() for effect in effects)}
+    assert set(LAWS) <= set(EFFECTS)
+
+
+def test_a_number_that_a_law_is_without_costs_nothing(pool: Pool) -> None:
+    """An acceleration without a limit of speed is one number."""
+    limit, speed = pool.worlds.study.table.columns("acceleration_limit")
+    starts = [(("acceleration_limit",), {limit: 40.0, speed: own}) for own in (np.inf, 5.0)]
+    free, bounded = start_fits(pool.worlds, starts, pool.floors)
+    assert (pool.numbers(free), pool.numbers(bounded)) == (1, 2)
+
+
+def test_where_no_cause_is_sure_the_set_that_predicts_best_is_written(pool: Pool) -> None:
+    """It is suspected: the verdict stays that nothing is explained."""
+    both = started(pool, coulomb_friction=0.6, viscous_friction=1.2)
+    pool.add([both])
+    nothing = pool.fits[frozenset()]
+    predictor, _ = best_predictor(pool, Decided(fit=nothing))
+    assert set(predictor.names) == {"coulomb_friction", "viscous_friction"}
+    start = found_of(pool, nothing)
+    findings = Findings(
+        verdict="unexplained", baseline=start, final=None, closest=start, suspected=(),
+        classes={}, candidates=(),
+        predictor=predictor_of(pool, Decided(fit=nothing, predictor=predictor), None),
+    )  # fmt: skip
+    test = Study([log(3)], ideal_model(), TRIED, time_step=STEP, like=pool.worlds.study)
+    diagnosis, _ = conclude(
+        pool.worlds.study, findings, ideal_model(), test, np.random.default_rng(0), time.monotonic()
+    )
+    assert diagnosis.verdict == "unexplained"
+    assert not diagnosis.effects
+    assert {e.name for e in diagnosis.suspected} == {"coulomb_friction", "viscous_friction"}
+    assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
+    assert diagnosis.extended.theta_rmse < 0.5 * diagnosis.baseline.theta_rmse
