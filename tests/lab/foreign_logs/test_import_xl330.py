@@ -124,7 +124,7 @@ def test_an_import_can_be_repeated(made_up: Path, tmp_path: Path) -> None:
 
 
 def test_what_is_wrong_with_the_real_logs_is_found(shared: Path, tmp_path: Path) -> None:
-    """Real logs of four gains: wrapped load, late speed, full duty, ripple, warming, no arm."""
+    """Real logs of four gains: wrapped load, late speed, full duty, warming, no arm."""
     findings = run_import(shared / "data" / "xl330", tmp_path / "out", "--test", "kp=200")
     loaded = load_dataset(tmp_path / "out")
     assert (len(loaded.train), len(loaded.test)) == (12, 4)
@@ -140,7 +140,6 @@ def test_what_is_wrong_with_the_real_logs_is_found(shared: Path, tmp_path: Path)
     assert all(18 <= int(f["evidence"].split()[0]) <= 23 for f in late)
     full = found(findings, "duty", "at the limit of 1")
     assert {name.split("_")[0] for name in full} == {"kp400", "kp800"}
-    assert len(found(findings, "voltage", "row to row")) >= 9
     assert found(findings, "temperature", "goes with duty_per_rad") == ["all"]
     assert found(findings, "mass", "not logged") == ["all"]
     assert [f for f in findings if f["severity"] == "defect"] == []
