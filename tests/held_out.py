@@ -44,7 +44,6 @@ NO_DATASET = {
     "experiment": "reads a diagnosis",
     "plan": "reads a model",
     "train-force-without-cell": "is train-force, on train recordings that lost their force",
-    "investigate": "is collect and diagnose in turns, on recordings of its own",
     "view": "draws one log",
     "explain": "reads a diagnosis",
     "asset": "reads an asset",

@@ -11,10 +11,6 @@ class PortUnavailable(HardwareFault):
     """A serial port is not there, or may not be opened."""
 
 
-class BenchNotReady(HardwareFault):
-    """An examination of a bench has found what must be mended before data is worth taking."""
-
-
 class PortBusy(HardwareFault):
     """Another process holds a serial port."""
 

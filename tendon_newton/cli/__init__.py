@@ -27,7 +27,6 @@ VERBS: dict[str, str] = {
     "explain": "tendon_newton.cli.diagnosis.explain",
     "plan": "tendon_newton.cli.diagnosis.plan",
     "experiment": "tendon_newton.cli.diagnosis.experiment",
-    "investigate": "tendon_newton.cli.diagnosis.investigate",
     "asset": "tendon_newton.cli.asset",
     "export": "tendon_newton.cli.export",
     "compare": "tendon_newton.cli.compare",

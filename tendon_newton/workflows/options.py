@@ -90,25 +90,6 @@ class CollectOptions(RecordOptions, ViewOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class InvestigateOptions(RecordOptions):
-    """Which bench to find out about, and how long that may take."""
-
-    out: Path  # Folder of the investigation; an investigation that it holds goes on.
-    budget: str = "3min"  # Time that recordings may take: 90s, 3min, 1h.
-    diagnosis_budget: str | None = None
-    """Time that each diagnosis may take on this computer, about; by default as long as it needs."""
-    known: Path | None = None  # Model file to start from; by default the servo's data sheet.
-    benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")
-    """Benches that you have, the one that is mounted first. Another one is asked for where it
-    tells more."""
-    task: Path | None = None
-    """Recording, or CSV file with t and theta_d, whose motion a model shall predict: runs are
-    chosen for it. By default steps to random angles on the bench that is mounted first."""
-    run_length: float = 12.0  # Length of a run [s].
-    seed: int = 0  # Seed of all draws.
-
-
-@dataclass(frozen=True, kw_only=True)
 class DeployOptions(BenchOptions, BenchPorts, ViewOptions):
     """Which policy, where the bench is, and how far it may go."""
 

@@ -69,10 +69,6 @@ WAYS: dict[str, Driving] = {
     "collect": Driving(
         words=("collect", "--excitation", "random_steps", "--duration", "60"), goes_on=True
     ),
-    "investigate": Driving(
-        words=("investigate", "--benches", "finger", "--run-length", "20", "--budget", "2min"),
-        goes_on=True,
-    ),
     "evaluate-policy": Driving(words=("evaluate-policy", "{policy}"), by_card=True),
     "refresh": Driving(words=("refresh",), by_card=True, begun=before_the_bench),
     "jog": Driving(words=("deploy", "--jog", "--load-cell-rate", "80"), by_hand=True),

@@ -14,7 +14,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.benches.virtual_calibration import calibrated_twins
-from tendon_hardware.collection.collect_plan import collect
+from tendon_hardware.collection.collect_plan import collect, recorded_runs
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import (
     BENCHES,
@@ -34,7 +34,7 @@ from tendon_hardware.virtual_bench import VirtualPorts
 from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
 from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.cli import main
-from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.dataset import ListedRecording, list_recording, load_dataset
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS, excite
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.model_file import load_model, write_model
@@ -481,3 +481,10 @@ def test_misuse_is_answered_in_one_line(words, said, tmp_path, capsys, monkeypat
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     base = ["collect", "--port", "virtual", "--out", str(tmp_path / "out")]
     assert said in refusal([*base, *words], capsys)
+
+
+def test_a_run_of_a_further_attempt_is_not_missing(tmp_path: Path) -> None:
+    """A fault ended the first attempt; the second has the run's name with its number."""
+    for file in ("steps_0.csv", "sines_1_again2.csv"):
+        list_recording(tmp_path, ListedRecording(file=file, bench="finger", split="train"))
+    assert recorded_runs(tmp_path) == {"steps_0", "sines_1"}

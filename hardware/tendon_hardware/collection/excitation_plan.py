@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.dataset import SPLITS, Split
-from tendon_newton.data.excitations import DESIGNED, RATE, excite, find_excitation
+from tendon_newton.data.excitations import DESIGNED, excite, find_excitation
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, look_up, unknown_name
 
@@ -67,18 +67,6 @@ class PlannedRun:
     def generator(self, seed: int) -> np.random.Generator:
         """Return the run's own source of random numbers."""
         return np.random.default_rng([seed, zlib.crc32(self.name.encode())])
-
-
-@dataclass(frozen=True, kw_only=True)
-class DesignedRun(PlannedRun):
-    """A run whose command is given."""
-
-    angles: tuple[float, ...]  # Command at 80 Hz, held until the next and at the end [rad]
-
-    def command(self, seed: int, rate: float) -> Array:
-        """Return the command [rad] at every row, shape (T,); nothing is drawn."""
-        rows = np.arange(round(self.duration * rate)) * RATE / rate
-        return np.array(self.angles)[np.minimum(rows.astype(int), len(self.angles) - 1)]
 
 
 @dataclass(frozen=True, kw_only=True)

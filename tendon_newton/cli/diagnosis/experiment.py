@@ -1,6 +1,6 @@
 """Write the command of the run that tells most about what a diagnosis leaves open.
 
-This is one step of the verb investigate. Commands of the library, and others that are varied, are
+Commands of the library, and others that are varied, are
 simulated on every bench with every set of causes that is left. A set may refit its numbers as far
 as the data at hand leave them open. Writes OUT (CSV: t, theta_d), and beside it .toml (bench, and
 what is expected) and .png. Record the command on that bench, add the recording to the dataset with

@@ -33,7 +33,7 @@ def test_five_seconds_under_packet_loss(tmp_path: Path) -> None:
     assert outcome.pacing.ticks + outcome.pacing.overruns >= 400
 
 
-LOADING = {"evaluate-policy", "investigate", "refresh"}
+LOADING = {"evaluate-policy", "refresh"}
 """Verbs that load the simulator first, for seconds; they drive as `deploy` and `collect` do."""
 
 
