@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.dataset import SPLITS, Split
-from tendon_newton.data.excitations import DESIGNED, excite, find_excitation
+from tendon_newton.data.excitations import excite, find_excitation
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, look_up, unknown_name
 
@@ -45,8 +45,7 @@ class PlannedRun:
     obstacle: str = "free"  # Obstacle in the bench's way
 
     def __post_init__(self) -> None:
-        if self.excitation != DESIGNED:
-            find_excitation(self.excitation)
+        find_excitation(self.excitation)
         if self.bench not in BENCHES:
             raise unknown_name("bench with a tendon", self.bench, BENCHES)
         if self.obstacle not in OBSTACLES:
