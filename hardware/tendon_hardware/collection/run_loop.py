@@ -6,6 +6,7 @@ so.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from math import ceil
 
@@ -28,6 +29,9 @@ from tendon_hardware.stop_request import StopRequest
 from tendon_newton.data.recording import Array
 
 WORTH_TELLING = 0.5  # Gap that the operator is told of [s]
+COASTED, AROUND = 0.3, 0.05
+"""Angle beyond its window to which a spool may coast while its motor is off, and angle by which it
+may still go on from there [rad]."""
 STALE = 0.25  # Age of the last reading beyond which a loop on the host must not act on it [s]
 
 
@@ -101,6 +105,7 @@ class RunLoop:
         self.settings = settings
         self.operator = operator
         self.stop = stop
+        self.limits = settings.limits
         self.forces = ForceWatch(bench, settings.limits, operator, settings.spool_radius)
         self.motion = MotionWatch(bench.drives[0], settings.spool_radius, settings.limits.force)
         self.tip = TipWatch(bench)
@@ -119,14 +124,21 @@ class RunLoop:
         self._next_look = 0.0
 
     def approach(self, angle: float) -> None:
-        """Switch the motor on, go to an angle [rad] without haste and rest there."""
+        """Switch the motor on, go to an angle [rad] without haste and rest there.
+
+        A spool that coasted a little beyond its window while its motor was off may come back.
+        """
         settings = self.settings
         self.servo.enable_torque()
         self._position = start = self.servo.read_state().position
         way = abs(angle - start) / APPROACH_SPEED
         count = ceil((way + settings.settle) * settings.rate)
         progress = np.arange(count) / (settings.rate * way) if way > 0.0 else np.ones(count)
+        low, high = settings.limits.position
+        if low - COASTED <= start <= low:
+            self.limits = replace(settings.limits, position=(start - AROUND, high))
         self._run(start + np.minimum(progress, 1.0) * (angle - start), "")
+        self.limits = settings.limits
 
     def record(self, run: PlannedRun, command: Array, log: SessionLog) -> None:
         """Give the commands [rad], one per tick, shape (T,), and log what follows."""
@@ -171,11 +183,11 @@ class RunLoop:
                 self._sent = tick // self.settings.divider
             glance = self._read()
             alerted = self.servo.counters.alerts > self._alerts
-            odd = alerted or broken_rule(self.settings.limits, glance) is not None
+            odd = alerted or broken_rule(self.limits, glance) is not None
             if odd or self.clock.now() >= self._next_look:  # an alert or a restart explains it
                 self._alerts = self.servo.counters.alerts
                 self._look()
-            stop_beyond(self.settings.limits, glance)
+            stop_beyond(self.limits, glance)
         except ServoSilent as error:
             self.gaps.miss()
             self._event("warn", str(error))
