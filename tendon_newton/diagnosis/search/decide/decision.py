@@ -136,7 +136,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         decisive.rescore(floors_of(decisive.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], decisive)
     plain: dict[str, Fit] = {}
-    if asks_plain_models(decisive, decisive.best()):
+    if not pool.is_late and asks_plain_models(decisive, decisive.best()):
         plain = fit_plain_models(decisive, names)
     fit_shared(decisive, decisive.best(), names)
     best = decisive.best()
