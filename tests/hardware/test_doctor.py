@@ -237,7 +237,7 @@ def test_an_alert_is_named_and_a_restart_clears_it(bench: LockstepBench) -> None
         (replace(WELL, voltage=5.0), "servo 1 supply", "fix", "give it 11.1 V"),
         (replace(WELL, voltage=13.0), "servo 1 supply", "fix", "6.5 to 12 V"),
         (replace(WELL, temperature=60.0), "servo 1 temperature", "note", "cool"),
-        (replace(WELL, hardware_error=0x04), "servo 1 alerts", "fix", "restart it"),
+        (replace(WELL, alerts=("overheating",)), "servo 1 alerts", "fix", "restart it"),
         (replace(WELL, watchdog_tripped=True), "servo 1 watchdog", "note", "clear it"),
         (replace(WELL, torque_enabled=True), "servo 1 motor", "note", "keep clear"),
     ],
