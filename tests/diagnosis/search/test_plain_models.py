@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.diagnosis.diagnose import conclude
-from tendon_newton.diagnosis.findings import Findings
+from tendon_newton.diagnosis.findings import Findings, PlainModel
 from tendon_newton.diagnosis.search.decide.decision import Decided, best_predictor
 from tendon_newton.diagnosis.search.decide.find_causes import predictor_of
 from tendon_newton.diagnosis.search.decide.fitted_sets import found_of
@@ -86,3 +86,26 @@ def test_where_no_cause_is_sure_the_set_that_predicts_best_is_written(pool: Pool
     assert {e.name for e in diagnosis.suspected} == {"coulomb_friction", "viscous_friction"}
     assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
     assert diagnosis.extended.theta_rmse < 0.5 * diagnosis.baseline.theta_rmse
+
+
+def test_explained_is_not_said_where_a_plain_model_halves_what_is_left(pool: Pool) -> None:
+    """Viscous friction alone is told; a plain model has dry friction beside it."""
+    start, named, both = (
+        found_of(pool, started(pool, **values))
+        for values in (
+            {}, {"viscous_friction": 1.2}, {"viscous_friction": 1.2, "coulomb_friction": 0.6},
+        )
+    )  # fmt: skip
+    plain = PlainModel(name="both", effects=both.effects, values=both.values, held_out=0.0)
+    test = Study([log(3)], ideal_model(), TRIED, time_step=STEP, like=pool.worlds.study)
+    for beside, verdict in (((), "explained"), ((plain,), "partly_explained")):
+        findings = Findings(
+            verdict="explained", baseline=start, final=named, closest=named, suspected=(),
+            classes={}, candidates=(), criteria={"viscous_friction": ()}, plain=beside,
+            predicts=0.0,
+        )  # fmt: skip
+        diagnosis, _ = conclude(
+            pool.worlds.study, findings, ideal_model(), test, np.random.default_rng(0),
+            time.monotonic(),
+        )  # fmt: skip
+        assert diagnosis.verdict == verdict
