@@ -57,10 +57,10 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
     What takes longest to compile should stand first.
     """
     device = wp.get_device(device)
+    kernel_cache().mkdir(parents=True, exist_ok=True)
     missing = {kernel.module: kind_of(kernel) for kernel in kernels if not is_kept(kernel, device)}
     if not missing:
         return
-    Path(kernel_cache()).mkdir(parents=True, exist_ok=True)
     if not os.access(kernel_cache(), os.W_OK):
         raise OSError(EACCES, os.strerror(EACCES), kernel_cache())
     jobs, workers = iter(missing.items()), min(len(missing), thread_count())
