@@ -1,7 +1,7 @@
 # One door to everything; `make help` lists it.
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test nightly bench docs docs-of-version
+.PHONY: help setup demo check test lab nightly bench docs docs-of-version
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -45,20 +45,25 @@ check: setup  ## lint, format, types, layers, results that pages show
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
-	$(BIN)/python -m tests.results --check
+	$(BIN)/python -m lab.results --check
 
 # One thread per process: torch and BLAS otherwise fight over the cores. Files run in their order, since
 # by number of tests the longest ones, which have few, come last and leave a core without work.
 test: setup  ## run the tests: CPU, offline, one process for each of two cores
 	OMP_NUM_THREADS=1 $(BIN)/pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
+lab: setup  ## run the tests of the lab: exams, studies, records, published logs
+	OMP_NUM_THREADS=1 $(BIN)/pytest lab/tests --numprocesses 2 --dist loadfile
+
 # Hours: everything that a commit does not wait for.
 nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged files, faults, kills, a soak
-	OMP_NUM_THREADS=1 $(BIN)/pytest -m slow
+	OMP_NUM_THREADS=1 $(BIN)/pytest tests lab/tests -m slow
 	$(BIN)/python -m tests.mutations
 	$(BIN)/python -m tests.held_out
+	$(BIN)/python -m lab.tests.held_out
 	$(BIN)/python -m tests.wheel
 	$(BIN)/python -m tests.fuzz --files 10000
+	$(BIN)/python -m tests.fuzz --files 2000 --groups lab.tests.fuzz_targets
 	$(BIN)/python -m tests.faults --runs 20
 	$(BIN)/python -m tests.faults kill --runs 20
 	$(BIN)/python -m tests.faults soak --hours 1

@@ -18,11 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from tendon_lab.reproduction.physical import starting_model
 from tendon_newton.cli import main as run
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.files.ledger import Ledger
-from tendon_newton.data.model_file import NamedValues, write_model
+from tendon_newton.data.model_file import write_model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
@@ -33,17 +32,17 @@ from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear
 from tests.diagnosis.in_time.test_changes import FIRST as FITTED
 from tests.diagnosis.in_time.test_changes import log_of
 from tests.hardware.silent_operator import SilentOperator
-from tests.lab.without_cell.pulled_benches import pulled_log
 from tests.physics.runs import ideal_model
 from tests.train.actuator.servo_logs import write_servo_dataset
+from tests.train.tendon.pulled_benches import pulled_log
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
 SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")
 NO_DATASET = {
     "demo": "is diagnose, on the recordings that come along",
+    "import": "reads logs; where a model comes from them too, the lab has a case",
     "experiment": "reads a diagnosis",
     "plan": "reads a model",
-    "train-force-without-cell": "is train-force, on train recordings that lost their force",
     "view": "draws one log",
     "explain": "reads a diagnosis",
     "asset": "reads an asset",
@@ -163,18 +162,6 @@ def changed_days(folder: Path, noisy: bool) -> Made:
     )
 
 
-def exam(folder: Path, noisy: bool) -> Made:
-    """The answer to one question; only its mark is the report."""
-    small_dataset(folder / "exam" / "one", noisy)
-    (folder / "exam" / "truth").mkdir()
-    effect = {"name": "viscous_friction", "parameters": {"coefficient": 0.8}}
-    truth = {"id": "one", "family": "single", "effects": [effect], "strength": {"ratio": 5.0}}
-    (folder / "exam" / "truth" / "one.json").write_text(json.dumps(truth))
-    said(["exam", folder / "exam", "--out", folder / "out", "--jobs", "1"])
-    answer = json.loads((folder / "out" / "one" / "diagnosis.json").read_text())
-    return diagnosed(answer, folder / "out" / "one" / "model.toml")
-
-
 def simulate(folder: Path, noisy: bool) -> Made:
     """What the model makes of the train recordings."""
     data = small_dataset(folder / "data", noisy)
@@ -197,6 +184,12 @@ def fit_tendon(folder: Path, noisy: bool) -> Made:
     return Made(decided=found, reported=reported)
 
 
+def servo_dataset(folder: Path, noisy: bool) -> Path:
+    """Write recordings of a made-up servo."""
+    whole = load_dataset(write_servo_dataset(folder / "made"))
+    return write_either(folder / "data", whole.train, whole.test, noisy)
+
+
 def train_force(folder: Path, noisy: bool) -> Made:
     """Every weight, when the training stopped, and all of the card but its held-out error."""
     data = servo_dataset(folder, noisy)
@@ -214,22 +207,6 @@ def weights_of(checkpoint: Path) -> dict[str, bytes]:
 
     kept = torch.load(checkpoint, weights_only=True)["done"]["kept_weights"]
     return {name: values.numpy().tobytes() for name, values in kept.items()}
-
-
-def servo_dataset(folder: Path, noisy: bool) -> Path:
-    """Write recordings of a made-up servo."""
-    whole = load_dataset(write_servo_dataset(folder / "made"))
-    return write_either(folder / "data", whole.train, whole.test, noisy)
-
-
-def evaluate_force(folder: Path, noisy: bool) -> Made:
-    """Nothing is fitted but the gain of the ideal source that a network has to beat."""
-    from tendon_lab.force_scoring.compared_models import compare
-
-    data = load_dataset(servo_dataset(folder, noisy))
-    models = {model.name: model for model in compare([], data, data.test)}
-    errors = [p.error.tolist() for p in models["ideal refitted"].predictions]
-    return Made(decided={name: m.gain for name, m in models.items()}, reported=errors)
 
 
 def refresh(folder: Path, noisy: bool) -> Made:
@@ -274,102 +251,43 @@ def refresh(folder: Path, noisy: bool) -> Made:
     return Made(decided=made, reported=reported)
 
 
-def import_logs(folder: Path, noisy: bool) -> Made:
-    """The model to start from, and every train recording; the log of the test split says more."""
-    from tests.importers.logs import xl330_log
-
-    for kp, supply in ((100, 7.0), (200, 7.4), (800, 7.6)):
-        xl330_log(folder / "logs" / f"kp{kp}_sine.json", kp=kp, vin=supply)
-    if noisy:
-        path = folder / "logs" / "kp200_sine.json"
-        table, rng = json.loads(path.read_text()), np.random.default_rng(1)
-        for entry in table["entries"]:
-            noise = rng.standard_normal(4)
-            entry |= dict(zip(("position", "speed", "load", "goal_position"), noise, strict=True))
-            entry["input_volts"] = 5.0 + 0.1 * float(noise[0])
-        path.write_text(json.dumps(table | {"vin": 5.0, "mass": 0.3}))
-    words = ["xl330", folder / "logs", "--out", folder / "out", "--test", "kp=200"]
-    text = said(["import", *words])
-    made = {r.name: r.motor_position.tolist() for r in load_dataset(folder / "out").train}
-    made["model.toml"] = (folder / "out" / "model.toml").read_text()
-    return Made(decided=made, reported=text)
-
-
-def reproduce(folder: Path, noisy: bool) -> Made:
-    """Every model of a bench: physics by refit, networks, servo, and both together.
-
-    Commands stay, since test recordings are told apart by them.
-    """
-    from tendon_lab.reproduction.reproduction import Reproduction
-    from tendon_lab.reproduction.steps.stage_list import run_stages
-    from tendon_lab.reproduction.unit import EXPERIMENTS, RECORDINGS
-    from tendon_newton.scheduler import InTurn
-    from tests.lab.reproduction.tiny import SETTINGS, TinyBench
-
-    TinyBench().record(0, folder / "recorded", seed=0, most=None)
-    for part in (RECORDINGS, EXPERIMENTS):
-        data = load_dataset(folder / "recorded" / part, require_train=False)
-        test = [replace(noise_like(r), command=r.command) if noisy else r for r in data.test]
-        write_dataset(folder / "bench" / part, data.train, test)
-    friction = NamedValues(name="load_dependent_friction", values={"coefficient": 0.2})
-    write_model(folder / "causes.toml", replace(starting_model(), effects=(friction,)))
-    whole = Reproduction(
-        settings=SETTINGS,
-        out=folder,
-        folders=(folder / "bench",),
-        causes=folder / "causes.toml",
-        executor=InTurn(),
-    )
-    found = run_stages(whole, ("tip",))
-    models = {
-        file.relative_to(folder).as_posix(): file.read_text().replace(str(folder), "")
-        for file in sorted((folder / "models").rglob("*.toml"))
-    }
-    assert len(models) >= 3
-    models |= {file.name: weights_of(file) for file in sorted(folder.rglob("*.checkpoint"))}
-    return Made(decided=models, reported=found["tip"].numbers)
-
-
 CASES: dict[str, Callable[[Path, bool], Made]] = {
-    "import": import_logs,
     "simulate": simulate,
     "diagnose": diagnose,
     "diagnose against": changed_days,
-    "exam": exam,
     "train-force": train_force,
-    "evaluate-force": evaluate_force,
     "fit-tendon": fit_tendon,
     "refresh": refresh,
-    "reproduce": reproduce,
 }
 """Verbs that read a dataset."""
 
 
-def differences(case: str, folder: Path) -> list[str]:
+def differences(make: Callable[[Path, bool], Made], folder: Path) -> list[str]:
     """Run a verb on recordings and on noise; return what differs and must not, and the reverse."""
     made = []
     for name, noisy in (("kept", False), ("noise", True)):
         (folder / name).mkdir()
-        made.append(CASES[case](folder / name, noisy))
+        made.append(make(folder / name, noisy))
     kept, noise = (made_by.decided for made_by in made)
     wrong = sorted(n for n in {*kept, *noise} if kept.get(n) != noise.get(n))
     blind = made[0].reported == made[1].reported
     return [*wrong, "the report says the same"] if blind else wrong
 
 
-def main(chosen: Sequence[str]) -> int:
-    """Run the verbs and print a line for each."""
+def main(cases: Mapping[str, Callable[[Path, bool], Made]], program: str) -> int:
+    """Run the verbs that are asked for, and print a line for each."""
+    parser = argparse.ArgumentParser(prog=program, description=__doc__)
+    parser.add_argument("verbs", nargs="*", metavar="VERB", help=f"of {', '.join(cases)}")
+    chosen = parser.parse_args().verbs
     quiet_warp()
     failed = 0
-    for case in chosen or CASES:
+    for case in chosen or cases:
         with tempfile.TemporaryDirectory() as folder:
-            wrong = differences(case, Path(folder))
+            wrong = differences(cases[case], Path(folder))
         failed += bool(wrong)
         print(f"{case:16s} {'DIFFERS: ' + ', '.join(wrong) if wrong else 'same to the bit'}")
     return int(failed > 0)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("verbs", nargs="*", metavar="VERB", help=f"of {', '.join(CASES)}")
-    sys.exit(main(parser.parse_args().verbs))
+    sys.exit(main(CASES, "python -m tests.held_out"))

@@ -45,7 +45,7 @@ SETS = "tests/diagnosis/search/test_sets.py -k"
 CHANGES = "tests/diagnosis/in_time/test_changes.py -k"
 EVENTS = "tests/diagnosis/in_time/test_log_events.py -k"
 NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
-CABLES = "tests/lab/test_cable_tool.py -k"
+CABLES = "lab/tests/test_cable_tool.py -k"
 MAPPED = "tests/importers/test_import_mapped.py -k"
 SMALL = "tests/diagnosis/in_time/test_small_changes.py -k"
 SLOPES = "tests/physics/test_slopes.py -k"
@@ -234,7 +234,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "stdtrit(count - 1, 0.5 * (1.0 + LEVEL))", "stdtrit(1e6, 0.5 * (1.0 + LEVEL))",
         "tests/identification/test_intervals.py -k student"),
     Mutation("large-class-is-an-answer", "lab/tendon_lab/exam/exam_score.py",
-        "c if len(c) <= LARGEST_CLASS else c[:1]", "c", "tests/lab/exam/test_exam_report.py"),
+        "c if len(c) <= LARGEST_CLASS else c[:1]", "c", "lab/tests/exam/test_exam_report.py"),
     Mutation("run-whose-worst-case-was-not-looked-at",
         "tendon_newton/diagnosis/next_experiment/worst_case.py", "            kept += good\n",
         "            kept += own[begin:]\n",
@@ -401,9 +401,9 @@ MUTATIONS: tuple[Mutation, ...] = (
         "hardware/tendon_hardware/safety_rules/rules.py",
         "value=lambda g: None if g.force is None else abs(g.force),", "value=lambda g: g.force,",
         "tests/hardware/deploy/test_tension_rule.py"),
-    Mutation("a-network-sees-what-comes", "examples/studies/cable_tool/rivals.py",
+    Mutation("a-network-sees-what-comes", "lab/studies/cable_tool/rivals.py",
         "recording.time[:, None] - PAST", "recording.time[:, None] + PAST", f"{CABLES} future"),
-    Mutation("a-law-is-fitted-to-what-is-tested", "examples/studies/cable_tool/rivals.py",
+    Mutation("a-law-is-fitted-to-what-is-tested", "lab/studies/cable_tool/rivals.py",
         "study = Study([run.recording for run in train]",
         "study = Study([run.recording for run in test]", f"{CABLES} law_is_fitted"),
     # what is silently wrong

@@ -7,7 +7,7 @@ SPIN = 2.0e-4
 """End of a wait that is spent spinning [s].
 
 99 % of a minute's ticks then come within 0.06 ms, for 1 % of a core; without it within 0.32 ms
-(`python -m examples.studies.pacing`, two cores at rest).
+(`python -m lab.studies.pacing`, two cores at rest).
 """
 
 

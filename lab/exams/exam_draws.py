@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.planted.generator import Recipe
 from tests.planted.physics.sensors import FORCE_NOISE
-from tests.planted.sets.draws import EFFECTS, MIX_OF, OUTSIDE, SIDES
+from tests.planted.sets.draws import EFFECTS, MIX_OF, NEEDS_FINGER, OUTSIDE, SIDES
 
 FAMILIES = ("single", "pair", "clean", "outside")
 """Asked by default; ``many``, three to five causes at once, is asked by name."""
@@ -34,17 +34,6 @@ ON_SHAFT = frozenset(
 WEAK_SIZE = 0.1
 REALISTIC_NOISE = (0.05, 0.09)  # [N] of the load cell where the friction is known
 
-# causes that one spring alone cannot tell from others: they need the finger, or two springs
-NEEDS_FINGER = frozenset(
-    {
-        "spool_radius_error",
-        "joint_stiffness_error",
-        "obstruction",
-        "tendon_compliance",
-        "gravity_misalignment",
-        "tendon_slack",
-    }
-)
 # what imitates what, at any strength: two of a set are a pair that is hard to find again
 ALIKE = (
     frozenset(

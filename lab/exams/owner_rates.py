@@ -16,6 +16,7 @@ from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
 from tendon_newton.effects import law_of
 from tendon_newton.scheduler import JobOptions, completed
+from tests.planted.owners.checks import is_right
 from tests.planted.owners.sets import (
     OF_MECHANISM,
     SILENT,
@@ -66,14 +67,6 @@ def mark(folder: Path, recipe: Recipe, right: list[bool], sound: list[bool]) -> 
     right.append(is_right(said, recipe))
     sound.append(blamed(said) <= faulty(recipe))
     say(f"{'right' if right[-1] else 'WRONG'}  {folder.name} {line(said, recipe)}")
-
-
-def is_right(said: StatedDiagnosis, recipe: Recipe) -> bool:
-    """Tell whether the planted cause is named with its owner, and no other; or nothing at all."""
-    names = [cause.name for cause in said.effects]
-    if recipe.cause is None:
-        return said.verdict == "no_gap" and not names
-    return names == [recipe.cause]
 
 
 def blamed(said: StatedDiagnosis) -> set[int | None]:

@@ -2,7 +2,7 @@
 
 ``python -m lab.exams.rich OUT --sets 12 --jobs N`` draws the sets that have no answer, diagnoses
 them from the drawing and a calibrated load cell, and writes OUT/rich.json: the strict score of
-``examples.studies.unit_score``. A run that broke off goes on; ``--only N`` does one set.
+``lab.studies.unit_score``. A run that broke off goes on; ``--only N`` does one set.
 """
 
 import argparse
@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from examples.studies.unit_score import Mark, mark, rate, summary
 from lab.exams.exam_draws import are_alike
 from lab.exams.other_sets import BENCHES, DRAWS, ON_FINGER, Draw, OtherRecipe, drawn, one, write_set
+from lab.studies.unit_score import Mark, mark, rate, summary
 from tendon_lab.exam.constant_answers import reached
 from tendon_lab.exam.run_exam import ANSWER, answer_one, read_answer
 from tendon_newton.data.files.json_file import write_json

@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from examples.studies.unit_score import Mark, mark, rate, summary
-from examples.studies.units import truth_of
 from lab.exams.exam_draws import MIX_SHARES, draw_many, draw_mix
+from lab.studies.unit_score import Mark, mark, rate, summary
+from lab.studies.units import truth_of
 from tendon_hardware.virtual_bench.physics.unit import BenchUnit
 from tendon_hardware.virtual_bench.physics.wear import PLANTINGS, WEARS, Planting
 from tendon_lab.exam.constant_answers import most_frequent, share

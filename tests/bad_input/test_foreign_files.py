@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset, load_dataset, write_dataset
 from tendon_newton.data.files.text_file import kept_inside, read_text
@@ -255,7 +254,6 @@ def read_whole(path: Path) -> Dataset:
         ("model.toml", load_model),
         ("dataset.toml", read_whole),
         ("train.csv", lambda path: read_whole(path.parent / "dataset.toml")),
-        ("c001.json", read_truth),
         ("diagnosis.json", read_diagnosis),
     ],
 )

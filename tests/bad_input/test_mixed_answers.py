@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from tendon_lab.exam import run_exam
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.output_folder import HELD, make_folder, releasing
@@ -20,7 +19,6 @@ from tendon_newton.data.files.together import refuse_mix, together
 from tendon_newton.data.model_file import write_model
 from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, InvalidOutput
-from tendon_newton.scheduler import JobOptions
 from tendon_train.refresh.refresh_outcome import told_drift
 from tests.diagnosis.test_accounts import told
 from tests.held_out import small_dataset
@@ -193,37 +191,3 @@ def test_a_hash_is_of_what_was_read(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setitem(load_dataset.__globals__, "read_recording", slow)
     with pytest.raises(InvalidDataset, match="must stay as they are while they are read"):
         load_dataset(data)
-
-
-def test_an_exam_asks_anew_what_has_changed(tmp_path: Path, monkeypatch) -> None:
-    """The answer to other recordings, or from another model, is no answer; the same one is kept."""
-    exam, out = tmp_path / "exam", tmp_path / "out"
-    data = small_dataset(exam / "one")
-    (exam / "truth").mkdir()
-    truth = {"id": "one", "family": "clean", "effects": [], "strength": {"ratio": 0.0}}
-    (exam / "truth" / "one.json").write_text(json.dumps(truth))
-    asked: list[str] = []
-
-    def answer(paths: tuple[Path, Path]) -> object:
-        asked.append(paths[0].name)
-        said = told("no_gap").to_json() | {
-            "peak_memory_mib": 1.0,
-            run_exam.QUESTION: run_exam.question_of(paths[0]),
-        }
-        paths[1].mkdir(parents=True, exist_ok=True)
-        (paths[1] / run_exam.ANSWER).write_text(json.dumps(said))
-        return said
-
-    monkeypatch.setattr(run_exam, "answer_one", answer)
-
-    def take() -> int:
-        asked.clear()
-        assert len(list(run_exam.take_exam(exam, out, options=JobOptions()))) == 1
-        return len(asked)
-
-    assert [take(), take()] == [1, 0]
-    (data / "model.toml").write_text((data / "model.toml").read_text() + "# other\n")
-    assert [take(), take()] == [1, 0]
-    file = data / load_dataset(data).test[0].name
-    file.write_text(file.read_text().replace("\n0.0", "\n0.00001", 1))
-    assert [take(), take()] == [1, 0]

@@ -7,27 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from tendon_lab.foreign_logs import IMPORTERS as LAB_IMPORTERS
 from tendon_newton.cli import main
 from tendon_newton.data.importers import IMPORTERS, MAPPED
+from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.errors import InvalidRecording, TendonNewtonError
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.networks import network_target
 from tendon_newton.simulation.hosts.replay import bench_of
-from tests.importers.logs import xl330_log
-from tests.lab.foreign_logs.bam_files import bam_log
-from tests.lab.foreign_logs.test_import_so101 import write_motion
+from tests.importers.logs import recording
 from tests.physics.runs import ideal_model
 
 NAMES = ("{outside}/a", "../a", "a/b", "a\\b", "..", "", "a\nb", "a\x1b[2J", "x" * 300, "a\udcff")
 """Absolute, upwards, with separators, empty, with control characters, too long, not UTF-8."""
-
-
-def so101(folder: Path, name: str) -> None:
-    """Name a joint; the format separates names by white space."""
-    write_motion(folder / "slow")
-    text = f"Base\n{name}\n"
-    (folder / "slow" / "joint_list.txt").write_bytes(text.encode("utf-8", "surrogateescape"))
 
 
 def lerobot(folder: Path, name: str) -> None:
@@ -36,16 +27,6 @@ def lerobot(folder: Path, name: str) -> None:
 
     feature = {"dtype": "float32", "shape": [3], "names": [name, *JOINTS[1:]]}
     lerobot_dataset(folder, features={"action": feature, "observation.state": feature})
-
-
-def xl330(folder: Path, name: str) -> None:
-    """Name the trajectory, and the file as far as a file can have the name."""
-    xl330_log(folder / f"{file_word(name)}.json", trajectory=name)
-
-
-def bam(folder: Path, name: str) -> None:
-    """Name the same."""
-    bam_log(folder / f"{file_word(name)}.json", trajectory=name)
 
 
 def mapped(folder: Path, name: str) -> None:
@@ -65,10 +46,7 @@ def file_word(name: str) -> str:
 
 
 WRITERS: dict[str, Callable[[Path, str], None]] = {
-    "so101": so101,
     "lerobot": lerobot,
-    "xl330": xl330,
-    "bam": bam,
     MAPPED: mapped,
 }
 """Importer -> what writes logs of its format with a name inside."""
@@ -76,14 +54,13 @@ WRITERS: dict[str, Callable[[Path, str], None]] = {
 
 def test_every_importer_is_walked() -> None:
     """A new format needs a writer of hostile names here."""
-    assert set(WRITERS) == {*IMPORTERS, *LAB_IMPORTERS, MAPPED}
+    assert set(WRITERS) == {*IMPORTERS, MAPPED}
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_imported_log_has_the_name_of_a_file(name: str, tmp_path: Path) -> None:
     """Whatever made the log: it may be an importer that looks at no name."""
-    xl330_log(tmp_path / "a.json")
-    (log,) = LAB_IMPORTERS["xl330"](tmp_path).logs
+    log = ImportedLog(recording=recording("a.csv"), conditions={}, source=tmp_path, sha256="")
     with pytest.raises(InvalidRecording, match="must be a file's name"):
         replace(log, recording=replace(log.recording, name=name))
 
@@ -92,18 +69,23 @@ def test_an_imported_log_has_the_name_of_a_file(name: str, tmp_path: Path) -> No
 @pytest.mark.parametrize("kind", WRITERS)
 def test_an_import_writes_inside_its_folder(kind, name, tmp_path, capsys) -> None:
     """It is refused in one line, or all that is written has a plain name below --out."""
-    name = name.format(outside=tmp_path / "outside")
-    (tmp_path / "outside").mkdir()
-    WRITERS[kind](tmp_path / "logs", name)
-    before = files(tmp_path)
-    out = tmp_path / "home" / "out"
-    words = ["import", kind, str(tmp_path / "logs"), "--out", str(out)]
+    check_import(WRITERS[kind], kind, name, tmp_path, capsys)
+
+
+def check_import(write, kind: str, name: str, folder: Path, capsys) -> None:
+    """Import logs with a hostile name inside, and look at all that is written."""
+    name = name.format(outside=folder / "outside")
+    (folder / "outside").mkdir()
+    write(folder / "logs", name)
+    before = files(folder)
+    out = folder / "home" / "out"
+    words = ["import", kind, str(folder / "logs"), "--out", str(out)]
     words += ["--unit", "deg"] if kind == "lerobot" else []
-    words += ["--mapping", str(tmp_path / "mapping.toml")] if kind == MAPPED else []
+    words += ["--mapping", str(folder / "mapping.toml")] if kind == MAPPED else []
     code = main(words)
     told = capsys.readouterr().err
     assert code == 0 or (code == 2 and told.count("\n") == 1)
-    check_written(files(tmp_path) - before, out)
+    check_written(files(folder) - before, out)
 
 
 @pytest.mark.parametrize("name", NAMES[:-1])  # USD keeps text that is not UTF-8 out

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tendon_lab.exam.run_exam import answer_one
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import write_model
+from tests.planted.answers import answer_of
 from tests.planted.generator import starting_model
 from tests.planted.physics.bench import BENCHES
 from tests.planted.physics.causes import Causes
@@ -40,9 +40,7 @@ def diagnosed(
     ]
     write_dataset(folder / "dataset", recordings[:-1], recordings[-1:])
     write_model(folder / "dataset" / "model.toml", starting_model(known_friction=False))
-    answer = answer_one((folder / "dataset", folder / "answer"))
-    assert answer is not None, (folder / "answer" / "error.txt").read_text()
-    return answer
+    return answer_of(folder / "dataset", folder / "answer")
 
 
 def named(answer: dict[str, Any]) -> dict[str, dict[str, tuple[float, float]]]:

@@ -4,13 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
-from examples.studies.so101 import split
-from examples.studies.so101_pairs import TOLD
-from tendon_lab.foreign_logs.bam import read_xl330
-from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.cli.simulate import errors_text
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
@@ -26,6 +21,8 @@ Array = NDArray[np.float64]
 ROW, STEPS = 0.02, 20  # Time from row to row [s], and steps in it
 DELAY, LAG, BAND = 0.038, 0.048, 0.008  # What the servo does: [s], [s], [rad]
 COUNT = 2.0 * np.pi / 4096.0  # [rad]
+
+TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))  # it is where it was told
 
 
 def measured(name: str, goal: Array) -> Recording:
@@ -95,16 +92,6 @@ def test_a_limit_that_is_found_to_be_none_leaves_the_model() -> None:
     assert found.values == {"limit": 20.0}
 
 
-MOTOR = {"torque_constant": 0.3998, "resistance": 3.596, "armature": 0.001296}
-FADING = (
-    NamedValues(name="load_dependent_friction", values={"coefficient": 0.3563}),
-    NamedValues(name="viscous_friction", values={"coefficient": 0.008167}),
-    NamedValues(name="torque_fade", values={"fade": 3.859, "time_constant": 0.7478}),
-)
-"""Fitted to the gains 100 and 800 by `python -m examples.studies.xl330 LOGS --test 200`: the
-rotor's inertia acts before the gear, whose friction then sees less of it (docs/lab/xl330.md)."""
-
-
 def test_what_follows_a_gap_is_no_error_of_the_model() -> None:
     """A command that jumps amid lost rows is unknown to a simulation; such rows count nowhere."""
     goal = np.repeat([0.0, 0.4, -0.3, 0.2], 100)
@@ -135,66 +122,6 @@ def test_what_follows_a_gap_is_no_error_of_the_model() -> None:
         joint_position=np.zeros((len(kept), 1)),
     )
     assert errors_text(lost, still).endswith(" mrad RMS, without 50 rows after gaps")
-
-
-def data(shared: Path, name: str) -> Path:
-    """Return the folder of a data set, or skip."""
-    folder = shared / "data" / name
-    if not folder.is_dir():
-        pytest.skip("these logs are not part of the repository, and are not here")
-    return folder
-
-
-@pytest.mark.parametrize(
-    ("joint", "motions", "least", "names"),
-    [
-        pytest.param(
-            "Rotation",
-            ("chirp_sweep", "slow_precision"),
-            0.75,
-            {"actuator_lag", "command_delay", "deadband"},
-            marks=pytest.mark.slow,
-        ),
-        (
-            "Wrist_Roll",
-            ("chirp_sweep", "single_joint_wrist_roll"),
-            0.70,
-            {"actuator_lag", "deadband"},
-        ),
-    ],
-)
-def test_a_position_servo_is_explained_on_motions_that_no_fit_has_seen(
-    shared, tmp_path, joint, motions, least, names
-) -> None:
-    """Three quarters of the RMS error of "it is where it was told to be" go.
-
-    Each cause is named, or in the class of one that is.
-    """
-    imported = read_so101(data(shared, "so101"))
-    logs = [log for log in imported.logs if log.conditions["joint"] == joint]
-    dataset = split(tmp_path, logs, motions)
-    diagnosis, _ = diagnose(dataset, imported.model)
-    classes = [{effect.name, *effect.indistinguishable_from} for effect in diagnosis.effects]
-    assert set().union(*classes) >= names
-    assert len(classes) == len(names)
-    told = Study(dataset.test, TOLD, ())
-    (before,) = evaluate_models(told, [{}])
-    assert diagnosis.extended.theta_rmse < (1.0 - least) * before.pooled().theta_rmse
-
-
-def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> None:
-    """Fitted to the gains 100 and 800 alone, it leaves 29.8 mrad at gain 200 (0.5: rounding).
-
-    The supply is the mean of its readings; with their ripple 32.6 mrad are left.
-    """
-    imported = read_xl330(data(shared, "xl330"))
-    held = [log.recording for log in imported.logs if log.conditions["kp"] == 200]
-    actuator = imported.model.actuator
-    motor = replace(actuator, values={**actuator.values, **MOTOR})
-    model = replace(imported.model, actuator=motor, effects=FADING)
-    study = Study(held, model, tuple(effect.name for effect in FADING))
-    (error,) = evaluate_models(study, [{}])
-    assert 1e3 * error.pooled().theta_mae == pytest.approx(29.8, abs=0.5)
 
 
 def test_a_log_in_which_nothing_moves_has_no_gap() -> None:

@@ -1,11 +1,11 @@
 """Models that the tests of exports carry into other programs."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from examples.studies.exports import model_of
-from tendon_newton.data.model_file import Model
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, command_range, departure, replayed
@@ -15,6 +15,83 @@ from tests.physics.runs import run_of
 
 ANGLE = 1.5e-3  # rad: one count of a servo's encoder
 FORCE = 0.05  # N: below a load cell's noise
+NETWORK = Path(__file__).parents[2] / "assets/networks/transformer-simulation-paper-0.safetensors"
+IDEAL = {"gain": 4.2, "spool_radius": 0.0125}
+PWM = {
+    "duty_per_rad": 1.0,
+    "max_duty": 0.9,
+    "supply_voltage": 5.0,
+    "torque_constant": 0.4,
+    "resistance": 10.0,
+    "armature": 2.0e-4,
+    "spool_radius": 0.0125,
+}
+LEARNED = {"file": str(NETWORK), "spool_radius": 0.0125}
+SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
+TYPICAL: dict[str, dict[str, float]] = {
+    "command_delay": {"delay": 0.03},
+    "command_rate_limit": {"limit": 3.0},
+    "acceleration_limit": {"limit": 40.0, "speed": 4.0},
+    "starting_duty": {"duty": 0.03},
+    "overload_cut": {"duty": 0.2, "fraction": 0.1, "time": 0.2},
+    "asymmetric_friction": {"winding": 0.7, "unwinding": 0.3},
+    "hysteresis": {"force": 0.6, "travel": 0.0005},
+    "sample_period_error": {"scale": 1.1},
+    "spool_radius_error": {"scale": 1.2},
+    "position_offset": {"angle": 0.1},
+    "tendon_slack": {"length": 0.002},
+    "backlash": {"width": 0.05},
+    "deadband": {"width": 0.05},
+    "gain_error": {"scale": 1.3},
+    "gain_drift": {"rate": 0.03},
+    "force_saturation": {"limit": 3.0},
+    "voltage_sag": {"sag": 0.03},
+    "torque_fade": {"fade": 0.02, "time_constant": 0.7},
+    "actuator_lag": {"time_constant": 0.03},
+    "viscous_friction": {"coefficient": 0.8},
+    "coulomb_friction": {"force": 0.6},
+    "stribeck_friction": {"coulomb_force": 0.4, "static_force": 0.8, "stribeck_velocity": 1.0},
+    "load_dependent_friction": {"coefficient": 0.15},
+    "gear_load_friction": {"coefficient": 0.1},
+    "load_stribeck_friction": {
+        "coefficient": 0.08,
+        "static_coefficient": 0.16,
+        "stribeck_velocity": 1.0,
+    },
+    "holding_friction": {"share": 0.25},
+    "tendon_compliance": {"stiffness": 8000.0},
+    "speed_limit": {"limit": 4.0},
+    "routing_friction": {"exponent": 0.15},
+    "obstruction": {"stiffness": 800.0, "position": 0.6, "dissipation": 10.0},
+    "joint_stiffness_error": {"scale": 1.2},
+    "spring_stiffening": {"beta": 0.8},
+    "viscoelastic_spring": {"stiffness_ratio": 0.3, "relaxation_time": 0.4},
+    "joint_damping_error": {"scale": 3.0},
+    "joint_dry_friction": {"fraction": 0.05},
+    "inertia_error": {"scale": 2.0},
+    "gravity_misalignment": {"angle": 0.4},
+    "load_cell_delay": {"delay": 0.03},
+    "load_cell_lag": {"time_constant": 0.03},
+    "load_cell_gain": {"scale": 1.1},
+    "load_cell_bias": {"offset": 0.3},
+    "load_cell_drift": {"rate": 0.05},
+}
+"""A number for each effect that shows on the standard commands."""
+TORQUE = {"kp": 0.05, "kd": 0.002, "max_torque": 0.25, "armature": 2.0e-4, "spool_radius": 0.0125}
+ACTUATORS = {"ideal": IDEAL, "pwm_servo": PWM, "pd_torque": TORQUE, "learned": LEARNED}
+
+
+def model_of(bench: str, actuator: str, *effects: str) -> Model:
+    """Return a model of a bench with some effects at their typical numbers."""
+    values: dict[str, Any] = dict(ACTUATORS[actuator])
+    if bench == "pendulum" and actuator == "pwm_servo":
+        values = dict(SHAFT)
+    elif bench == "pendulum":
+        values["spool_radius"] = 1.0
+    return Model(
+        actuator=NamedValues(name=actuator, values=values),
+        effects=tuple(NamedValues(name=name, values=TYPICAL[name]) for name in effects),
+    )
 
 
 def short_run(bench: str, model: Model, rows: int = 60) -> Recording:

@@ -16,12 +16,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from examples.studies.exports import PWM, model_of
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.configs.isaaclab_target import write_isaaclab_target
 from tendon_newton.exports.configs.mjlab_target import write_mjlab_target
 from tendon_newton.exports.configs.text import CONFIG_FILE
 from tendon_newton.simulation.hosts.replay import bench_of
+from tests.exports.models import PWM, model_of
 
 ISAACLAB_BASE = {
     "class_type", "joint_names_expr", "actuator_effort_limit", "actuator_velocity_limit",

@@ -12,8 +12,6 @@ import newton
 import numpy as np
 import pytest
 
-from examples.studies.exports import ACTUATORS as TYPICAL
-from examples.studies.exports import model_of
 from tendon_newton.actuators import ACTUATORS, find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import TendonNewtonError
@@ -29,6 +27,8 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
+from tests.exports.models import ACTUATORS as TYPICAL
+from tests.exports.models import model_of
 
 # A network takes a minute to be taught to the targets with a network of their own
 SERVOS = [name for name in ACTUATORS if name != "learned"]

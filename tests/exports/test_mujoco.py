@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 import warp as wp
 
-from examples.studies.exports import TYPICAL, model_of
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
@@ -33,7 +32,7 @@ from tendon_newton.exports.mujoco.mujoco_target import (
 from tendon_newton.exports.newton.newton_target import write_newton_target
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.simulation.hosts.replay import bench_of, replay
-from tests.exports.models import ANGLE, FORCE, strays, strays_of
+from tests.exports.models import ANGLE, FORCE, TYPICAL, model_of, strays, strays_of
 from tests.physics.runs import run_of
 from tests.test_imports import top_level_imports
 

@@ -8,7 +8,6 @@ import pytest
 import torch
 from newton.actuators import DriveNeuralGRU, DriveNeuralLSTM, DriveNeuralMLP
 
-from examples.studies.exports import model_of
 from tendon_newton.exports.networks.files import (
     ScaledLstm,
     write_gru_onnx,
@@ -29,6 +28,7 @@ from tendon_newton.exports.networks.students import (
     lessons_of,
 )
 from tendon_newton.simulation.hosts.replay import bench_of
+from tests.exports.models import model_of
 
 SAME = 2.0e-6  # N: float32 through two runtimes
 FEW = 5  # steps of training where only the files matter

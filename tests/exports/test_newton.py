@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from newton.actuators import ClampingDCMotor, ClampingMaxEffort, Delay, DrivePD, parse_actuator_prim
 
-from examples.studies.exports import PWM, TYPICAL, model_of
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.departure import standard_runs
 from tendon_newton.exports.newton.newton_target import (
@@ -24,7 +23,7 @@ from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, replay
-from tests.exports.models import ANGLE, FORCE, strays
+from tests.exports.models import ANGLE, FORCE, PWM, TYPICAL, model_of, strays
 from tests.physics.runs import run_of
 
 SERVO_SIDE = (

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from examples.studies.exports import PWM, model_of
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import replayed
 from tendon_newton.simulation.hosts.replay import bench_of, replay
-from tests.exports.models import short_run
+from tests.exports.models import PWM, model_of, short_run
 from tests.physics.runs import run_of
 
 BENCH = "spring_weak"

@@ -7,8 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from examples.studies.exports import PWM, model_of
-from tendon_lab.foreign_logs.bam.bam_parameters import read_parameters
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.bam_target import (
     COVERAGE,
@@ -21,7 +19,7 @@ from tendon_newton.exports.usd_target import BENCH_FILE, WAY, write_usd_target
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
-from tests.exports.models import ANGLE, FORCE, strays
+from tests.exports.models import ANGLE, FORCE, model_of, strays
 
 
 def inertia_of(model: mujoco.MjModel, names: tuple[str, ...], q: np.ndarray) -> np.ndarray:
@@ -97,29 +95,6 @@ def test_our_solver_on_the_file_is_our_solver(tmp_path: Path) -> None:
     found = strays(tmp_path, "usd", WAY, "finger", "ideal", *effects)
     assert found.angle < 0.1 * ANGLE
     assert found.force < 0.1 * FORCE
-
-
-FRICTIONS = ("coulomb_friction", "stribeck_friction", "gear_load_friction",
-             "load_stribeck_friction", "load_dependent_friction", "viscous_friction")  # fmt: skip
-WHOLE = 1.0e-9  # relative: nothing but the rounding of one division lies between
-
-
-@pytest.mark.parametrize("friction", FRICTIONS)
-def test_a_servo_comes_back_as_it_was(friction: str, tmp_path: Path) -> None:
-    """Our own importer reads motor and friction out of the file again, on a shaft."""
-    model = model_of("pendulum", "pwm_servo", friction)
-    write_bam_target(tmp_path, bench_of("pendulum", model), model)
-    back = read_parameters(tmp_path / PARAMETER_FILE)
-    assert back.left_out == ()
-    found = {effect.name: dict(effect.values) for effect in back.model.effects}
-    (given,) = model.effects
-    assert found.pop(given.name) == pytest.approx(dict(given.values), rel=WHOLE)
-    values = back.model.actuator.values
-    gain = found.pop("gain_error")["scale"] * float(values["duty_per_rad"])
-    assert gain == pytest.approx(PWM["duty_per_rad"], rel=WHOLE)
-    assert found == {}
-    for name in ("torque_constant", "resistance"):
-        assert values[name] == pytest.approx(PWM[name], rel=WHOLE)
 
 
 def test_friction_at_a_spool_is_a_torque_there(tmp_path: Path) -> None:

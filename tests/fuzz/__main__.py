@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 from tests.fuzz.command import fuzz, write_failures
+from tests.fuzz.targets import PRODUCT
 
 
 def main() -> int:
@@ -22,8 +23,10 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", nargs="*", default=[], help="targets")
     parser.add_argument("--out", type=Path, help="file for the failures")
+    parser.add_argument("--groups", default=PRODUCT, metavar="MODULE", help="what has the targets")
     words = parser.parse_args()
-    tally = fuzz(words.files, seed=words.seed, jobs=words.jobs, only=words.only, report=print)
+    tally = fuzz(words.files, seed=words.seed, jobs=words.jobs, only=words.only,
+                 module=words.groups, report=print)  # fmt: skip
     print(tally.text())
     if words.out:
         write_failures(words.out, tally)

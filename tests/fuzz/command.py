@@ -7,13 +7,13 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tests.fuzz.targets import GROUPS
+from tests.fuzz.targets import PRODUCT, Target, groups_in
 
 HANG = 5.0  # Longest time of a core that a file may take [s]
 MEMORY = 1000.0  # Most memory that a file may take beyond the process's start [MB]
@@ -64,12 +64,14 @@ class Tally:
         )
 
 
-def plan_of(group: str, files: int, total: float, only: Sequence[str]) -> list[tuple[str, int]]:
+def plan_of(
+    targets: Mapping[str, Target], files: int, total: float, only: Sequence[str]
+) -> list[tuple[str, int]]:
     """Return which files of a group are tried: target and number."""
-    targets = {name: t for name, t in GROUPS[group]().items() if not only or name in only}
     return [
         (name, number)
         for name, target in targets.items()
+        if not only or name in only
         for number in range(max(1, round(files * target.share / total)))
     ]
 
@@ -80,6 +82,7 @@ def fuzz(
     seed: int = 0,
     jobs: int = 2,
     only: Sequence[str] = (),
+    module: str = PRODUCT,
     report: Callable[[str], None] = lambda line: None,
 ) -> Tally:
     """Spoil about so many files and read each.
@@ -88,19 +91,22 @@ def fuzz(
         seed: Of all changes; a file is named by seed, target and number.
         jobs: Workers at the same time.
         only: Targets; all unless given.
+        module: What has the targets.
     """
-    shares = [t.share for g in GROUPS.values() for n, t in g().items() if not only or n in only]
+    groups = {name: make() for name, make in groups_in(module).items()}
+    shares = [t.share for g in groups.values() for n, t in g.items() if not only or n in only]
     tally = Tally()
 
     def run(group: str) -> None:
-        for name, number, answer in answers(group, plan_of(group, files, sum(shares), only), seed):
+        plan = plan_of(groups[group], files, sum(shares), only)
+        for name, number, answer in answers(f"{module}:{group}", plan, seed):
             before = len(tally.failures)
             tally.enter(name, number, answer)
             for failure in tally.failures[before:]:
                 report(failure)
 
     with ThreadPoolExecutor(jobs) as pool:
-        list(pool.map(run, GROUPS))
+        list(pool.map(run, groups))
     return tally
 
 

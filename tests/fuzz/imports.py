@@ -8,15 +8,10 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from tendon_lab.foreign_logs.bam import read_bam, read_xl330
-from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
 from tendon_newton.data.importers.mapped import read_mapped
 from tests.fuzz.mutations import change_lines, change_table, flip
 from tests.importers.lerobot_files import lerobot_dataset
-from tests.importers.logs import xl330_log
-from tests.lab.foreign_logs.bam_files import bam_log, bam_parameters
-from tests.lab.foreign_logs.test_import_so101 import write_motion
 
 MAPPING: dict[str, Any] = {
     "bench": "spring_weak",
@@ -68,47 +63,11 @@ def read_mapped_folder(path: Path) -> None:
     read_mapped(path.parent, path.parents[1] / "mapping.toml", lambda _: 0.0125)
 
 
-def xl330_file(folder: Path) -> Path:
-    """Write a log of a servo on a pendulum."""
-    return xl330_log(folder / "logs" / "a_sin.json")
-
-
 def change_json(content: bytes, rng: Random) -> bytes:
     """Change a value of the log, or its text."""
     if rng.random() < 0.5:
         return rng.choice((flip, change_lines))(content, rng)
     return json.dumps(change_table(json.loads(content), rng)).encode()
-
-
-def read_xl330_folder(path: Path) -> None:
-    """Read the folder of a spoilt log."""
-    read_xl330(path.parent)
-
-
-def so101_file(folder: Path) -> Path:
-    """Write a motion of an arm."""
-    write_motion(folder / "logs" / "slow")
-    return folder / "logs" / "slow" / "state_motor.csv"
-
-
-def read_so101_folder(path: Path) -> None:
-    """Read the folder of a spoilt motion."""
-    read_so101(path.parents[1])
-
-
-def bam_file(folder: Path) -> Path:
-    """Write a log of Rhoban/bam."""
-    return bam_log(folder / "logs" / "a_sin.json")
-
-
-def read_bam_folder(path: Path) -> None:
-    """Read the folder of a spoilt log."""
-    read_bam(path.parent)
-
-
-def bam_parameter_file(folder: Path) -> Path:
-    """Write a parameter file of Rhoban/bam."""
-    return bam_parameters(folder / "m6.json")
 
 
 def lerobot_rows(folder: Path) -> Path:

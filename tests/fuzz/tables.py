@@ -11,7 +11,6 @@ import tomli_w
 
 from tendon_hardware.control.goals import read_goals
 from tendon_hardware.load_cells.calibration import load_calibration, write_calibration
-from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.arms.arm import motions_of
 from tendon_newton.arms.arm_file import read_arm
 from tendon_newton.arms.placement import find_placement
@@ -28,7 +27,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.diagnosing import stated_day
 from tendon_train.refresh.refresh_outcome import told_drift
 from tests.arms.planted_arm import planted_mechanism, planted_motion
-from tests.bad_input.test_bad_input_exams import ANSWER, OPEN, SETS, TRUTH
+from tests.bad_input.test_bad_input_diagnoses import ANSWER, OPEN, SETS
 from tests.diagnosis.in_time.test_changes_report import SLACK, STRETCHY, day
 from tests.fuzz.mutations import table_changer
 from tests.hardware.deploy.policies import card_of
@@ -36,7 +35,7 @@ from tests.hardware.load_cells.test_calibration import fit, points
 from tests.train.actuator.network_files import card_of as force_card_of
 from tests.train.policy.test_randomisation import open_number, write_sets
 
-__all__ = ["ANSWER", "OPEN", "TRUTH"]
+__all__ = ["ANSWER", "OPEN"]
 MODEL: dict[str, Any] = {
     "bench_overrides": {"finger": {"mass": [0.012, 0.008]}},
     "fit": ["gain"],
@@ -89,11 +88,6 @@ def read_finite_diagnosis(path: Path) -> None:
     made = read_diagnosis(path)
     numbers = [p.value for cause in made.effects for p in cause.parameters.values()]
     assert np.all(np.isfinite([made.wall_time_s, *numbers]))
-
-
-def read_truth_file(path: Path) -> None:
-    """Read what is hidden in a dataset of an exam."""
-    read_truth(path)
 
 
 def open_folder(folder: Path) -> Path:

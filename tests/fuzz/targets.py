@@ -4,6 +4,7 @@ A target's `prepare` writes a sound folder and returns the file to spoil; `read`
 returns, or raises an error of ours. Everything heavy is imported inside, by the worker alone.
 """
 
+import importlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -69,7 +70,7 @@ def recordings() -> dict[str, Target]:
 
 
 def settings() -> dict[str, Target]:
-    """Models, diagnoses, truths, calibrations, goals."""
+    """Models, diagnoses, calibrations, goals."""
     from tests.fuzz import tables
 
     return {
@@ -96,11 +97,6 @@ def settings() -> dict[str, Target]:
             tables.earlier_folder, table_changer(tables.OPEN, json.dumps), tables.read_earlier
         ),
         "changes": Target(tables.changes_file, tables.change_json_text, tables.read_changes),
-        "truth": Target(
-            put("c001.json", json.dumps(tables.TRUTH)),
-            table_changer(tables.TRUTH, json.dumps),
-            tables.read_truth_file,
-        ),
         "class": Target(
             tables.open_folder, table_changer(tables.OPEN, json.dumps), tables.read_left_open
         ),
@@ -123,7 +119,6 @@ def settings() -> dict[str, Target]:
 
 def foreign_logs() -> dict[str, Target]:
     """Logs of other programs, and the mappings that explain them."""
-    from tendon_lab.foreign_logs.bam import read_parameters
     from tests.fuzz import imports
 
     return {
@@ -138,15 +133,9 @@ def foreign_logs() -> dict[str, Target]:
         "mapping": Target(
             imports.mapping_file, toml_of(imports.MAPPING), imports.read_with_mapping
         ),
-        "xl330": Target(imports.xl330_file, imports.change_json, imports.read_xl330_folder),
-        "bam": Target(imports.bam_file, imports.change_json, imports.read_bam_folder),
-        "bam-parameters": Target(imports.bam_parameter_file, imports.change_json, read_parameters),
         "lerobot": Target(imports.lerobot_rows, flip, imports.read_lerobot_rows, share=0.2),
         "lerobot-info": Target(
             imports.lerobot_info, imports.change_json, imports.read_lerobot_info, share=0.2
-        ),
-        "so101": Target(
-            imports.so101_file, either(change_cells, change_lines, flip), imports.read_so101_folder
         ),
     }
 
@@ -192,3 +181,9 @@ GROUPS: dict[str, Callable[[], dict[str, Target]]] = {
     "models": models,
 }
 """Groups of targets; a worker loads one."""
+PRODUCT = __name__
+
+
+def groups_in(module: str) -> dict[str, Callable[[], dict[str, Target]]]:
+    """Return the groups of a module: this one, or another with files of its own."""
+    return importlib.import_module(module).GROUPS

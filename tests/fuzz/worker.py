@@ -21,7 +21,7 @@ from typing import Any
 
 from tendon_newton.errors import TendonNewtonError
 from tests.bad_input.memory import peak_memory
-from tests.fuzz.targets import GROUPS, Target
+from tests.fuzz.targets import Target, groups_in
 
 MESSAGE_LIMIT = 4000
 """Longest message [characters]: some name a path of 1000, and forty names of 80."""
@@ -132,7 +132,8 @@ def main() -> None:
     os.environ["XDG_CONFIG_HOME"] = str(folder / "config")
     out = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    targets, canary = GROUPS[group](), Canary(folder / "outside")
+    module, _, name = group.partition(":")
+    targets, canary = groups_in(module)[name](), Canary(folder / "outside")
     workshop = Workshop(folder, seed)
     for line in sys.stdin:
         name, number = line.split()

@@ -17,6 +17,16 @@ from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 GAIN = 4.2  # N/rad
 RADIUS = 0.0125  # m
 ROWS = 80.0  # Hz
+DATA_SHEET = {
+    "duty_per_rad": 0.10,
+    "max_duty": 0.90,
+    "supply_voltage": 9.0,
+    "torque_constant": 1.43,
+    "resistance": 15.0,
+    "armature": 0.0025,
+    "spool_radius": RADIUS,
+}
+"""A servo whose host closes the position loop: the row of 9.0 V in a data sheet."""
 
 
 def ideal_model(**effects: dict[str, float]) -> Model:

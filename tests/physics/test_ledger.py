@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_lab.reproduction.physical import DATA_SHEET
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
 from tendon_newton.data.model_file import Model, NamedValues
@@ -22,7 +21,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.simulators import find_simulator
 from tests.physics.learned.networks import LIMIT, RATE, force_network, write_force_network
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
-from tests.physics.runs import RADIUS, ideal_model, run_of
+from tests.physics.runs import DATA_SHEET, RADIUS, ideal_model, run_of
 
 ROWS = 4000.0  # Hz, so fine that a spline through the rows has the slider's acceleration
 STEPS = {"tendon": 1.25e-4, "mujoco": 1.25e-5}  # s

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from lab.exams.exam_draws import NEEDS_FINGER
-from tendon_lab.exam.run_exam import answer_one
 from tendon_newton.effects import EFFECTS
+from tests.planted.answers import answer_of
 from tests.planted.generator import Recipe, make_dataset
+from tests.planted.sets.draws import NEEDS_FINGER
 from tests.planted.truth import Truth
 
 SHORT = (4.0, 5.0)  # [s] of each recording
@@ -52,9 +52,7 @@ SHORT_LOOSE = {"stribeck_friction": 0.25}  # Other tolerances of the numbers of 
 def diagnosed(folder: Path, recipe: Recipe) -> tuple[dict, Truth]:
     """Make a dataset and diagnose it."""
     truth = make_dataset(folder / "dataset", recipe)
-    answer = answer_one((folder / "dataset", folder / "answer"))
-    assert answer is not None, (folder / "answer" / "error.txt").read_text()
-    return answer, truth
+    return answer_of(folder / "dataset", folder / "answer"), truth
 
 
 def assert_found(answer: dict, truth: Truth, loose: Mapping[str, float | None]) -> None:

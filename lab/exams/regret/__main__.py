@@ -6,7 +6,7 @@ own currency, less that of the best enumerated set [prices]. It is negative wher
 better.
 
 OUT/sets has 60 drawn sets (``--cases``, ``--seed``). ``--sets FOLDER ...`` adds folders of datasets
-with a model.toml each, ``--data DATA`` the real splits of ``examples.studies.comparison`` in its
+with a model.toml each, ``--data DATA`` the real splits of ``lab.studies.comparison`` in its
 folders xl330, sts3215 and so101: those with the same training logs count once. Writes
 OUT/answers/NAME.json, OUT/regret/NAME.json and OUT/regret.json. A run that broke off goes on.
 """

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from examples.studies.comparison.splits import splits_of
 from lab.exams.regret.enumeration import LAWS, Bench, bench_of, enumerate_sets, may_win
+from lab.studies.comparison.splits import splits_of
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit

@@ -4,15 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from tendon_lab.exam.exam_report import write_exam_report
 from tendon_newton.diagnosis.reporting.report import write_report
 from tests.diagnosis.made_up import VERDICTS, diagnosis, evidence
 from tests.diagnosis.reporting.browser import find_browser, look_at
-from tests.lab.exam.made_up_exam import marks
 
 WIDTHS = (1280, 400)  # [px] a desk and a phone
 LEAST_LETTER = 8.0  # [px] smaller letters are guessed, not read
-EXAM_LETTER = 6.0  # [px] of the matrix, which scrolls in its own box
 
 
 @pytest.fixture(scope="module")
@@ -39,17 +36,6 @@ def test_every_report_fits_a_desk_and_a_phone(browser: str, tmp_path: Path) -> N
         assert min(view.drawings) > 0.7 * min(view.width, 500), view
         assert view.loaded == [], view
         assert view.height > 2000, view
-
-
-def test_the_exams_summary_fits_too(browser: str, tmp_path: Path) -> None:
-    """The wide matrix scrolls inside its own box, the page does not."""
-    write_exam_report(tmp_path, marks())
-    views, console = look_at(browser, tmp_path, ["exam.html"], WIDTHS)
-    assert console == []
-    for view in views:
-        assert view.needed <= view.width, view
-        assert view.letter >= EXAM_LETTER, view
-        assert view.loaded == [], view
 
 
 def test_the_browser_would_notice(browser: str, tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ import torch
 from scipy.optimize import root
 from torch import Tensor
 
-from tendon_lab.reproduction.physical import DATA_SHEET
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
@@ -18,7 +17,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.physics.contact.bodies import ball, ball_torque, block, floor
-from tests.physics.runs import GAIN, RADIUS, ideal_model
+from tests.physics.runs import DATA_SHEET, GAIN, RADIUS, ideal_model
 from tests.physics.test_closed_form import energy
 
 ARMS = np.array([0.0080, 0.0055])  # m

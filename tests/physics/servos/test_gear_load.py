@@ -1,6 +1,6 @@
 """Friction by what presses a gear's teeth, against Rhoban/bam's own program and by hand.
 
-The reference is examples/studies/bam_friction.json, beside the script that made it.
+The reference is bam_friction.json beside this file; lab/studies/bam_friction.py made it.
 """
 
 import json
@@ -24,9 +24,7 @@ from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
 from tests.effect_bench import GAIN, Chosen, commanded, run, simulate
 from tests.physics.runs import run_of
 
-REFERENCE: dict[str, Any] = json.loads(
-    (Path(__file__).parents[3] / "examples" / "studies" / "bam_friction.json").read_text()
-)
+REFERENCE: dict[str, Any] = json.loads(Path(__file__).with_name("bam_friction.json").read_text())
 LAWS: dict[str, dict[str, float]] = REFERENCE["laws"]
 MASS, LENGTH, GRAVITY = 20.0, 0.5, 9.81
 """Of the arm on the shaft [kg], [m], [m/s2]; its weight balances up to 98 N m."""

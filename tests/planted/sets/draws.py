@@ -68,3 +68,16 @@ def base_causes(
 
 def _bristle(rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(*np.log(BRISTLES))))
+
+
+# causes that one spring alone cannot tell from others: they need the finger, or two springs
+NEEDS_FINGER = frozenset(
+    {
+        "spool_radius_error",
+        "joint_stiffness_error",
+        "obstruction",
+        "tendon_compliance",
+        "gravity_misalignment",
+        "tendon_slack",
+    }
+)

@@ -13,7 +13,6 @@ import torch
 from safetensors.torch import load, save
 from torch import Tensor, nn
 
-from tendon_lab.force_scoring.compared_models import load_networks
 from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetworkCard
 from tendon_newton.data.files.origin import content_hash
@@ -219,14 +218,6 @@ def written(path: Path, kind: str = "transformer", of_set: str = "paper", **chan
     network = build_network(kind, of_set=of_set, window=30)
     write_weights(path, network.eval(), card_of(kind, **changes))
     return path
-
-
-def test_a_folder_gives_each_network_once_and_without_code(tmp_path: Path) -> None:
-    """Of a network in both forms the weights are read: its program may be a stranger's."""
-    written(tmp_path / "network.safetensors")
-    (tmp_path / "network.pt").write_bytes(b"PK, a program")
-    (found,) = load_networks([tmp_path], trust=False)
-    assert found.path.suffix == ".safetensors"
 
 
 Change = Callable[[dict[str, torch.Tensor], dict[str, str]], None]

@@ -189,7 +189,7 @@ def test_strings_that_stretch_want_short_steps() -> None:
     """At 2.5 ms such a hand turns its ball by what the solver makes up: refused in one line."""
     own = EnvironmentConfig(
         task="turn", worlds=1, max_step=2.5e-3,
-        force="examples/studies/turning_models/stretching.toml",
+        force="lab/studies/turning_models/stretching.toml",
     )  # fmt: skip
     with pytest.raises(InvalidParameter, match=r"max_step must be 0\.001 s at most"):
         FingerEnvironment(own)

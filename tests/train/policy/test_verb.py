@@ -1,18 +1,14 @@
 """The verb that trains, with each kind of force."""
 
 import json
-import re
-import shlex
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import torch
-import tyro
 
-from examples.studies.turning_seeds import RECIPE
 from tendon_newton.cli import main
-from tendon_newton.cli.training.train_policy import TrainPolicyConfig, show_forecast
+from tendon_newton.cli.training.train_policy import show_forecast
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model
@@ -151,15 +147,3 @@ def test_a_model_without_a_network_needs_no_trust(tmp_path: Path) -> None:
     write_model(path, Model(actuator=NamedValues(name="ideal", values=values)))
     words = ["--force", str(path), "--trust", "--iterations", "1"]
     assert train(tmp_path / "policy", *words) == 0
-
-
-def test_the_page_has_the_command_of_the_hand_that_comes_along() -> None:
-    """All settings are those of `turning_seeds`, with the windows that the page gives there."""
-    page = Path("docs/policies.md").read_text(encoding="utf-8").replace("\\\n", "")
-    (words,) = re.findall("^tendon-newton train-policy (--task turn .*)", page, re.MULTILINE)
-    config = tyro.cli(TrainPolicyConfig, args=shlex.split(words)).training
-    windows = re.search(r"turning_seeds .*--rate-window (\S+) --catch-up-time (\S+)", page)
-    assert windows is not None
-    turning = config.environment.turning
-    assert [turning.rate_window, turning.catch_up_time] == list(map(float, windows.groups()))
-    assert config == replace(RECIPE, environment=replace(RECIPE.environment, turning=turning))

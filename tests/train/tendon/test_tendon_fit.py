@@ -24,9 +24,9 @@ from tendon_train.tendon.tendon_fit import (
     sums_of,
     unseen_error,
 )
-from tests.lab.without_cell.pulled_benches import TRUE, pulled_log
 from tests.proposed import proposed
 from tests.train.policy.small import environment
+from tests.train.tendon.pulled_benches import TRUE, pulled_log
 
 NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))

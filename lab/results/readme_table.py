@@ -1,0 +1,120 @@
+"""The README's table of results: first what a constant answer does not reach."""
+
+from collections.abc import Callable
+from statistics import mean
+
+from lab.results.cells import ASKED, Records, about, constant, hands, share, table
+from lab.results.record import Record
+from lab.studies.comparison.table import beside_rivals, distinct_fits
+
+NAMED, ALONE = "single: true cause first or in its class", "single: nothing else named"
+Row = tuple[str, str, str]  # Figure, what stands beside it, and what a constant answer reaches
+
+
+def one_cause(kept: Records) -> Row:
+    """Return how often a single planted cause is named, and how often others besides."""
+    own, second = (kept["exam"].figures["sections"][name] for name in ("single", "other"))
+    told = [
+        f"{round(rate['value'] * rate['cases'])} of {rate['cases']}"
+        for section in (own, second)
+        for rate in (section[NAMED], section[ALONE])
+    ]
+    return (
+        told[0],
+        f"nothing else: {told[1]}; second plant: {told[2]}, {told[3]}",
+        f"fixed {share(own[NAMED]['fixed'])}, random {share(own[NAMED]['random'])}",
+    )
+
+
+def planted(kept: Records) -> Row:
+    """Return how many planted faults of rich benches are named, and which names are deserved."""
+    total = kept["rich"].figures["summary"]
+    found, deserved = total["planted_found"], total["deserved"]
+    return (
+        f"{found['hits']} of {found['of']} faults",
+        f"{deserved['hits']} of {deserved['of']} names are deserved",
+        constant(total, "planted_found"),
+    )
+
+
+def servo(name: str) -> Callable[[Records], Row]:
+    """Return our error on the splits of a servo, and that of the best rival of each."""
+
+    def cells(kept: Records) -> Row:
+        figures = kept["comparison"].figures
+        found = [s for s in beside_rivals(figures) if s.split.startswith(name)]
+        fits = distinct_fits(figures, [s.split for s in found])
+        ours, best = about([s.ours["held_out"] for s in found]), about([s.left for s in found])
+        of_fits = "" if fits == len(found) else f" of {fits} fits"
+        return f"{ours} mrad", f"{len(found)} splits{of_fits}; best rivals: {best}", ""
+
+    return cells
+
+
+def units(kept: Records) -> Row:
+    """Return the faults of virtual benches that are named, the names, and the error removed."""
+    figures = kept["units"].figures
+    total = figures["summary"]
+    gone = about([100.0 * row["gone"] for row in figures["units"]], 0)
+    matter = total["material_faults_named"]
+    return (
+        f"{matter['hits']} of {matter['of']} faults",
+        f"squared error removed: {gone} %",
+        constant(total, "material_faults_named"),
+    )
+
+
+def ball(kept: Records) -> Row:
+    """Return what the packaged policy turns at each rate, and its recipe's seeds at one."""
+    record = kept["turning_hands"]
+    turned = ", ".join(f"{mean(hands(record, f'heeding_{asked}_0')):.0f}" for asked in ASKED)
+    seeds = [
+        about([mean(hands(record, f"heeding_{asked}_{seed}")) for seed in record.seeds], 0)
+        for asked in ASKED
+    ]
+    return f"{turned} rad/min", f"{len(record.seeds)} seeds: {', '.join(seeds)}", ""
+
+
+def fingers(kept: Records) -> Row:
+    """Return how much faster fingers are simulated than by MuJoCo on a GPU."""
+    rows = kept["gpu"].figures["mechanics"]["rows"]
+    times = {row["engine"]: row["milliseconds"] for row in rows if row["worlds"] == 65536}
+    ours, theirs = times["TendonSolver, same step"], times["mujoco_warp, native tendon"]
+    return f"{theirs / ours:.0f} times", f"{ours:.3f} and {theirs:.1f} ms a step", ""
+
+
+README: dict[str, tuple[str, Callable[[Records], Row]]] = {
+    "[One hidden cause of 42](docs/diagnosis.md#how-often-it-is-right): named":
+        ("exam", one_cause),
+    "[Two faults beside twelve imperfections](docs/lab/exams.md#benches-with-twenty-faults):"
+    " named": ("rich", planted),
+    "[Real STS3215 servo](docs/comparison.md): held-out angle error":
+        ("comparison", servo("sts3215")),
+    "[Real XL330 servo](docs/comparison.md#where-we-lose): the same":
+        ("comparison", servo("xl330")),
+    "[Real SO-101 arm](docs/lab/so101.md): held-out RMS error, six joints":
+        ("comparison", servo("so101")),
+    "[Virtual fingers](docs/lab/exams.md#benches-with-twenty-faults), twenty faults: named":
+        ("units", units),
+    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), asked for 30, 60, 90 rad/min":
+        ("turning_hands", ball),
+    "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`":
+        ("gpu", fingers),
+}  # fmt: skip
+"""Record and figures of each row of the README, by its words."""
+
+
+def readme(kept: Records) -> str:
+    """Return the README's results."""
+    rows = []
+    for words, (name, cells) in README.items():
+        number, beside, reached = cells(kept)
+        rows.append((words, f"**{number}**", beside, reached, origin(kept[name])))
+    return table(("result", "rate; mean (range)", "beside it", "constant answer", "measured at"),
+                 rows)  # fmt: skip
+
+
+def origin(record: Record) -> str:
+    """Return where a record was measured, and how many of its cells are of older code."""
+    older = sum(record.older.values())
+    return f"`{record.commit[:7]}`" + (f", {older} older" if older else "")

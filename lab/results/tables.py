@@ -1,0 +1,310 @@
+"""The tables of README and docs that show results, each made from its records."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from statistics import mean, median
+from typing import Any
+
+from scipy.stats import ttest_rel
+
+from lab.results.cells import ASKED, Records, about, constant, hands, of_rate, share, table
+from lab.results.readme_table import readme
+from lab.results.record import Record
+from lab.studies.comparison.table import ratios, shares_of_arm
+from lab.studies.comparison.table import tables as tables_of_comparison
+
+RATES = {
+    "deserved": "named, and deserved",
+    "sure_names_deserved": "of names told at 0.9 or more, deserved",
+    "in_plant_or_class": "named, and in the plant or in a class with it",
+    "material_faults_named": "faults worth a tenth of the squared error: named or in a class",
+    "planted_found": "planted faults: named or in a class",
+    "gear_by_one_name": "the gear's friction by load: one name or class",
+    "intervals_hold": "intervals that hold the plant's number",
+}
+"""Rates of the strict score, with their words."""
+
+
+TURNING = {
+    ("data sheet", "one core, 5 min"): [f"cpu_nominal_{k}" for k in range(5)],
+    ("diagnosis", "one core, 8 min"): [f"cpu_diagnosed_{k}" for k in range(5)],
+    ("diagnosis", "one H200, 213 s, batches of 16,384"): [f"diagnosed_{k}" for k in range(3)],
+    ("diagnosis, seven numbers drawn", "ten seeds on one H100, 290 s"): [
+        f"drawn_{k}" for k in range(10)
+    ],
+    ("diagnosis, strings that stretch, told what it is behind", "five seeds on one H100, 802 s"): [
+        f"heeding_60_{k}" for k in range(5)
+    ],
+}
+"""Policies of a table row by the motor and the length of their training."""
+
+
+def turning(kept: Records) -> str:
+    """Return what policies that turn a ball do on ten virtual hands."""
+    rows = []
+    for (motor, training), names in TURNING.items():
+        seeds = [hands(kept["turning_hands"], name) for name in names]
+        every = [one for turned in seeds for one in turned]
+        away = mean(abs(one - 60.0) for one in every)
+        over_hands = f"{min(every):.0f} to {max(every):.0f}"
+        means = about([mean(turned) for turned in seeds], 0)
+        rows.append((motor, training, len(names), means, over_hands, f"{away:.0f}"))
+    heads = ("motor of a", "training", "seeds", "turned [rad/min]: mean of seeds (their range)")
+    return table((*heads, "range over all hands", "away from 60"), rows)
+
+
+def heeded(kept: Records) -> str:
+    """Return what policies turn at the rates that they are asked for."""
+    record = kept["turning_hands"]
+    columns = []
+    for asked in ASKED:
+        seeds = [hands(record, f"heeding_{asked}_{seed}") for seed in record.seeds]
+        near = [sum(abs(one - asked) <= 0.15 * asked for one in turned) for turned in seeds]
+        cells = [
+            f"{about(each, 0)}; {n} of {len(each)}" for each, n in zip(seeds, near, strict=True)
+        ]
+        close = sum(abs(mean(turned) - asked) <= 0.15 * asked for turned in seeds)
+        means = about([mean(turned) for turned in seeds], 0)
+        columns.append([*cells, f"{means}; {close} of {len(seeds)}"])
+    names = ["seed 0, packaged", *(f"seed {seed}" for seed in record.seeds[1:]), "means of seeds"]
+    rows = zip(names, *columns, strict=True)
+    return table(("policy", *(f"asked for {asked} rad/min" for asked in ASKED)), rows)
+
+
+TRAINED_ON = {
+    "posterior": "what its diagnosis leaves open",
+    "truth": "the unit's own numbers, nothing drawn",
+    "ranges": "data sheet, default ranges",
+    "nominal": "data sheet, nothing drawn",
+}
+"""Words for what policies were trained on."""
+
+
+def diagnosed(kept: Records) -> str:
+    """Return what policies miss on units, by what they were trained on."""
+    errors, rows = kept["diagnosed_policies"].figures["tip_error_mm"], []
+    means = {arm: {u: mean(own) for u, own in units.items()} for arm, units in errors.items()}
+    first = means["posterior"]
+    for arm, words in TRAINED_ON.items():
+        own, told = means[arm], ("", "", "")
+        both = sorted(own.keys() & first.keys())
+        if arm != "posterior" and len(both) > 1:
+            pair = [first[u] for u in both], [own[u] for u in both]
+            told = (len(both), f"{sum(pair[0]) / sum(pair[1]):.2f}", f"{ttest_rel(*pair)[1]:.1g}")
+        rows.append((words, len(own), about([*own.values()]), *told))
+    heads = ("policy trained on", "units", "tip error [mm]: mean of units (range)")
+    return table((*heads, "units of both", "first row's share of it", "p, paired"), rows)
+
+
+def mechanics(record: Record, worlds: Sequence[int]) -> str:
+    """Return the time of a control step of 50 ms by engine."""
+    rows = record.figures["mechanics"]["rows"]
+    cells = {(row["engine"], row["worlds"]): row for row in rows}
+    lines = []
+    for engine in dict.fromkeys(row["engine"] for row in rows):
+        last = cells[engine, worlds[-1]]
+        times = [f"{cells[engine, count]['milliseconds']:.3g} ms" for count in worlds]
+        step = f"{last['step_milliseconds']:.2f} ms"
+        lines.append((f"`{engine}`", step, f"{1e3 * last['error_rad']:.1f} mrad", *times))
+    counts = [f"{count:,} finger{'s' * (count > 1)}" for count in worlds]
+    origin = f"Commit `{record.commit[:7]}`, {record.device}; {record.note}."
+    return f"{table(('engine', 'step', 'error', *counts), lines)}\n\n{origin}"
+
+
+def strict_rates(kept: Records) -> str:
+    """Return how often names and intervals on benches with many faults are right."""
+    totals = [kept[name].figures["summary"] for name in ("units", "rich")]
+    lines = [
+        (words, *(cell for total in totals for cell in
+                  (of_rate(total.get(name)), constant(total, name))))
+        for name, words in RATES.items()
+    ]  # fmt: skip
+    lines += [
+        ("deserved names of a bench", *paired(f"{t['deserved_a_unit']:.1f}" for t in totals)),
+        ("answers that are *unexplained*", *paired(t["unexplained"] for t in totals)),
+        ("squared error gone: median, least",
+         *paired(f"{t['gone_median']:.1%}, {t['gone_least']:.1%}" for t in totals)),
+    ]  # fmt: skip
+    units, rich = (total["units"] for total in totals)
+    heads = ("rate (at least, 95 %)", f"{units} virtual units", "constant")
+    return table((*heads, f"{rich} of the second plant", "constant"), lines)
+
+
+def paired(cells: Iterable[Any]) -> list[Any]:
+    """Return cells with an empty one behind each."""
+    return [each for cell in cells for each in (cell, "")]
+
+
+SECTIONS = {
+    "single": "one cause",
+    "pair": "two causes",
+    "many": "three to five causes",
+    "clean": "nothing planted",
+    "outside": "a cause outside the catalogue",
+    "form": "one cause, second form of the plant",
+    "cell": "one cause, no load cell",
+    "weak": "one cause of a tenth of the size",
+    "other": "the second plant",
+}
+"""Sections of the exam, with their words."""
+SHOWN = (
+    ("single", "single: true cause first or in its class"),
+    ("single", "single: nothing else named"),
+    ("cell", "single: true cause first or in its class"),
+    ("form", "single: true cause first or in its class"),
+    ("other", "single: true cause first or in its class"),
+    ("other", "single: nothing else named"),
+    ("weak", "single: true cause first or in its class"),
+    ("weak", "weak: true cause first or in its class"),
+    ("pair", "pair: both found"),
+    ("many", "many: recall"),
+    ("many", "many: precision"),
+    ("clean", "clean: no cause named"),
+    ("other", "clean: no cause named"),
+    ("outside", "outside: no wrong name"),
+    *((part, "parameters: 95 % interval holds the truth")
+      for part in ("single", "cell", "form", "other", "weak", "pair", "many")),
+)  # fmt: skip
+"""Rates of the exam that its users read first: a section, and what is counted there."""
+TOO_WEAK = ", below what is expected to be seen"
+
+
+def exam_rows(kept: Records) -> str:
+    """Return rates of the exam with their lower bounds, beside those of constant answers."""
+    figures = kept["exam"].figures
+    rows = []
+    for section, name in SHOWN:
+        rate = figures["sections"].get(section, {}).get(name)
+        if not rate or rate["at_least"] is None:
+            continue
+        kind, said = name.split(": ")
+        constant = (share(rate.get("fixed")), share(rate.get("random")))
+        found = of_rate({**rate, "hits": round(rate["value"] * rate["cases"]),
+                         "of": rate["cases"], "rate": rate["value"]})  # fmt: skip
+        words = SECTIONS[section] + (TOO_WEAK if kind == "weak" else "")
+        rows.append((words, said, found, *constant))
+    heads = ("sets", "right is", "rate (at least, 95 %)", "fixed answer", "random answer")
+    return f"{table(heads, rows)}\n\n{missing(figures)}"
+
+
+def missing(figures: Mapping[str, Any]) -> str:
+    """Say how many of the drawn sets have an answer."""
+    told = [
+        f"{count - answered} of {count} sets of {SECTIONS[section]}"
+        for section, count in figures["drawn"].items()
+        if (answered := figures["sections"][section][TIMED]["cases"]) < count
+    ]
+    drawn = sum(figures["drawn"].values())
+    return f"{figures['sets']} of {drawn} sets are answered" + (
+        f"; missing: {', '.join(told)}." if told else "."
+    )
+
+
+TIMED = "seconds per dataset, median"  # The figure that counts all answers of a section
+
+
+def own_logs(record: Record) -> str:
+    """Return what was planted in each stranger's logs, and what its diagnosis names."""
+    rows = []
+    for name, case in record.figures.items():
+        where, seconds = name.replace("_", " "), f"{case['cpu_s']:.0f}"
+        for found in case["diagnoses"].values():
+            said = [
+                " or ".join([cause, *row["or"]])
+                + "".join(f", {v:.3g} [{a:.3g}, {b:.3g}]" for v, a, b in row["numbers"].values())
+                for cause, row in found["found"].items()
+            ]
+            planted = [f"{c} {v:g}" for c, row in found["planted"].items() for v in row.values()]
+            rows.append((where, "; ".join(planted), "; ".join(said), found["verdict"], seconds))
+            where = seconds = ""
+    heads = ("logs", "planted [SI]", "named [SI], 95 % interval", "verdict", "seconds of a core")
+    return table(heads, rows)
+
+
+IN_TIME = {
+    ("days", "named_or_in_class"): "the number that changed comes first, or in its class",
+    ("days", "nothing_else"): "nothing else has moved",
+    ("days", "silent"): "of an unchanged day nothing is told",
+    ("events", "named, all"): "an event is told, and by its kind",
+    ("events", "in_time, all"): "it is told within 50 ms",
+    ("events", "silent"): "of a run without nothing is told",
+    ("events", "in_size, slip"): "the size of a slip is within a tenth",
+    ("events", "in_size, skip"): "of a skip",
+    ("events", "in_size, dip"): "of a dip",
+    ("events", "in_size, knock"): "of a knock",
+    ("events", "holds, knock"): "a knock told as *at least* so large is no smaller",
+    ("mends", "moved"): "a named cause that was mended has moved",
+    ("mends", "inside"): "by what was taken away, within its interval",
+}
+"""Rates of change that is told on virtual units, by part and name, with their words."""
+
+
+def in_time(kept: Records) -> str:
+    """Return how often what changed, happened or was mended is told rightly."""
+    parts = kept["in_time"].figures
+    lines = [
+        (words, of_rate(parts[part]["rates"][name])) for (part, name), words in IN_TIME.items()
+    ]
+    return table(("right is", "rate (at least, 95 %)"), lines)
+
+
+def kind_of(row: Mapping[str, Any]) -> str:
+    """Return the kind of a row's experiment: sinusoids about several angles are one."""
+    return row["experiment"].split(",")[0]
+
+
+def paper(kept: Records) -> str:
+    """Return our figures beside the paper's, of each kind of experiment in which it states one."""
+    found = kept["paper"].figures
+    stated = {kind_of(row) for row in found if row["paper"] is not None}
+    rows = []
+    for row in found:
+        if kind_of(row) not in stated or row["unit"] == "%":
+            continue
+        theirs = "" if row["paper"] is None else f"{row['paper']:g} {row['unit']}"
+        spread = f" ({row['low']:.3g} to {row['high']:.3g})" if row["count"] > 1 else ""
+        ours = f"{row['ours']:.3g} {row['unit']}{spread}"
+        rows.append((row["experiment"], row["measure"], theirs, ours, row["count"]))
+    return table(("experiment", "measured", "paper", "ours: median (range)", "benches"), rows)
+
+
+def remainders(kept: Records) -> str:
+    """Return what learners take away of the rest's square, by what was diagnosed."""
+    rows = []
+    for where, parts in kept["remainders"].figures.items():
+        for learner in dict.fromkeys(part["learner"] for part in parts):
+            own = [part for part in parts if part["learner"] == learner]
+            shares = [[100.0 * part[key] for part in own] for key in ("trained", "tested")]
+            held = f"{sum(part['kept'] for part in own)} of {len(own)}"
+            cells = [f"{round(median(s))} % ({min(s):.0f} to {max(s):.0f})" for s in shares]
+            rows.append((where, learner, held, *cells))
+    heads = ("rest of", "learner", "parts that predict each fold")
+    return table((*heads, "taken of folds left out: median (range)", "of test recordings"), rows)
+
+
+TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
+    "readme": ("README.md", readme),
+    "comparison": (
+        "docs/comparison.md",
+        lambda kept: tables_of_comparison(kept["comparison"].figures),
+    ),
+    "losses": ("docs/comparison.md", lambda kept: ratios(kept["comparison"].figures)),
+    "arm": ("docs/lab/so101.md", lambda kept: shares_of_arm(kept["comparison"].figures)),
+    "turning": ("docs/policies.md", turning),
+    "rates": ("docs/policies.md", heeded),
+    "diagnosed policies": ("docs/lab/policies.md", diagnosed),
+    "mechanics on a GPU": (
+        "docs/speed.md",
+        lambda kept: mechanics(kept["gpu"], (1024, 16384, 65536)),
+    ),
+    "mechanics on a core": (
+        "docs/speed.md",
+        lambda kept: mechanics(kept["speed_cpu"], (1, 64, 1024)),
+    ),
+    "names": ("docs/lab/exams.md", strict_rates),
+    "exam": ("docs/diagnosis.md", exam_rows),
+    "in time": ("docs/in_time.md", in_time),
+    "paper": ("docs/results.md", paper),
+    "remainders": ("docs/lab/method.md", remainders),
+    "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
+}
+"""File and maker of each table, by the name in its marks."""

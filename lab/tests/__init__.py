@@ -1,0 +1,1 @@
+"""Tests of the lab: of what measures the product."""

@@ -1,0 +1,289 @@
+"""The stages of a reproduction on a bench of two minutes."""
+
+import asyncio
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+import warp as wp
+
+from lab.tests.reproduction.tiny import SETTINGS, TinyBench
+from tendon_lab.reproduction.outcome import Outcome, mean_interval, row
+from tendon_lab.reproduction.physical import starting_model
+from tendon_lab.reproduction.reproduction import MODELS, NotDone, Reproduction
+from tendon_lab.reproduction.reproduction_report import rows_table, write_report
+from tendon_lab.reproduction.settings import POLICIES, find_settings
+from tendon_lab.reproduction.steps import policy_stage
+from tendon_lab.reproduction.steps.stage_list import (
+    REPRODUCTION_STAGES,
+    ReproductionStage,
+    run_stages,
+    with_needs,
+)
+from tendon_lab.reproduction.steps.tip_stage import SINES
+from tendon_newton.data.model_file import NamedValues, load_model, write_model
+from tendon_newton.errors import InvalidDataset, InvalidOutput, UnknownName
+from tendon_newton.scheduler import InTurn, JobOptions, open_executor
+from tests.bad_input.damage import refusal
+
+ONLY = ("ramp", "tip")
+
+
+@pytest.fixture(scope="module")
+def causes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model file with one cause; looking for causes takes minutes."""
+    path = tmp_path_factory.mktemp("causes") / "causes.toml"
+    friction = NamedValues(name="load_dependent_friction", values={"coefficient": 0.2})
+    write_model(path, replace(starting_model(), effects=(friction,)))
+    return path
+
+
+def reproduced(
+    recorded: Path, out: Path, causes: Path
+) -> tuple[Reproduction, Mapping[str, Outcome]]:
+    """Run two stages and what they need, on recordings that are there."""
+    shutil.copytree(recorded, out / "data" / "unit_0")
+    reproduction = Reproduction(
+        settings=SETTINGS, out=out, bench=TinyBench(), causes=causes, executor=InTurn()
+    )
+    return reproduction, run_stages(reproduction, ONLY)
+
+
+@pytest.mark.slow
+def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_path: Path) -> None:
+    """Two runs agree to the last bit; the report holds every number, and figures are drawn."""
+    first, found = reproduced(recorded, tmp_path / "a", causes)
+    _, again = reproduced(recorded, tmp_path / "b", causes)
+    assert list(found) == ["recordings", "diagnosis", "networks", "hybrids", "ramp", "tip"]
+    assert [asdict(o)["rows"] for o in found.values()] == [
+        asdict(o)["rows"] for o in again.values()
+    ]
+    assert found["tip"].numbers == again["tip"].numbers
+    errors = found["tip"].numbers["tip_error_mm"]
+    assert set(errors["open_sine"]) == set(MODELS)
+    for kind in SINES:  # two minutes of data; the paper's Transformer is 41 % below
+        assert errors[kind]["hybrid"][0] < 0.4 * errors[kind]["ideal"][0]
+    assert (tmp_path / "a" / "figures" / "tip_sine.png").stat().st_size > 10_000
+    assert (tmp_path / "a" / "figures" / "ramp.png").stat().st_size > 10_000
+    (table, page) = write_report(first, found)
+    assert json.loads(table.read_text())["stages"]["tip"]["rows"]
+    text = page.read_text()
+    assert "# The paper's results, reproduced (tiny)" in text
+    assert "**The bench is virtual.**" in text
+    assert "| tip, sinusoid about 0.2 rad | Transformer, RMSE | 8.61 mm |" in text
+    assert "Not run: force" in text
+    for outcome in found.values():
+        for figure in outcome.figures:
+            assert "Virtual bench, no measurement." in figure.caption
+
+    told: list[str] = []
+    later = replace(first, tell=told.append)
+    assert run_stages(later, ONLY) == found
+    assert told == []  # nothing was done again
+    assert run_stages(later, ["ramp"]) == found  # and all that is there is told
+
+
+def test_a_fitted_model_is_a_file_for_other_verbs(recorded, causes, tmp_path) -> None:
+    """The physical model of a bench has the causes that were given, and fitted numbers."""
+    reproduction = Reproduction(
+        settings=SETTINGS, out=tmp_path, folders=(recorded,), causes=causes, executor=InTurn()
+    )
+    run_stages(reproduction, ["diagnosis"])
+    model = load_model(tmp_path / "models" / "unit_0" / "physical.toml")
+    assert [effect.name for effect in model.effects] == ["load_dependent_friction"]
+    assert model.effects[0].values["coefficient"] != 0.2
+    assert 0.5 < float(model.actuator.values["torque_constant"]) < 3.0
+
+
+@pytest.mark.slow
+def test_two_processes_give_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
+    """Networks that two processes train, beside another stage, are those of one."""
+    found = []
+    for name, options in (("one", JobOptions()), ("two", JobOptions(jobs=2))):
+        with open_executor(options) as executor:
+            reproduction = Reproduction(
+                settings=SETTINGS, out=tmp_path / name, folders=(recorded,), executor=executor
+            )
+            found.append(run_stages(reproduction, ["networks", "ramp"]))
+    assert found[0] == found[1]
+
+
+def test_a_folder_has_one_reproduction_and_keeps_all_else(recorded: Path, tmp_path: Path) -> None:
+    """Other settings and recordings are refused in words; a user's own files stay in any case."""
+    folder, out = tmp_path / "bench", tmp_path / "out"
+    shutil.copytree(recorded, folder)
+    for theirs in ("results/my_thesis", "networks/mine", "results/0123456789abcdef", "models"):
+        (out / theirs).mkdir(parents=True)
+        (out / theirs / "data.csv").write_text("x")
+    whole = Reproduction(settings=SETTINGS, out=out, folders=(folder,), executor=InTurn())
+    counted = [run_stages(replace(whole), ["ramp"]) for _ in range(2)]
+    assert counted[0] == counted[1]
+    before = contents(out)
+    with pytest.raises(InvalidOutput, match="began with seed = 0, and now it is 1; use another"):
+        run_stages(replace(whole, settings=replace(SETTINGS, seed=1)), ["ramp"])
+    listing = folder / "recordings" / "dataset.toml"
+    listing.write_text(listing.read_text() + "# changed\n")
+    with pytest.raises(InvalidOutput, match="began with recordings"):
+        run_stages(replace(whole), ["ramp"])
+    assert contents(out) == before
+    assert sum(path.name == "data.csv" for path in before) == 4
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    """Return all files of a folder."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_an_interrupted_stage_goes_on_with_its_next_job(recorded: Path, tmp_path: Path) -> None:
+    """A result that is kept is read; another job is done, and its result is as a file has it."""
+    reproduction = Reproduction(
+        settings=SETTINGS, out=tmp_path, folders=(recorded,), executor=InTurn()
+    )
+    assert asyncio.run(reproduction.each(noted, ["a"])) == [["a", 1]]
+    assert asyncio.run(reproduction.each(noted, ["a", "b"])) == [["a", 1], ["b", 2]]
+    with pytest.raises(NotDone):
+        asyncio.run(replace(reproduction, executor=None).each(noted, ["c"]))
+
+
+def test_jobs_simulate_on_the_cpu(tmp_path: Path) -> None:
+    """Also where Warp would take a GPU by itself; afterwards it does so again."""
+    before = str(wp.get_device())
+    reproduction = Reproduction(settings=SETTINGS, out=tmp_path, executor=InTurn())
+    assert asyncio.run(reproduction.each(default_device, [0], keep=False)) == ["cpu"]
+    assert str(wp.get_device()) == before
+
+
+def default_device(reproduction: Reproduction, item: int) -> str:
+    """Return where Warp puts an array that is not told."""
+    return str(wp.zeros(1, dtype=float).device)
+
+
+def test_a_stage_that_fails_takes_along_those_that_need_it_alone(tmp_path: Path) -> None:
+    """Others end and keep what they found; then the error is raised."""
+    ended: list[str] = []
+
+    def stage(name: str, *needs: str) -> ReproductionStage:
+        async def run(reproduction: Reproduction) -> Outcome:
+            if name == "bad":
+                raise InvalidDataset("no such recording")
+            await asyncio.sleep(0.0)
+            ended.append(name)
+            return Outcome()
+
+        return ReproductionStage(title=name, run=run, needs=needs)
+
+    stages = {
+        "recordings": stage("recordings"),
+        "bad": stage("bad"),
+        "lost": stage("lost", "bad"),
+        "good": stage("good"),
+    }
+    reproduction = Reproduction(settings=SETTINGS, out=tmp_path, executor=InTurn())
+    with pytest.raises(InvalidDataset, match="no such recording"):
+        run_stages(reproduction, (), stages)
+    assert ended == ["recordings", "good"]
+
+
+def noted(reproduction: Reproduction, name: str) -> tuple[str, int]:
+    """Count the pieces that are really done, in a file."""
+    log = reproduction.out / "done.txt"
+    lines = [*(log.read_text().splitlines() if log.is_file() else ()), name]
+    log.write_text("\n".join(lines))
+    return name, len(lines)
+
+
+def test_given_policies_climb_on_every_bench(recorded: Path, tmp_path: Path) -> None:
+    """A row for each, named after its folder; the paper's value stands beside those it has.
+
+    Another one is compared with the better ideal source on the same bench.
+    """
+    policies = tuple(tmp_path / name / "policy.onnx" for name in ("ideal", "network"))
+    for policy in policies:
+        policy.parent.mkdir()
+        policy.touch()
+    settings = replace(SETTINGS, units=(0, 4))
+    reproduction = Reproduction(
+        settings=settings,
+        out=tmp_path / "out",
+        bench=TinyBench(),
+        policies=policies,
+        executor=InTurn(),
+    )
+    for unit in reproduction.units:
+        unit.folder.mkdir(parents=True)
+    found, _, less = asyncio.run(policy_stage.run(reproduction)).rows
+    assert (found.measure, found.paper) == ("ideal source, 4.2 N/rad, tip RMSE", 24.0)
+    assert (found.low, found.high, found.count) == pytest.approx((12.0, 16.0, 2))
+    assert (less.measure, less.paper, less.ours) == (
+        "Transformer: less than the better ideal source's by",
+        50.0,
+        pytest.approx(0.0),
+    )
+    given = Reproduction(settings=SETTINGS, out=tmp_path, folders=(recorded,), policies=policies)
+    assert asyncio.run(policy_stage.run(given)).rows == ()
+
+
+def test_a_policy_learns_by_the_recipe_of_its_model(tmp_path: Path) -> None:
+    """Goals as often as on the stairs; only an ideal source's finger differs between worlds."""
+    ideal, network = (
+        policy_stage.training_of(POLICIES["cuda"], model, "ideal", 2, "cuda:1")
+        for model in ("ideal_refitted", "network")
+    )
+    assert len(ideal.environment.randomise) == 4
+    assert network.environment.randomise == ("none",)
+    assert (network.environment.goal_change, network.learning_rate_end) == (0.03, 1.0e-4)
+    assert (network.seed, network.device, network.exploration_end) == (2, "cuda:1", 0.2)
+    samples = network.environment.worlds * network.steps * network.iterations
+    assert samples == POLICIES["cuda"].samples == pytest.approx(26.2e6, rel=1e-3)
+
+
+def test_policies_of_a_cpu_are_marked_as_shortened(tmp_path: Path) -> None:
+    """A GPU's have the 26 million steps of docs/lab/policies.md, on three seeds."""
+    words = {
+        name: policy_stage.differs_in(
+            Reproduction(settings=replace(SETTINGS, policies=effort), out=tmp_path)
+        )
+        for name, effort in POLICIES.items()
+    }
+    assert words == {
+        "cuda": "26 million steps, seeds 0, 1, 2",
+        "cpu": "3 million steps, seed 0, shortened",
+    }
+    assert find_settings("quick").policies is None
+    assert policy_stage.own_device("cpu", 3) == "cpu"
+
+
+def test_stages_bring_what_they_need() -> None:
+    """The tip needs all models, the ramp none."""
+    assert with_needs(["tip"]) == {"tip", "networks", "diagnosis", "hybrids"}
+    assert with_needs(["ramp"]) == {"ramp"}
+    with pytest.raises(UnknownName, match="did you mean 'tip'"):
+        with_needs(["tips"])
+    assert set(REPRODUCTION_STAGES) == with_needs(tuple(REPRODUCTION_STAGES))
+
+
+def test_an_unknown_stage_is_one_line(recorded, tmp_path, capsys) -> None:
+    """Exit code 2, and the stages are listed."""
+    words = ["reproduce", "--out", str(tmp_path), "--recordings", str(recorded), "--only", "tips"]
+    assert "No stage named 'tips'" in refusal(words, capsys)
+
+
+def test_rows_show_the_papers_value_beside_ours() -> None:
+    """Median with least and greatest; an empty cell where the paper has no number."""
+    rows = [
+        row("tip", "a model", "mm", [3.0, 1.0, 2.0], paper=8.61),
+        row("ramp", "gap", "N", [1.0], over="bench", differs="shown only"),
+    ]
+    lines = rows_table(rows).splitlines()
+    assert lines[2] == "| tip | a model | 8.61 mm | 2 mm (1 to 3) | 3 benches |  |"
+    assert lines[3] == "| ramp | gap |  | 1 N | 1 bench | shown only |"
+
+
+def test_an_interval_is_students() -> None:
+    """Mean of 1, 2, 3 with t(0.975, 2) = 4.303 and a standard error of 1 / sqrt(3)."""
+    mean, low, high = mean_interval([1.0, 2.0, 3.0])
+    assert mean == 2.0
+    assert high - mean == mean - low == pytest.approx(4.3027 / 3.0**0.5, rel=1e-4)

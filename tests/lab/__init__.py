@@ -1,1 +1,0 @@
-"""Tests of what only a clone has: the exam, the reproduction."""
