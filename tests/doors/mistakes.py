@@ -15,6 +15,7 @@ from tests.doors.logs import (
     Columns,
     Door,
     csv_logs,
+    followed,
     lerobot,
     own_dataset,
 )
@@ -27,6 +28,8 @@ ALONE: dict[str, Door] = {LEROBOT: lambda folder, runs: lerobot(folder, runs[:1]
 DOORS = {**OURS, **ALONE}
 FAILED = np.arange(40, ROWS, 37)
 """Rows in which a bus read nothing."""
+OFTEN = np.flatnonzero(np.random.default_rng(7).random(ROWS) < 0.2)
+"""The same of a bad bus."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +62,17 @@ def again(run: Columns) -> None:
 def neighbours(run: Columns) -> None:
     """Read the other joint."""
     run["q_0"][FAILED] = run["q_1"][FAILED]
+
+
+def swung(run: Columns) -> None:
+    """Let a joint swing three times a second."""
+    run["goal_0"] = np.sin(3.0 * TURN * run["t"])
+    run["q_0"] = followed(run["goal_0"])
+
+
+def rested(run: Columns) -> None:
+    """Let one joint stay where it is."""
+    run["goal_0"][:] = run["q_0"][:] = 0.5
 
 
 def frozen(run: Columns) -> None:
@@ -156,6 +170,16 @@ ANGLES: tuple[Mistake, ...] = (
         said="leave those rows out", thread="ROBOTIS-GIT/DynamixelSDK#256"),
     Mistake(name="a constant where the bus read nothing", spoil=put("q_0", FAILED, 3.1),
         said="leave those rows out"),
+    Mistake(name="zeros in every fifth row", spoil=put("q_0", OFTEN, 0.0),
+        said="leave those rows out", thread="ROBOTIS-GIT/DynamixelSDK#256"),
+    Mistake(name="a constant in every fifth row", spoil=put("q_0", OFTEN, 3.1),
+        said="leave those rows out"),
+    Mistake(name="a neighbour's angle in every fifth row", said="leave those rows out",
+        spoil=lambda run: put("q_0", OFTEN, run["q_1"][OFTEN])(run)),
+    Mistake(name="zeros amid a fast swing", said="leave those rows out",
+        spoil=lambda run: (swung(run), put("q_0", FAILED, 0.0)(run))),
+    Mistake(name="zeros of a joint that rests", said="leave those rows out",
+        spoil=lambda run: (rested(run), put("q_0", FAILED, 0.0)(run))),
     Mistake(name="a neighbour's angle", spoil=neighbours,
         said="leave those rows out", thread="ROBOTIS-GIT/DynamixelSDK#256"),
     Mistake(name="one row far off", spoil=put("q_0", slice(300, 301), 2.0),

@@ -53,7 +53,7 @@ def test_a_diagnosis_says_so_too(mistake: Mistake, tmp_path: Path) -> None:
 
 
 READ = ("zeros where the bus read nothing", "a neighbour's angle", "one row far off",
-        "the last reading again")  # fmt: skip
+        "zeros in every fifth row", "the last reading again")  # fmt: skip
 MENDED = (*READ, "the encoder's seam inside the range", "rows out of order",
           "rows that overtook others", "a clock that begins again")  # fmt: skip
 

@@ -19,11 +19,15 @@ from tendon_newton.data.checks.measures import (
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
 FAR = 2.0  # [1] times the pace around it: no shaft goes so far there and back within two rows
-NEAR = 0.6  # [1] the same for a row with the very number that others were spoiled by
 PACE_ROWS = 12  # Rows on either side whose pace counts
+NEAR_ROWS = 2  # The same for a row with the very number that others were spoiled by
 COUNTS = 8.0  # [1] an encoder jitters by less, and what jitter makes of a reading matters little
 NOISES = 8.0  # [1] noise of a smooth motion stays within
 LEAST_ROWS = 5  # Fewer have no neighbours
+COARSE = np.deg2rad(2.0)  # [rad] the same of a joint that rests, which shows no count
+LEAST_SHARE = 0.5  # Of the rows that show a motion beside which others may lie [1]
+NUMBERS = 8  # That are looked at as what stands where nothing was read
+STAYS = 2.0  # Rows in a row in which one wrong number stands, in the mean; a rest stays longer
 OFTEN = 2  # Rows with one wrong number from which it is known as wrong
 FEW = 0.01  # Share of the rows that any bus repeats [1]
 AGAIN = 3  # Rows in a row that may repeat one reading; more are a rest, or frozen
@@ -54,24 +58,61 @@ def failed_rows(angles: Array, place: int) -> Mask:
     first = single_rows(theta)
     if first.size < LEAST_ROWS:
         return np.zeros(theta.size, dtype=np.bool_)
-    values = theta[first]
+    values, lasting = theta[first], np.diff(np.r_[first, theta.size])
+    bad = lone_rows(values)
+    for wrong in (*np.delete(angles[first], place, axis=1).T, *spikes_of(values)):
+        same = wrong == values
+        stays = lasting[same].sum() / max(len(stretches(same)), 1)
+        if stays <= STAYS and lasting[~same & ~bad].sum() >= LEAST_SHARE * theta.size:
+            bad |= spoiled_rows(values, same, bad)
+    return np.repeat(bad, lasting)
+
+
+def lone_rows(values: Array) -> Mask:
+    """Tell which rows lie beside their neighbours by some paces of the motion, shape (T,)."""
     usual = calm(values)
     pace = np.maximum(most_around(pace_of(usual), PACE_ROWS), often_around(pace_of(values)))
-    floor = max(COUNTS * resolution(theta), NOISES * noise_of(values))
-    beside = np.abs(values - usual)
     steps = np.abs(np.diff(values))
-    alone = np.minimum(beside, np.minimum(np.r_[steps[0], steps], np.r_[steps, steps[-1]]))
-    here = most_around(pace_of(usual), 1)
-    far, near = np.maximum(FAR * pace, floor), np.maximum(NEAR * here, floor)
-    bad = alone > far
-    for wrong in (values, *np.delete(angles[first], place, axis=1).T):
-        same = wrong == values
-        if wrong is values:
-            same = np.isin(values, often(values[bad]))
-        elif np.sum(same & (beside > far)) < OFTEN:
-            continue
-        bad |= same & (beside > near)
-    return np.repeat(bad, np.diff(np.r_[first, theta.size]))
+    alone = np.minimum(
+        np.abs(values - usual), np.minimum(np.r_[steps[0], steps], np.r_[steps, steps[-1]])
+    )
+    return alone > np.maximum(FAR * pace, floor_of(values))
+
+
+def spoiled_rows(values: Array, same: Mask, bad: Mask) -> Mask:
+    """Tell which rows of one number are no readings, if it stands far off the others' motion.
+
+    Args:
+        values: Angles [rad], shape (T,).
+        same: Rows in which the number stands.
+        bad: Rows that are known as wrong.
+    """
+    kept = np.flatnonzero(~same & ~bad)
+    if kept.size < LEAST_ROWS:
+        return np.zeros_like(same)
+    motion = values[kept]
+    bend = np.abs(np.r_[0.0, motion[1:-1] - 0.5 * (motion[2:] + motion[:-2]), 0.0])
+    rows, floor = np.arange(values.size), floor_of(motion)
+    off = same * np.abs(values - np.interp(rows, kept, motion))
+    far, near = (
+        np.maximum(FAR * np.interp(rows, kept, most_around(bend, reach)), floor)
+        for reach in (PACE_ROWS, NEAR_ROWS)
+    )
+    return off > near if np.sum(off > far) >= OFTEN else np.zeros_like(same)
+
+
+def floor_of(values: Array) -> float:
+    """Return how far a sound reading may lie beside a motion by its encoder alone [rad]."""
+    count = resolution(values)
+    return max(COUNTS * count, NOISES * noise_of(values)) if count > 0.0 else COARSE
+
+
+def spikes_of(values: Array) -> Array:
+    """Return the numbers at which a column turns back several times, the most frequent ones."""
+    steps = np.diff(values)
+    numbers, counts = np.unique(values[1:-1][steps[:-1] * steps[1:] < 0.0], return_counts=True)
+    most = np.argsort(-counts, kind="stable")[:NUMBERS]
+    return numbers[most][counts[most] >= OFTEN]
 
 
 def single_rows(values: Array) -> Indices:
@@ -91,12 +132,6 @@ def often_around(values: Array) -> Array:
     """Return what four in five rows around each one stay below, shape (T,)."""
     padded = np.pad(values, PACE_ROWS, mode="edge")
     return np.quantile(sliding_window_view(padded, 2 * PACE_ROWS + 1), 0.8, axis=1)
-
-
-def often(values: Array) -> Array:
-    """Return the numbers that stand in several places."""
-    numbers, counts = np.unique(values, return_counts=True)
-    return numbers[counts >= OFTEN]
 
 
 def value_text(recording: Recording, place: int, bad: Mask) -> str:
