@@ -1,14 +1,22 @@
-"""Print the table of mistakes: what was done, by which door it came in, and what is said."""
+"""Print what mistakes get: what was done, by which door it came in, and what is said.
+
+``--reports`` prints the table of public reports in its place.
+"""
 
 import sys
 import tempfile
 from pathlib import Path
 
+from tests.doors.reports import rows_of_reports
 from tests.doors.told import EVERY, line_said
 
 
 def main() -> int:
     """Print a row for each mistake and door; those of public reports first. 1 if one is silent."""
+    if "--reports" in sys.argv[1:]:
+        rows = rows_of_reports()
+        print("\n".join(rows))
+        return any(row.startswith("WRONG") for row in rows)
     silent = 0
     for mistake in sorted(EVERY, key=lambda mistake: (not mistake.thread, mistake.thread)):
         for name, door in mistake.doors.items():
