@@ -8,7 +8,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.checks.lint import CHECKS
-from tendon_newton.data.checks.read_checks import FAR
+from tendon_newton.data.checks.read_checks import FAR, failed_rows
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.diagnosis.accounts.checked_data import faults_of, findings_of
 from tests.doors.logs import ROWS, Door, csv_logs, own_dataset, sound
@@ -95,3 +95,20 @@ def test_the_page_names_every_check() -> None:
 def test_there_are_sixty_mistakes() -> None:
     """Each by its own name."""
     assert len({mistake.name for mistake in EVERY}) == len(EVERY) >= 60
+
+
+def test_a_number_at_which_a_joint_rests_is_a_reading() -> None:
+    """Two joints rest at one angle for a while; a failed read stays for a row or two."""
+    time = np.arange(800) / 80.0
+    angle = np.round((np.sin(2.0 * time) + 1.5) / 0.0015) * 0.0015
+    for row in range(100, 700, 60):
+        angle[row : row + 6] = 0.0
+    assert not failed_rows(np.stack([angle, np.zeros_like(angle)], axis=1), 0).any()
+
+
+def test_a_number_in_most_rows_is_not_taken_for_a_failed_read() -> None:
+    """What is left shows no motion to judge it by."""
+    time = np.arange(600) / 80.0
+    angle = np.round((np.sin(2.0 * time) + 1.5) / 0.0015) * 0.0015
+    angle[np.arange(600) % 3 > 0] = 0.0
+    assert not (failed_rows(np.stack([angle, time], axis=1), 0) & (angle == 0.0)).any()

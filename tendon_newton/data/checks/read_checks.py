@@ -19,14 +19,14 @@ from tendon_newton.data.checks.measures import (
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
 FAR = 2.0  # [1] times the pace around it: no shaft goes so far there and back within two rows
-PACE_ROWS = 12  # Rows on either side whose pace counts
-NEAR_ROWS = 2  # The same for a row with the very number that others were spoiled by
+PACE_ROWS = 12  # Rows on either side whose pace counts for a row of any number
+NEAR_ROWS = 2  # Rows whose pace counts for a row of a number that is known as wrong
 COUNTS = 8.0  # [1] an encoder jitters by less, and what jitter makes of a reading matters little
 NOISES = 8.0  # [1] noise of a smooth motion stays within
 LEAST_ROWS = 5  # Fewer have no neighbours
-COARSE = np.deg2rad(2.0)  # [rad] the same of a joint that rests, which shows no count
-LEAST_SHARE = 0.5  # Of the rows that show a motion beside which others may lie [1]
-NUMBERS = 8  # That are looked at as what stands where nothing was read
+COARSE = np.deg2rad(2.0)  # [rad] a joint at rest shows no count; the play of a hobby servo
+LEAST_SHARE = 0.5  # [1] of the rows must be others: fewer show no motion to judge a number by
+NUMBERS = 8  # Most frequent numbers that are looked at; a bus has one or two for a failed read
 STAYS = 2.0  # Rows in a row in which one wrong number stands, in the mean; a rest stays longer
 OFTEN = 2  # Rows with one wrong number from which it is known as wrong
 FEW = 0.01  # Share of the rows that any bus repeats [1]
