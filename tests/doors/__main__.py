@@ -1,8 +1,6 @@
-"""Print what mistakes get: what was done, by which door it came in, and what is said.
+"""Print what mistakes get: what was done, by which door it came in, and what is said."""
 
-``--reports`` prints the table of public reports in its place.
-"""
-
+import argparse
 import sys
 import tempfile
 from pathlib import Path
@@ -13,7 +11,9 @@ from tests.doors.told import EVERY, line_said
 
 def main() -> int:
     """Print a row for each mistake and door; those of public reports first. 1 if one is silent."""
-    if "--reports" in sys.argv[1:]:
+    parser = argparse.ArgumentParser(prog="python -m tests.doors", description=__doc__)
+    parser.add_argument("--reports", action="store_true", help="the table of public reports")
+    if parser.parse_args().reports:
         rows = rows_of_reports()
         print("\n".join(rows))
         return any(row.startswith("WRONG") for row in rows)
