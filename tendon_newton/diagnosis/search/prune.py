@@ -97,6 +97,8 @@ def leave_out(pool: Pool, fit: Fit, clear: float = CLEAR) -> dict[str, Fit]:
             less[i], gains[i] = old, 0.0
     limit = fit.score + clear * pool.price
     for i, (ahead, gain) in enumerate(look_ahead(pool, fit, less)):
+        if ahead.score < less[i].score:
+            less[i] = ahead
         if gain > 0.0 and ahead.score - limit >= FOLLOWED * gain:
             less[i], gains[i] = ahead, 0.0
     for steps in range(FOLLOWED, 0, -1):

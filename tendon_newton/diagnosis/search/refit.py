@@ -299,13 +299,13 @@ def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
     models, steps, places = [], [], []
     for n, fit in enumerate(fits):
         ahead = {**worlds.bench_slopes, **fit.slopes}
-        _, high = bounds_of(worlds, fit.columns, fit.names)
+        low, high = bounds_of(worlds, fit.columns, fit.names)
         for f, column in enumerate(fit.columns):
             if column in ahead:
                 jacobians[n][:, f] = ahead[column]
                 continue
             step = fit.stride[f] * (1.0 + abs(fit.place[f]))
-            step = -step if fit.place[f] + step > high[f] else step
+            step = step if low[f] <= fit.place[f] + step <= high[f] else -step
             moved = fit.place.copy()
             moved[f] += step
             models.append(values_of(worlds, fit.columns, moved))

@@ -34,12 +34,18 @@ from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
     found_of,
+    harmonic,
     holds_null,
     posterior_of,
     probability,
     weights_of,
 )
-from tendon_newton.diagnosis.search.decide.told import with_told
+from tendon_newton.diagnosis.search.decide.told import (
+    gains_of,
+    taking_over,
+    with_told,
+    within_ranges,
+)
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms, untold
 from tendon_newton.diagnosis.search.pool import Pool
@@ -388,9 +394,13 @@ def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(worlds: Se
     names = ("hysteresis", *CATALOGUE)
     pool = pool_of(SearchWorlds(Study([log(0), log(1)], ideal_model(), names, time_step=STEP)))
     fit = started(pool, hysteresis=0.6, viscous_friction=1.2)
+    edge = dict(zip(pool.worlds.study.table.columns("hysteresis"), (0.6, 1.0e-4, 1.0), strict=True))
     pool.add([fit])
     found = special_case_or_without(pool, fit, "hysteresis")
     assert set(found.names) == {"coulomb_friction", "viscous_friction"}
+    shortest = {**values_of(pool.worlds, fit.columns, fit.place), **edge}
+    (ended,) = start_fits(pool.worlds, [(fit.names, shortest)], pool.floors)
+    assert within_ranges(pool, ended) is found
     (column,) = pool.worlds.study.table.columns("coulomb_friction")
     assert values_of(pool.worlds, found.columns, found.place)[column] == pytest.approx(0.6, rel=0.1)
 
@@ -494,6 +504,8 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(world
     gains = held_out_gains(pool, fit, fit.names)
     for name, other in zip(less, others, strict=True):
         assert pool.bar(name) < gains[name] < float((other - own).sum()) + 0.01
+    known = {"viscous_friction": 5.0}
+    assert gains_of(pool, fit, known) == known | {"coulomb_friction": gains["coulomb_friction"]}
 
 
 def test_what_is_left_out_tells_nothing_of_what_it_alone_shows(worlds: SearchWorlds) -> None:
@@ -801,3 +813,37 @@ def test_causes_without_a_name_are_in_the_model_that_is_written(worlds: SearchWo
     assert (helping.name, helping.reason[:19]) == ("viscous_friction", "It helps to predict")
     assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
     assert diagnosis.extended.theta_rmse < 0.5 * helping.without.theta_rmse
+
+
+def test_a_smaller_set_goes_on_where_the_larger_ones_derivatives_lead(worlds, monkeypatch) -> None:
+    """Its own steps may end early; what is left of two causes that did one thing moves far."""
+    pool, names = pool_of(worlds), ("viscous_friction", "coulomb_friction")
+    far = started(pool, viscous_friction=0.1, coulomb_friction=3.0)
+    (best,) = refit(worlds, [started(pool, viscous_friction=1.0)], pool.floors, iterations=6)
+    other = started(pool, coulomb_friction=3.0)
+    monkeypatch.setattr(pruning, "look_ahead", lambda *_: [(other, 0.0), (best, 0.0)])
+    monkeypatch.setattr(pruning, "refit", lambda _, fits, *__, **___: list(fits))
+    assert leave_out(pool, replace_names(far, *names))["coulomb_friction"].score == best.score
+
+
+def test_a_row_that_jumps_on_one_side_alone_tells_nothing_of_a_number() -> None:
+    """One row of stick and slip made an interval of 1 % reach from half to twice a value."""
+    smooth, jump, turn = harmonic(
+        np.array([2.0, 900.0, 3.0]), np.array([2.2, 2.0, -3.0])
+    ).tolist()  # fmt: skip
+    assert smooth == pytest.approx(2.1, rel=0.01)
+    assert 2.0 < jump < 4.0
+    assert turn == 0.0
+
+
+def test_of_two_forms_of_one_friction_either_begins_with_the_strength_of_both() -> None:
+    """With its own part of it alone a form ended at a worse place, and the other took its name."""
+    names = ("stribeck_friction", "hysteresis")
+    pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    fit = started(pool, stribeck_friction=0.2, hysteresis=0.3)
+    static = pool.worlds.study.table.columns("stribeck_friction")[1]
+    first = pool.worlds.study.table.columns("stribeck_friction")[0]
+    kept, values = taking_over(pool, fit, "hysteresis", "stribeck_friction")
+    assert kept == ("stribeck_friction",)
+    assert values[first] == pytest.approx(0.5, rel=1e-3)
+    assert static not in values or values[static] >= values[first]

@@ -50,9 +50,7 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
             tutorial, 1999). The covariance stays that of the set alone.
     """
     worlds = pool.worlds
-    worlds.bench_slopes = {}
-    (jacobian,) = linearise(worlds, [fit])
-    jacobian = jacobian @ clock_slopes(worlds, fit)
+    jacobian = two_sided(worlds, fit) @ clock_slopes(worlds, fit)
     unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
     spread = worlds.spreads(fit.columns, fit.names)
@@ -87,6 +85,29 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
         numbers=tuple(numbers),
         covariance=correlations(point, worlds.where, spread) * np.outer(spreads, spreads),
     )
+
+
+def two_sided(worlds: SearchWorlds, fit: Fit) -> Array:
+    """Return the derivatives of a fit's residuals by its coordinates, shape (M, F).
+
+    What sticks or stops one row earlier gives one side a difference as large as its step is short.
+    Such a row tells nothing of a number: the harmonic mean of both sides is at most twice the
+    smaller one, and nothing where they differ in sign.
+
+    Source: van Leer, Towards the ultimate conservative difference scheme II (1974).
+    """
+    sides = list[Array]()
+    for side in (1.0, -1.0):
+        worlds.bench_slopes = {}
+        sides += linearise(worlds, [replace(fit, stride=side * fit.stride, slopes={})])
+    worlds.bench_slopes = {}
+    return harmonic(*sides)
+
+
+def harmonic(one: Array, other: Array) -> Array:
+    """Return the harmonic mean of numbers, and nothing where their signs differ."""
+    product, total = one * other, one + other
+    return np.divide(2.0 * product, total, out=np.zeros_like(total), where=product > 0.0)
 
 
 def as_likely(pool: Pool, fit: Fit) -> list[Fit]:

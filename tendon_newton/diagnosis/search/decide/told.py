@@ -1,25 +1,35 @@
 """An answer as it is told: one law of a friction, what is sure, and stated numbers that are off."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from tendon_newton.diagnosis.search.coordinates import inside
 from tendon_newton.diagnosis.search.decide.decision import (
     PREDICTORS,
     Decided,
     at_bound,
     followed,
     held_out_gains,
+    special_case_or_without,
     with_worths,
 )
 from tendon_newton.diagnosis.search.decide.fitted_sets import found_of, holds_null
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import FOLLOWED, is_sharper, leave_out
-from tendon_newton.diagnosis.search.refit import Fit, offsets, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.refit import (
+    Fit,
+    offsets,
+    refit,
+    start_fits,
+    values_of,
+    without,
+)
 from tendon_newton.diagnosis.search.rule import SURE
 from tendon_newton.diagnosis.search.search_worlds import WITHIN
-from tendon_newton.effects import are_one_friction
+from tendon_newton.diagnosis.search.starts import Start
+from tendon_newton.effects import are_one_friction, special_cases
 
 EDGE = 1.0e-6  # Share of a tolerance at which a number counts as at the end of its range [1]
 
@@ -51,13 +61,54 @@ def with_one_law_each(decisive: Pool, decided: Decided, names: Sequence[str]) ->
     shared = [n for n in fit.names if any(are_one_friction(n, o) for o in fit.names if o != n)]
     if not shared:
         return decided
+    alone = [taking_over(decisive, fit, gone, kept) for gone in shared for kept in shared
+             if gone != kept and are_one_friction(gone, kept)]  # fmt: skip
+    begun = start_fits(decisive.worlds, alone, decisive.floors, near=True)
+    decisive.add(refit(decisive.worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0))
     less = leave_out(decisive, fit)
     best = followed(decisive, min((less[name] for name in shared), key=decisive.cost))
+    best = within_ranges(decisive, best)
     if is_sharper(decisive, fit, best):
         return decided
-    gains = {n: gain for n, gain in decided.held_out.items() if n in best.names}
+    gains = gains_of(decisive, best, decided.held_out)
     fewer = with_worths(replace(decided, fit=best), decisive, gains, names)
     return with_one_law_each(decisive, fewer, names)
+
+
+def within_ranges(decisive: Pool, fit: Fit) -> Fit:
+    """Return a set in which laws at the edge of their ranges gave way to their special cases."""
+    for name in fit.names:
+        if special_cases(name) and at_bound(decisive, fit, name):
+            fit = special_case_or_without(decisive, fit, name)
+    return fit
+
+
+def gains_of(decisive: Pool, fit: Fit, known: Mapping[str, float]) -> dict[str, float]:
+    """Return what each cause is worth on parts that no number has seen, where it is not known.
+
+    A cause that was not asked for before the time was over is worth nothing there.
+    """
+    new = [name for name in fit.names if name not in known]
+    found = held_out_gains(decisive, fit, new) if new else {}
+    return {name: known.get(name, found.get(name, 0.0)) for name in fit.names}
+
+
+def taking_over(decisive: Pool, fit: Fit, gone: str, kept: str) -> Start:
+    """Return a start without one of two laws of one friction: the other takes its strength over.
+
+    Its numbers of the unit and null of the law's first grow by that, so that both begin about where
+    they stood together.
+    """
+    study = decisive.worlds.study
+    first = study.table.columns(gone)[0]
+    own = values_of(decisive.worlds, fit.columns, fit.place)
+    names, values = without(fit, gone, decisive.worlds)
+    lost = study.parameter(first)
+    for column in study.table.columns(kept):
+        number = study.parameter(column)
+        if (number.unit, number.null) == (lost.unit, lost.null) and column in values:
+            values[column] = inside(number, values[column] + own[first])
+    return names, values
 
 
 def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
@@ -113,8 +164,9 @@ def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided
     begun = start_fits(worlds, [((*fit.names, *told), values)], decisive.floors, near=True)
     (found,) = refit(worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0)
     decisive.fits[frozenset(found.names)] = found
+    found = within_ranges(decisive, found)
     free = [worlds.study.table.columns(name)[0] for name in told]
-    gains = dict.fromkeys(told, 0.0) | decided.held_out
+    gains = gains_of(decisive, found, dict.fromkeys(told, 0.0) | decided.held_out)
     out = with_worths(replace(decided, fit=found), decisive, gains, names)
     places = dict(zip(found.columns, found.place.tolist(), strict=True))
     stated = {c: worlds.stated_at(c) for c in free}
