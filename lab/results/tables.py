@@ -254,7 +254,7 @@ def kind_of(row: Mapping[str, Any]) -> str:
 
 def paper(kept: Records) -> str:
     """Return our figures beside the paper's, of each kind of experiment in which it states one."""
-    found = kept["paper"].figures
+    found = [*kept["paper"].figures, *kept["paper_policies"].figures]
     stated = {kind_of(row) for row in found if row["paper"] is not None}
     rows = []
     for row in found:
