@@ -189,14 +189,13 @@ def exam_rows(kept: Records) -> str:
 def missing(figures: Mapping[str, Any]) -> str:
     """Say how many of the drawn sets have an answer."""
     told = [
-        f"{count - answered} of {count} sets of {SECTIONS[section]}"
+        f"- {count - there} of {count} sets of {SECTIONS[section]}"
         for section, count in figures["drawn"].items()
-        if (answered := figures["sections"][section][TIMED]["cases"]) < count
+        if (there := figures["sections"][section][TIMED]["cases"]) < count
     ]
     drawn = sum(figures["drawn"].values())
-    return f"{figures['sets']} of {drawn} sets are answered" + (
-        f"; missing: {', '.join(told)}." if told else "."
-    )
+    answered = f"{figures['sets']} of {drawn} sets are answered."
+    return "\n".join([f"{answered} Missing are", "", *told]) if told else answered
 
 
 TIMED = "seconds per dataset, median"  # The figure that counts all answers of a section
