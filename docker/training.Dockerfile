@@ -12,6 +12,13 @@
 # and torch without CUDA, before the base had a digest and packages their hashes. Not built on python:3.12-slim itself, nor by Docker.
 # for every platform; another is `--build-arg BASE=...`
 ARG BASE=python:3.12-slim@sha256:78387bc3881b8273120a12ebe6c1ab22b018ccc2c9adf565ae1ac9b536e184ea
+FROM ${BASE} AS wheel
+WORKDIR /program
+COPY .github/requirements-build.txt ./
+RUN pip install --no-cache-dir --no-deps --require-hashes -r requirements-build.txt
+COPY . .
+RUN python -m build --wheel --no-isolation --outdir /wheel
+
 FROM ${BASE}
 
 RUN useradd --create-home finger && install --directory --mode 1777 /cache /data
@@ -20,13 +27,19 @@ ENV WARP_CACHE_PATH=/cache/warp
 
 WORKDIR /program
 # what the program needs are layers of their own: a changed source leaves them as they are
-COPY pyproject.toml constraints.txt requirements-hashes-sim.txt ./
+COPY constraints.txt requirements-hashes.txt requirements-hashes-sim.txt ./
 RUN pip install --no-cache-dir --no-deps --require-hashes -r requirements-hashes-sim.txt
+ARG NEEDED="cloudpickle|dynamixel-sdk|filelock|flatbuffers|gitdb|gitpython|grpcio|markdown|ml-dtypes|mpmath|networkx|onnx|onnx-ir|onnxruntime|\
+onnxscript|protobuf|pyserial|pyvers|rsl-rl-lib|safetensors|setuptools|smmap|sympy|tensorboard|tensorboard-data-server|tensordict|werkzeug"
+RUN awk -v needed="^($NEEDED)==" '/^[a-z]/ {keep = $0 ~ needed} keep' requirements-hashes.txt > needed.txt \
+    && pip install --no-cache-dir --no-deps --require-hashes -r needed.txt
+# torch alone has no hash here, nor has what its CUDA build brings
 ARG TORCH_INDEX=https://pypi.org/simple
 RUN pip install --no-cache-dir --no-deps --index-url "$TORCH_INDEX" "$(grep '^torch==' constraints.txt)"
-RUN touch README.md LICENSE && pip install --no-cache-dir -c constraints.txt ".[sim,train,hardware]"
-COPY . .
-RUN pip install --no-cache-dir --no-deps .
+RUN pip install --no-cache-dir -c constraints.txt "$(grep '^torch==' constraints.txt)"
+# without an index: what the lists above lack is refused
+COPY --from=wheel /wheel /wheel
+RUN pip install --no-cache-dir --no-index "$(ls /wheel/*.whl)[sim,train,hardware]"
 
 USER finger
 WORKDIR /data
