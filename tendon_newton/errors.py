@@ -1,6 +1,7 @@
 """Errors, named as facts: what was promised, what came, where."""
 
 import difflib
+import re
 import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
@@ -10,10 +11,16 @@ Entry = TypeVar("Entry")
 
 SHOWN_LENGTH = 80  # Longest value that a message repeats in full [characters]
 SHOWN_NAMES = 40  # Most names that a message lists
+SHOWN_WORD = 1100  # Longest word that stays whole, whoever built the message: a path [characters]
 
 
 class TendonNewtonError(Exception):
     """Base of every error that a user can cause and mend; the command line prints its message."""
+
+    def __str__(self) -> str:
+        """Return the message, in which a file's endless word is cut."""
+        cut = rf"(\S{{{SHOWN_LENGTH}}})\S{{{SHOWN_WORD - 2 * SHOWN_LENGTH},}}(\S{{{SHOWN_LENGTH}}})"
+        return re.sub(cut, r"\1...\2", super().__str__())
 
 
 class InvalidRecording(TendonNewtonError):

@@ -26,6 +26,7 @@ from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.checks import check_asset
 from tests.bad_input.memory import peak_memory
 from tests.fuzz.command import fuzz
+from tests.fuzz.imports import mapping_file, read_with_mapping
 from tests.fuzz.mutations import REPLACEMENTS, replace_file
 from tests.fuzz.targets import GROUPS
 from tests.importers.logs import dataset, recording
@@ -104,6 +105,15 @@ def test_words_that_name_nothing_are_refused_in_one_line(
     (line,) = capsys.readouterr().err.splitlines()
     assert "must be UTF-8" in line or "--out must name a folder" in line
     assert not list(tmp_path.iterdir())
+
+
+def test_a_name_without_end_is_told_in_short(tmp_path: Path) -> None:
+    """A key of 5000 letters is cut wherever a message has it, and what is wrong stays legible."""
+    mapping = mapping_file(tmp_path)
+    mapping.write_text(mapping.read_text().replace("[columns.force]", f"[columns.{5000 * 'x'}]"))
+    with pytest.raises(TendonNewtonError, match="known: current") as refused:
+        read_with_mapping(mapping)
+    assert len(str(refused.value)) < 1000
 
 
 def test_an_error_of_the_system_is_told_in_words(tmp_path: Path, capsys, monkeypatch) -> None:

@@ -16,7 +16,7 @@ from tendon_newton.data.formats.message_streams import Stream, TimedMessage, rea
 from tendon_newton.data.formats.resampling import rows_of
 from tendon_newton.data.formats.topic_mapping import DEFAULT_MAPPING, SESSION_RECORD, TopicMapping
 from tendon_newton.data.recording import Recording
-from tendon_newton.errors import InvalidRecording, MissingDependency
+from tendon_newton.errors import InvalidRecording, MissingDependency, shown
 
 if TYPE_CHECKING:
     from mcap.records import Channel, Chunk, McapRecord, Message, Schema
@@ -132,8 +132,8 @@ def require_topics(
         lack = "holds no value of it" if source.topic in topics else "is missing"
         hint = "" if mapping.path else '; name yours in a file: mapping = "mapping.toml"'
         raise InvalidRecording(
-            f"{name}: {column} comes from topic {source.topic!r}, field {source.field!r}, which "
-            f"{lack}; there are {there or 'no topics'}{hint}"
+            f"{name}: {column} comes from topic {shown(source.topic)}, field "
+            f"{shown(source.field)}, which {lack}; there are {there or 'no topics'}{hint}"
         )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tendon_newton.data.files.values import are_words
 from tendon_newton.data.formats.topic_mapping import TopicMapping, TopicSource, field_steps
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidRecording
+from tendon_newton.errors import InvalidRecording, shown
 
 Nanoseconds = NDArray[np.int64]
 TIME_LIMIT = 1 << 62  # Nanoseconds, 146 years, since the epoch of any clock
@@ -63,7 +63,7 @@ class Collector:
         self.source = source
         self.steps = field_steps(source.field)
         self.header = clock == "header"
-        self.where = f"{name}: topic {source.topic!r}, field {source.field!r} ({column})"
+        self.where = f"{name}: topic {shown(source.topic)}, field {shown(source.field)} ({column})"
         self.times: list[int] = []
         self.rows: list[list[float]] = []
         self.frames: list[str] = []
