@@ -30,7 +30,7 @@ from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stron
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS
-from tests.faults.lies import TWO, to_and_fro
+from tests.faults.lies import TWO, squeezing, to_and_fro
 from tests.hardware.deploy.policies import policy_of
 from tests.hardware.deploy.runs import Flight, closing
 from tests.hardware.silent_operator import SilentOperator
@@ -115,7 +115,10 @@ def deployed(rng: random.Random) -> None:
     if rng.random() < 0.2:
         first, *others = loops_of(TWO)
         settings = replace(settings, loop=first, further_loops=tuple(others))
-        words = {"bench": "finger_antagonist", "policy": policy_of(to_and_fro, TWO)}
+        words = {
+            "bench": "finger_antagonist",
+            "policy": policy_of(rng.choice([to_and_fro, squeezing()]), TWO),
+        }
     else:
         obstacle = rng.choice(["free", *OBSTACLES])
         words |= {

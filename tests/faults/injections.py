@@ -127,6 +127,22 @@ def lie(told: Callable[[float, float, int], float]) -> Callable[[Bench, StopRequ
     return happen
 
 
+def late(seconds: float) -> Callable[[Bench, StopRequest], None]:
+    """Let each load cell tell the tension of some time ago."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        for line in plant(bench).lines:
+            past = deque([line.load_cell._felt] * round(1e3 * seconds))  # one each millisecond
+
+            def take(pull: float, time: float, past=past, take=line.load_cell.take) -> bytes:
+                past.append(pull)
+                return take(past.popleft(), time)
+
+            line.load_cell.take = take
+
+    return happen
+
+
 def pull_at(mass: float) -> Callable[[Bench, StopRequest], None]:
     """Hang a mass [kg] on each string, beyond its load cell: the motor feels it too."""
 

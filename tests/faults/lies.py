@@ -19,6 +19,7 @@ from tests.faults import injections as on
 from tests.faults.cases import Case, always
 from tests.faults.injections import LONG, let
 from tests.hardware.deploy.policies import card_of_two, policy_of
+from tests.hardware.deploy.runs import Flight
 
 PERIOD = 20  # Policy steps for which a finger is moved one way: a second
 REST = 1.6  # Time in which a finger comes to rest [s]
@@ -124,6 +125,24 @@ OFF: dict[str, Case] = {
     for name, fault in PULLS_ON.items()
 }
 """Motors that pull on after they were switched off."""
+
+
+@dataclass(kw_only=True)
+class Weak(Case):
+    """A fault beside the weakest servo."""
+
+    own: bool = True
+
+    def prepared(self, after: float, servo: str = "") -> Flight:
+        """Prepare a deployment with it."""
+        return super().prepared(after, "xl330_m288_t")
+
+
+HALF_FROM_REST: dict[str, Any] = {
+    "rule": "pull", "sooner": ("tension",), "action": "unwind", "allowed": 2.5, "calm": True,
+    "bad": always(2.0), "fault": on.lie(lambda f, t, k: 0.5 * f),
+    "settings": replace(SETTINGS, limits=DeployLimits(bench=SafetyLimits(force=4.0))),
+}  # fmt: skip
 CELL: dict[str, Any] = {"rule": "load_cell", "action": "unwind"}
 CELLS: dict[str, Case] = {
     **lies("a load cell of a quarter of its gain", on.lie(lambda f, t, k: 0.25 * f),
@@ -134,10 +153,11 @@ CELLS: dict[str, Case] = {
         {"held": 0.1, "pulled hard": 0.1}, **CELL),
     **lies("a load cell that is dead, noise and all", let("cell_deaf", duration=LONG),
         {"moved": 2.5, "pulled hard": 1.5}, sooner=("motion",), **CELL),
-    "a load cell of half its gain, pulled hard from rest, at a limit of 4 N": Case(
-        rule="pull", sooner=("tension",), action="unwind", allowed=2.5, bad=always(2.0), calm=True,
-        fault=on.lie(lambda f, t, k: 0.5 * f),
-        settings=replace(SETTINGS, limits=DeployLimits(bench=SafetyLimits(force=4.0)))),
+    **lies("a load cell 0.3 s late", on.late(0.3), {"moved": 8.0}, **CELL),
+    "a load cell of half its gain, pulled hard from rest, at a limit of 4 N":
+        Case(**HALF_FROM_REST),
+    "an XL330's load cell of half its gain, pulled hard from rest, at a limit of 4 N":
+        Weak(**HALF_FROM_REST),
     **{
         f"{name} on a string with 4 kg": Case(
             rule="motion", sooner=("load_cell", "tension"), action="off", allowed=0.5,
@@ -159,19 +179,39 @@ def to_and_fro(sample: np.ndarray) -> np.ndarray:
     return 1.5 * np.array([1.0, -1.0]) * (1.0 if closing else -1.0)
 
 
-def two(fault: Any, seconds: float) -> Case:
-    """Return a fault of the load cells of two strings, which a policy moves to and fro."""
+def squeezing() -> Callable[[np.ndarray], np.ndarray]:
+    """Return a policy that pulls with both servos and lets both go in turn."""
+    swing = swinging()
+    return lambda sample: np.full(2, 0.75 * swing())
+
+
+def two(fault: Any, seconds: float, policy: Any = to_and_fro, **words: Any) -> Case:
+    """Return a fault of two strings, which a policy moves to and fro unless another is given."""
     return Case(
-        fault=fault, allowed=seconds, settings=TWO_SETTINGS, **CELL,
-        words={"bench": "finger_antagonist", "policy": policy_of(to_and_fro, TWO)},
+        fault=fault, allowed=seconds, settings=TWO_SETTINGS, **CELL | words,
+        words={"bench": "finger_antagonist", "policy": policy_of(policy, TWO)},
     )  # fmt: skip
 
 
 PAIRS: dict[str, Case] = {
     "two load cells exchanged": two(on.exchange, 8.0),
     "a load cell that tells another's counts": two(on.copy, 0.3),
-}
-"""Load cells of two strings, whose plugs are exchanged."""
+    **{
+        f"two encoders {name}": two(fault, 1.0, rule="motion", action="off",
+            sooner=("load_cell",))
+        for name, fault in {
+            "0.5 rad ahead": on.misread(lambda a, t: a + 0.5),
+            "of half a scale": on.misread(lambda a, t: 0.5 * a),
+            "that run ahead by 1 rad/s": on.misread(lambda a, t: a + t),
+            "that fall behind by 1 rad/s": on.misread(lambda a, t: a - t),
+            "that are stuck": on.lag(100.0),
+            "0.3 s late": on.lag(0.3),
+        }.items()
+    },
+    "two encoders that are stuck, both strings pulled":
+        two(on.lag(100.0), 3.0, squeezing(), sooner=("motion",)),
+}  # fmt: skip
+"""Load cells whose plugs are exchanged, and encoders that lie, where a finger has two strings."""
 LIES = ENCODERS | SERVOS | OFF | CELLS | PAIRS
 CHEAP = {
     name: LIES[name]
@@ -185,6 +225,9 @@ CHEAP = {
         "a motor that is on at 0.3 once it is off, and tells nothing",
         "a load cell of half its gain, held",
         "a load cell of half its gain, pulled hard from rest, at a limit of 4 N",
+        "a load cell 0.3 s late, moved",
+        "two encoders that are stuck",
+        "an XL330's load cell of half its gain, pulled hard from rest, at a limit of 4 N",
         "two load cells exchanged",
         "a load cell that tells another's counts",
     )

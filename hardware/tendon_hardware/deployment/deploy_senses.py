@@ -1,5 +1,6 @@
 """What a deployment knows in a tick: servo, load cell, keys and signals, as far as they answer."""
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
@@ -32,8 +33,7 @@ class ServoSenses:
         self.clock = bench.clock
         radius = settings.spool_radius
         self.forces = ForceWatch(bench, None, operator, radius, place)
-        greatest, alone = settings.limits.bench.force, len(bench.drives) == 1
-        self.motion = MotionWatch(bench.drives[place], radius, greatest, alone=alone)
+        self.motion = MotionWatch(bench.drives[place], radius, settings.limits.bench.force)
         self.state: ServoState | None = None  # Last reading of the servo
         self.health: ServoHealth | None = None
         self.estimated: float | None = None  # Tension by a force network [N]
@@ -56,14 +56,14 @@ class ServoSenses:
         """Whether an answer since the last look told of an alert."""
         return self.servo.counters.alerts > self._alerts
 
-    def read(self) -> ServoState | None:
-        """Read the servo, where it can be reached."""
+    def read(self, others: Sequence[float]) -> ServoState | None:
+        """Read the servo, where it can be reached; other spools were last at these angles [rad]."""
         try:
             self.state = state = self.servo.read_state()
         except (errors.ServoSilent, errors.PortLost, errors.ServoRefused):
             return None
         self.heard = state.time
-        self.motion.take(state, self.forces.force)
+        self.motion.take(state, self.forces.force, others)
         return state
 
     def look(self) -> ServoHealth | None:
@@ -181,7 +181,8 @@ class DeploySenses:
 
     def _read(self, log: DeployLog | None) -> None:
         """Read the servos, where they can be reached."""
-        states = [servo.read() for servo in self.servos]
+        latest = [math.nan if each.state is None else each.state.position for each in self.servos]
+        states = [servo.read(latest[:k] + latest[k + 1 :]) for k, servo in enumerate(self.servos)]
         whole = [state for state in states if state is not None]
         if len(whole) < len(states):
             self.missed += 1

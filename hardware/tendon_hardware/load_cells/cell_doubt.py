@@ -11,6 +11,7 @@ or lies:
 - the tension is below zero: a tendon cannot push;
 - it jumps back and forth with every reading, faster than the converter's filter lets through;
 - it jumps between two readings and stays there, which that filter spreads over four;
+- it goes on rising when the spool has begun to let the tendon out, time after time;
 - it is far less than the motor must be pulling, by its duty and its speed.
 
 A cell that is deaf while the spool rests says nothing wrong: it is found out once the motor pulls.
@@ -61,17 +62,19 @@ BESIDE = 0.15  # Change beside a leap, of the leap [1]; 0.33 at least of one tha
 NOISES = 3.0  # Standard deviations by which noise may add to that [1]
 FAST = 60.0
 """Readings per second from which the converter's filter takes every such vibration away [Hz]."""
+TURNED = 0.05  # Angle let out after which a spool has turned [rad]
+TURN_SHOWN = 0.06  # Time in which a live cell shows the turn [s]: its filter and a reading
+LATE_MIN = 3  # Turns after which the tension rises, in a row: a hand may pull at a finger once
 IDLE, CERTAIN = 0.08, 0.45
 """Share of the motor's strength [1] that may be lost in a gear, and the least part of the rest that
 reaches the tendon [1]. Half an hour of recordings on virtual benches, worn ones among them, kept
 1.4 times this tension."""
-LIKELY, FREE = 0.65, 0.04
-"""Share of the motor's strength [1] that likely reaches the tendon, of what is above the share of a
-spool that runs free. On the virtual benches it is 0.7 to 1.4 times the tension, worn gears among
-them."""
-DISAGREEING = 1.6
-"""Likely tension over the told one from which the two disagree [1]; a live cell keeps 1.3 from a
-fifth of the duty on."""
+FREE = 0.04
+"""Share of the motor's strength that a spool takes that runs free [1]. Of the rest `gear_yield`
+likely reaches the tendon."""
+DISAGREEING, LIKELY_MIN = 1.6, 4.0
+"""Likely tension over the told one from which the two disagree [1], and the least one that is
+judged [N]. In half an hour of sound runs a live cell kept 1.58, and 2.3 below that tension."""
 SHIFT = 0.5  # Shift of a live cell's zero that is put up with there [N]
 FRESH = 0.05
 """Age beyond which nobody knows what the motor does [s]: its watchdog may have stopped it."""
@@ -113,6 +116,10 @@ class CellDoubt:
         self._late = 0
         self._before: float | None = None
         self._anchor: float | None = None
+        self._turn: tuple[float, float] | None = None
+        self._lowest = self._shown = inf
+        self._judged = True
+        self._turns_late = 0
         self._others: Sequence[float] = ()
         self._others_before: Sequence[float] = ()
 
@@ -169,6 +176,11 @@ class CellDoubt:
                 f"it is {force:.1f} N: look at the load cell, its calibration, the gear and "
                 "the encoder"
             )
+        elif self._fast and self._is_late(force, instant):
+            self.fault = (
+                f"the tension must fall when its spool lets the tendon out; {LATE_MIN} times it "
+                "has gone on rising: the load cell's readings are late, look at its converter"
+            )
         if self._anchor is None or abs(force - self._anchor) >= CHANGE:
             self._anchor, self._late = force, 0
             self._wound = self._in = self._out = 0.0
@@ -221,10 +233,29 @@ class CellDoubt:
             rotor = ROTOR * servo.armature * max(acceleration, 0.0) / servo.stall_torque
             share = duty * voltage / servo.supply_voltage - free - rotor
             self._least = max(CERTAIN * self._strength * (share - IDLE) - SHIFT, 0.0)
-            self.likely = max(LIKELY * self._strength * (share - FREE), 0.0)
+            self.likely = max(servo.gear_yield * self._strength * (share - FREE), 0.0)
         if self._anchor is None or duty - free <= PULL + PULL_PER_SPEED * abs(speed):
             return
         self._wound = max(0.0, self._wound + turned)  # an encoder at rest goes back and forth
+
+    def _is_late(self, force: float, instant: float) -> bool:
+        """Tell whether the tension [N] has gone on rising after turns of a spool that is alone."""
+        if not self._way or self._others:
+            return False
+        now, position, _ = self._way[-1]
+        if self._turn is None or position >= min(self._turn[1], self._lowest + TURNED):
+            self._turn = (now, position)
+            self._lowest, self._shown, self._judged = position, inf, False
+        self._lowest = min(self._lowest, position)
+        if self._judged or instant < self._turn[0] + TURN_SHOWN:
+            return False
+        if self._shown == inf:
+            self._shown = force
+        if self._turn[1] - position < TURNED or abs(force - self._shown) < CHANGE:
+            return False
+        self._judged = True
+        self._turns_late = self._turns_late + 1 if force > self._shown else 0
+        return self._turns_late >= LATE_MIN
 
     def _leaps(self) -> bool:
         """Tell whether the latest readings, none of them missing, leap between still ones."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from tendon_hardware.benches.bench import Bench
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.errors import SafetyStop
-from tendon_hardware.load_cells.cell_doubt import DISAGREEING, WINDOW, CellDoubt
+from tendon_hardware.load_cells.cell_doubt import DISAGREEING, LIKELY_MIN, WINDOW, CellDoubt
 from tendon_hardware.load_cells.clock_fit import ReadingDates
 from tendon_hardware.load_cells.load_cell_type import LoadCell, LoadCellReading
 from tendon_hardware.logs.session_log import SessionLog
@@ -78,7 +78,7 @@ class ForceWatch:
         if self.calibration is None or self.agreed is None:
             return None
         likely = self._doubt.likely
-        return likely if likely > DISAGREEING * max(self.agreed, 0.0) else None
+        return likely if likely > max(DISAGREEING * self.agreed, LIKELY_MIN) else None
 
     @property
     def fault(self) -> str | None:

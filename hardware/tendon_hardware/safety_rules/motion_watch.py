@@ -14,11 +14,14 @@ A way beyond these bounds is summed up, and forgiven slowly: a jump shows at onc
 (E. S. Page, Continuous inspection schemes, Biometrika 1954).
 
 A spool that stands still keeps all bounds, since a gear's friction may hold it. But then it holds
-the tension too: one that rises and falls with the duty has a spool that moves.
+the tension too, as long as no other spool of the finger moves: one that rises and falls with the
+duty has a spool that moves.
 """
 
 from collections import deque
+from collections.abc import Sequence
 from math import exp
+from operator import sub
 
 from tendon_hardware.benches.bench import BenchDrive
 from tendon_hardware.load_cells.cell_doubt import CERTAIN, FRESH, IDLE, PULL
@@ -53,12 +56,9 @@ class MotionWatch:
         drive: The servo, whose driver knows what was sent, and its load cell's calibration.
         spool_radius: Radius of its spool [m].
         greatest: Tension that its string may have where no load cell tells it [N].
-        alone: Whether no other servo pulls at what its string pulls.
     """
 
-    def __init__(
-        self, drive: BenchDrive, spool_radius: float, greatest: float, *, alone: bool = True
-    ) -> None:
+    def __init__(self, drive: BenchDrive, spool_radius: float, greatest: float) -> None:
         self._servo = drive.servo
         spec, calibration = drive.servo.spec, drive.calibration
         quick = calibration is not None and calibration.rate >= QUICK
@@ -66,7 +66,6 @@ class MotionWatch:
         self._share = spool_radius / spec.stall_torque
         self._coast = COAST * spec.armature * spec.free_speed / spec.stall_torque
         self._greatest = greatest
-        self._alone = alone
         self._sure = SURE if quick else 0.0
         self.forget()
 
@@ -77,7 +76,7 @@ class MotionWatch:
         self._tensions: deque[tuple[float, float]] = deque()
         self._differences: deque[tuple[float, float]] = deque()
         self._in = self._out = self._high = self._low = 0.0
-        self._stand(0.0, 0.0)
+        self._stand((), 0.0)
 
     @property
     def strayed(self) -> float:
@@ -102,8 +101,13 @@ class MotionWatch:
             f"changed by {FOLLOWED:g} N with it, and the spool stands still: look at the encoder"
         )
 
-    def take(self, state: ServoState, tension: float | None) -> None:
-        """Take a reading of the servo and the latest tension [N], where a load cell tells it."""
+    def take(self, state: ServoState, tension: float | None, others: Sequence[float] = ()) -> None:
+        """Take a reading of the servo, and what is known beside it.
+
+        Args:
+            tension: The latest tension [N], where a load cell tells it.
+            others: Angles of the finger's other spools [rad].
+        """
         servo, now = self._servo, state.time
         if not servo.torque_enabled or (self._before and now - self._before[0] > LOST):
             self.forget()
@@ -121,21 +125,23 @@ class MotionWatch:
             then, there, duty = self._before
             self._move(now - then, position - there, {duty, servo.duty})
         self._before = (now, position, servo.duty)
-        if self._alone and tension is not None:
-            self._follow(position, tension)
+        if tension is not None:
+            self._follow((position, *others), tension)
 
-    def _stand(self, position: float, tension: float) -> None:
-        """Begin to look for a tension [N] that changes while the spool stands still [rad]."""
-        self._lowest = self._highest = position
+    def _stand(self, positions: Sequence[float], tension: float) -> None:
+        """Begin to look for a tension [N] that changes while all spools stand still [rad]."""
+        self._lowest = self._highest = positions
         self._sign, self._from = 0.0, tension
         self._followed, self._answered = 0, True
 
-    def _follow(self, position: float, tension: float) -> None:
+    def _follow(self, positions: Sequence[float], tension: float) -> None:
         """Count how often in a row the tension [N] has followed the duty."""
-        self._lowest = min(self._lowest, position)
-        self._highest = max(self._highest, position)
-        if self._highest - self._lowest > STANDS:
-            self._stand(position, tension)
+        if len(self._lowest) != len(positions):
+            self._stand(positions, tension)
+        self._lowest = [*map(min, self._lowest, positions)]
+        self._highest = [*map(max, self._highest, positions)]
+        if max(map(sub, self._highest, self._lowest)) > STANDS:
+            self._stand(positions, tension)
         duty = self._servo.duty
         sign = 1.0 if duty > PULL else -1.0 if duty < PULL / 2.0 else self._sign
         if sign != self._sign:

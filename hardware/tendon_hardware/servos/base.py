@@ -38,6 +38,7 @@ class ServoSpec:
     # Rotor behind the gear, seen from the spool [kg m2]; no data sheet says it. This is the order
     # of a small one behind 288:1.
     armature: float = 0.002
+    gear_yield: float = 0.65  # Share of that torque that likely reaches a string [1]
     family: str = "dynamixel"  # Key of its protocol and memory in the table of families
 
     @property

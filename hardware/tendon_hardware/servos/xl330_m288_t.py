@@ -24,4 +24,5 @@ SPEC = ServoSpec(
     current_limit=1.750,
     temperature_limit=70.0,
     position_gain=400,
+    gear_yield=0.8,  # more than the data sheet: fits of Rhoban/bam and their friction under load
 )

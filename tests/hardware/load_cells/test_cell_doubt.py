@@ -180,6 +180,25 @@ def test_a_motor_that_pulls_has_a_tension(force: float, voltage: float, doubted:
     assert ("must be at least" in (doubt.fault or "")) is doubted
 
 
+@pytest.mark.parametrize(
+    ("late", "others", "doubted"),
+    [(0.0, (), False), (0.02, (), False), (0.3, (), True), (0.3, (0.0,), False)],
+)
+def test_a_tension_falls_when_its_spool_lets_out(late, others, doubted) -> None:
+    """A cell that goes on rising is late; where another servo may pull, nobody can tell."""
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
+
+    def angle(time: float) -> float:
+        return 1.0 + 0.5 * abs(time % 2.0 - 1.0)
+
+    for k in range(1000):
+        now = 0.0125 * k
+        state = ServoState(time=now, position=angle(now), velocity=0.0, current=0.0)
+        doubt.move(state, 0.0, others)
+        doubt.feel(5.0 * angle(now - late), now)
+    assert (doubt.fault is not None and "late" in doubt.fault) is doubted
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("bench", ["finger", "spring_weak", "spring_strong"])
 @pytest.mark.parametrize("excitation", ["random_steps", "sine", "ramps", "contact_ramp"])
