@@ -116,7 +116,8 @@ def test_the_index_lists_every_page() -> None:
 def test_an_image_is_given_what_a_wheel_is_made_of() -> None:
     """``.dockerignore`` lets in the wheel's folders and what an installation reads beside them."""
     wheel = tomllib.loads(read("pyproject.toml"))["tool"]["hatch"]["build"]["targets"]["wheel"]
-    pins = ["constraints.txt", "requirements-hashes-sim.txt"]
+    hashes = ["requirements-hashes.txt", "requirements-hashes-sim.txt"]
+    pins = ["constraints.txt", *hashes, ".github/requirements-build.txt"]
     beside = ["pyproject.toml", *pins, "README.md", "LICENSE"]
     assert re.findall(r"^!(.+)$", read(".dockerignore"), re.M) == beside + wheel["only-include"]
 
@@ -130,7 +131,12 @@ def test_what_builds_and_publishes_is_named_by_its_content() -> None:
         assert re.findall(r"pipx? (?!install --no-deps --require-hashes)", workflow) == []
     for name in ("pi", "training"):
         image = read(f"docker/{name}.Dockerfile")
-        assert re.findall(r"^FROM (.+)$", image, re.M) == ["${BASE}"]
+        assert re.findall(r"^FROM (.+)$", image, re.M) == ["${BASE} AS wheel", "${BASE}"]
+        installs = re.findall(r"pip install --no-cache-dir (.+)", image)
+        unhashed = [
+            each for each in installs if not re.search(r"--(require-hashes|no-index) ", each)
+        ]
+        assert all("grep '^torch==' constraints.txt" in each for each in unhashed)
         assert re.search(r"^ARG BASE=\S+@sha256:[0-9a-f]{64}$", image, re.M)
     tools = re.findall(r"^(\S+)==\S+ \\\n    --hash=", read(".github/requirements-build.txt"), re.M)
     assert {"build", "hatchling"} <= set(tools)
