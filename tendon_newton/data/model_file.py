@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from tendon_newton.data.bench_overrides import (
@@ -21,6 +20,7 @@ from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables, are_words, is_count, is_table
+from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
 
@@ -48,7 +48,7 @@ class NamedValues:
                 raise InvalidModelFile(
                     f"{listed([key])} of {shown(self.name)} must be finite; it is {value}"
                 )
-        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+        object.__setattr__(self, "values", frozen(self.values))
 
     def __repr__(self) -> str:
         numbers = (
@@ -84,8 +84,8 @@ class Model:
         """Refuse doubled entries; protect the rest."""
         refuse_doubles([effect.cause for effect in self.effects], "effect")
         refuse_doubles(self.fit, "fit entry")
-        object.__setattr__(self, "bench_overrides", MappingProxyType(dict(self.bench_overrides)))
-        object.__setattr__(self, "tolerances", MappingProxyType(dict(self.tolerances)))
+        object.__setattr__(self, "bench_overrides", frozen(self.bench_overrides))
+        object.__setattr__(self, "tolerances", frozen(self.tolerances))
 
     def __repr__(self) -> str:
         parts = [repr(self.actuator), *map(repr, self.effects)]

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
 from math import isfinite
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.channels import CHANNELS, TIME_STEP_RANGE
 from tendon_newton.data.files.html_table import html_table
+from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording_plot import recording_figure
 from tendon_newton.data.stamps import stamp_fault, unit_of_step
@@ -101,11 +101,8 @@ class Recording:
         return html_table(repr(self), ("signal", "least", "most", "shape"), rows)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what another process builds the recording from: read-only tables do not travel."""
-        table = {f.name: getattr(self, f.name) for f in fields(self)}
-        for name in ("extra", "actuator_overrides"):
-            table[name] = dict(table[name])
-        return partial(type(self), **table), ()
+        """Return what another process builds the recording from, so that arrays stay read-only."""
+        return partial(type(self), **{f.name: getattr(self, f.name) for f in fields(self)}), ()
 
     def plot(self, simulated: "Recording | None" = None) -> "Figure":
         """Draw command, angle and tension; with a simulation of the same rows also what it misses.
@@ -165,9 +162,8 @@ def freeze_arrays(recording: Recording) -> None:
         enabled = np.ones(recording.time.shape[:1], dtype=np.bool_)
     object.__setattr__(recording, "enabled", frozen_array(enabled, np.bool_))
     extra = {name: frozen_array(values, None) for name, values in recording.extra.items()}
-    object.__setattr__(recording, "extra", MappingProxyType(extra))
-    overrides = MappingProxyType(dict(recording.actuator_overrides))
-    object.__setattr__(recording, "actuator_overrides", overrides)
+    object.__setattr__(recording, "extra", frozen(extra))
+    object.__setattr__(recording, "actuator_overrides", frozen(recording.actuator_overrides))
 
 
 def frozen_array(values: NDArray[Any], dtype: Any) -> NDArray[Any]:

@@ -1,5 +1,7 @@
 """What a model file keeps."""
 
+import copy
+import pickle
 from pathlib import Path
 
 import pytest
@@ -39,6 +41,19 @@ def test_a_model_file_keeps_every_bit(
     path = tmp_path_factory.mktemp("toml") / "model.toml"
     write_model(path, model)
     assert load_model(path) == model
+
+
+def test_a_model_travels_to_another_process_as_it_is() -> None:
+    """Jobs are pickled: its read-only tables were refused, and the jobs waited for ever."""
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": 4.2}),
+        effects=(NamedValues(name="coulomb_friction", values={"force": 0.8}),),
+        tolerances={"load_cell_gain": 0.02},
+    )
+    for again in (pickle.loads(pickle.dumps(model)), copy.deepcopy(model)):
+        assert again == model
+        with pytest.raises(TypeError):
+            again.tolerances["load_cell_gain"] = 1.0
 
 
 def test_a_file_name_is_a_legal_value(tmp_path: Path) -> None:

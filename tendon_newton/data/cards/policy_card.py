@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite, pi
 from pathlib import PurePath
-from types import MappingProxyType
 from typing import Literal
 
 from tendon_newton.data.cards.card_json import Promise, read_card_json, refuse_broken
@@ -24,6 +23,7 @@ from tendon_newton.data.cards.policy_observation import (
 )
 from tendon_newton.data.cards.turning_task import TurningTask
 from tendon_newton.data.files.checked_table import STATED, CheckedTable, table_of
+from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.errors import InvalidPolicyFile
 
 SCHEMA = 1
@@ -65,7 +65,7 @@ class PolicyTraining:
 
     def __post_init__(self) -> None:
         for name in ("randomisation", "files"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
-from types import MappingProxyType
 
+from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.errors import InvalidMapping, shown, unknown_name
 
 STATE_TOPIC = "/servo/state"
@@ -104,7 +104,7 @@ class TopicMapping:
             raise InvalidMapping(
                 f"{where}clock must be 'header' or 'log'; it is {shown(self.clock)}"
             )
-        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
+        object.__setattr__(self, "sources", frozen(self.sources))
 
 
 DEFAULT_MAPPING = TopicMapping(

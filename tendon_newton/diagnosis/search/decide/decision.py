@@ -8,6 +8,7 @@ import numpy as np
 from tendon_newton.diagnosis.findings import Found, PlainModel
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.plain_models import (
+    PLAIN_MODELS,
     compare_plain_models,
     fit_plain_models,
 )
@@ -149,11 +150,12 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
     is_left = not decisive.leaves_nothing(decided.fit, share=1.0)
-    if is_left and compared and compared[0].held_out < predicts:
-        other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
+    rivals = [m for m in compared if is_left or m.name in PLAIN_MODELS]
+    if rivals and rivals[0].held_out < predicts:
+        other = tested(decisive, prune(decisive, plain[rivals[0].name]), names)
         if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
-    predictor, predicts = best_predictor(decisive, decided, plain.values())
+    predictor, predicts = best_predictor(decisive, decided, plain)
     return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
 
 
@@ -209,25 +211,29 @@ def predicted(decisive: Pool, fit: Fit) -> float:
 
 
 def best_predictor(
-    decisive: Pool, decided: Decided, plain: Collection[Fit] = ()
+    decisive: Pool, decided: Decided, plain: Mapping[str, Fit] | None = None
 ) -> tuple[Fit, float]:
     """Return the set that predicts parts best that no number has seen, and its score there.
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
     and to predict are two things. Each cause of the answer stays; it may have none. A number costs
     one nat of what the rows tell together (Akaike, A new look at the statistical model
-    identification, 1974): parts that are left out are of the conditions of those that are seen.
+    identification, 1974): parts that are left out are of the conditions of those that are seen. A
+    published plain model was fixed beforehand: nobody chose it for what it predicts here.
 
     Args:
         decisive: Has the fits of all rows.
         decided: The causes that may be named.
-        plain: Plain models.
+        plain: What plain models are called -> their fits.
     """
-    answer = decided.fit
+    answer, plain = decided.fit, plain or {}
     alone = decisive.worlds.rows_alone(answer.residual)
 
+    published = {frozenset(plain[name].names) for name in PLAIN_MODELS if name in plain}
+
     def cost(fit: Fit) -> float:
-        return sum(map(decisive.bar, fit.names)) / decisive.price / alone
+        numbers = sum(map(decisive.bar, fit.names)) / decisive.price
+        return 0.0 if frozenset(fit.names) in published else numbers / alone
 
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
@@ -236,7 +242,7 @@ def best_predictor(
         and not any(at_bound(decisive, f, n) or is_nothing(decisive, f, n) for n in f.names)
     ]  # fmt: skip
     sets.sort(key=lambda f: f.score + cost(f))
-    known = {frozenset(f.names) for f in plain}
+    known = {frozenset(f.names) for f in plain.values()}
     near = [followed(decisive, f) for f in sets[:PREDICTORS]]
     near += [f for f in sets[PREDICTORS:] if frozenset(f.names) in known]
     best, predicts = answer, predicted(decisive, answer)
