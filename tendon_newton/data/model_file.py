@@ -20,9 +20,9 @@ from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables, are_words, is_count, is_table
-from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
+from tendon_newton.frozen_mapping import frozen
 
 KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit", "tolerances")
 SERVO = "servo"  # Key of an effect that is about one servo

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.channels import CHANNELS, TIME_STEP_RANGE
 from tendon_newton.data.files.html_table import html_table
-from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording_plot import recording_figure
 from tendon_newton.data.stamps import stamp_fault, unit_of_step
 from tendon_newton.errors import InvalidRecording, shown
+from tendon_newton.frozen_mapping import frozen
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

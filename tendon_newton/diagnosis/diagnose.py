@@ -177,7 +177,7 @@ def diagnose_as_stated(
     progress("measuring the gain on held-out recordings")
     if findings.predictor is not None:
         whole = Study(dataset.train, model, tuple(EFFECTS), like=train)
-        findings = with_whole_recordings(findings, whole)
+        findings = with_whole_recordings(findings, whole, rng)
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = ()

@@ -104,21 +104,22 @@ def fraction_interval(
     return float(low), float(high)
 
 
-def with_whole_recordings(findings: Findings, whole: Study) -> Findings:
-    """Return findings without a predictor that does no better than the answer on whole recordings.
+def with_whole_recordings(findings: Findings, whole: Study, rng: np.random.Generator) -> Findings:
+    """Return findings without a predictor that is surely worse than the answer on whole recordings.
 
     A search simulates pieces of long recordings, which show little of what grows with time.
 
     Args:
         findings: What was found on pieces.
         whole: The same recordings, uncut.
+        rng: Draws the recordings of the interval of what the predictor explains of the rest.
     """
     if findings.predictor is None:
         return findings
     answer = findings.final or findings.baseline
     before, after = evaluate_models(whole, [answer.values, findings.predictor.values])
-    is_better = explained_fraction(before.pooled(), after.pooled(), whole.noise) > 0.0
-    return findings if is_better else replace(findings, predictor=None)
+    _, highest = fraction_interval(before, after, whole.noise, rng)
+    return replace(findings, predictor=None) if highest < 0.0 else findings
 
 
 def is_in_doubt(

@@ -23,8 +23,8 @@ from tendon_newton.data.cards.policy_observation import (
 )
 from tendon_newton.data.cards.turning_task import TurningTask
 from tendon_newton.data.files.checked_table import STATED, CheckedTable, table_of
-from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.errors import InvalidPolicyFile
+from tendon_newton.frozen_mapping import frozen
 
 SCHEMA = 1
 CARD_NAME = "card.json"  # Name among the extra files of a TorchScript file

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 
-from tendon_newton.data.frozen_mapping import frozen
 from tendon_newton.errors import InvalidMapping, shown, unknown_name
+from tendon_newton.frozen_mapping import frozen
 
 STATE_TOPIC = "/servo/state"
 COMMAND_TOPIC = "/servo/command"

@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.diagnose import conclude
 from tendon_newton.diagnosis.findings import Findings, PlainModel
 from tendon_newton.diagnosis.search.decide.decision import Decided, best_predictor
@@ -12,7 +13,7 @@ from tendon_newton.diagnosis.search.decide.find_causes import predictor_of
 from tendon_newton.diagnosis.search.decide.fitted_sets import found_of
 from tendon_newton.diagnosis.search.decide.plain_models import LAWS, PLAIN_MODELS, fit_plain_models
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import refit, start_fits
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import EFFECTS, special_cases
 from tendon_newton.identification.study import Study
@@ -86,6 +87,24 @@ def test_where_no_cause_is_sure_the_set_that_predicts_best_is_written(pool: Pool
     assert {e.name for e in diagnosis.suspected} == {"coulomb_friction", "viscous_friction"}
     assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
     assert diagnosis.extended.theta_rmse < 0.5 * diagnosis.baseline.theta_rmse
+
+
+def test_a_published_model_pays_nothing_for_its_numbers(pool: Pool, monkeypatch) -> None:
+    """Nobody chose it for what it predicts here; a chosen set pays a nat a number."""
+    nothing = pool.fits[frozenset()]
+    chosen = started(pool, coulomb_friction=0.6, viscous_friction=1.2)
+    pool.add([chosen])
+    alone = pool.worlds.rows_alone(nothing.residual)
+    gain = 0.5 / alone  # [nat per row], less than one number costs
+
+    def unseen(_: Pool, fit: Fit, until: float = np.inf) -> Array:
+        return np.array([1.0 - gain * (frozenset(fit.names) == frozenset(chosen.names))])
+
+    monkeypatch.setattr(Pool, "unseen_terms", unseen)
+    label = "Coulomb and viscous friction"
+    for plain, best in (({}, nothing), ({label: chosen}, chosen)):
+        found, _ = best_predictor(pool, Decided(fit=nothing), plain)
+        assert found.names == best.names
 
 
 def test_explained_is_not_said_where_a_plain_model_halves_what_is_left(pool: Pool) -> None:
