@@ -117,14 +117,19 @@ def folders(out: Path, chosen: Sequence[Path]) -> Iterator[Logs]:
                 )
 
 
+def unpacked(packed: Path, out: Path) -> Path:
+    """Unpack an archive of logs unless that is done, and return the folder that has them."""
+    if not out.is_dir():
+        with tarfile.open(packed) as archive:
+            archive.extractall(out, filter="data")
+    return next((log.parent for log in sorted(out.rglob("*.json"))), out)
+
+
 def real_splits(out: Path, data: Path) -> Iterator[Logs]:
     """Return the real splits whose logs a folder has; of equal training logs the first."""
     sts3215 = data / "sts3215"
     for packed in sts3215.glob("*.tar.xz"):
-        sts3215 = out / "sts3215"
-        if not sts3215.is_dir():
-            with tarfile.open(packed) as archive:
-                archive.extractall(sts3215, filter="data")
+        sts3215 = unpacked(packed, out / "sts3215")
     there = [p if p.is_dir() else None for p in (data / "xl330", sts3215, data / "so101")]
     seen = set[tuple[str, ...]]()
     for split in splits_of(*there):

@@ -1,11 +1,13 @@
 """All sets of a few laws beside an answer: what an answer misses is seen, and nothing else is."""
 
+import tarfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lab.exams.regret.answers import regret_of, summary
+from lab.exams.regret.answers import regret_of, summary, unpacked
 from lab.exams.regret.enumeration import Bench, bench_of
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser
@@ -64,3 +66,15 @@ def test_all_sets_are_scored_once(bench: Bench) -> None:
     chooser = Chooser(survey(pool.worlds, fit, LAWS, pool.floors, 1.0), pool.price, SIZE)
     sets = [frozenset(chooser.names(trial)) for trial in all_sets(chooser, LAWS)]
     assert len(sets) == len(set(sets)) == 14
+
+
+def test_logs_are_found_in_the_folder_of_their_archive(tmp_path: Path) -> None:
+    """A published archive has its logs in a folder: they were looked for beside that."""
+    log = tmp_path / "logs" / "one.json"
+    log.parent.mkdir()
+    log.write_text("{}")
+    with tarfile.open(tmp_path / "logs.tar.xz", "w:xz") as archive:
+        archive.add(log, "logs/one.json")
+    for _ in range(2):
+        found = unpacked(tmp_path / "logs.tar.xz", tmp_path / "out")
+        assert [p.name for p in found.iterdir()] == ["one.json"]
