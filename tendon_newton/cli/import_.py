@@ -92,15 +92,17 @@ def refuse_foreign_options(config: ImportConfig) -> None:
     from tendon_newton.data.importers import MAPPED
     from tendon_newton.errors import InvalidParameter
 
-    if (config.mapping is None) == (config.format == MAPPED):
+    if config.format == MAPPED and config.mapping is None:
         raise InvalidParameter(
-            "--mapping belongs to the format mapped, which needs it; the format is "
-            f"{config.format!r} and --mapping is {'missing' if config.mapping is None else 'there'}"
+            "mapped needs --mapping FILE.toml; none is given. It says what each column is: "
+            'bench = "spring_weak", files = "*.csv", [columns] t = {column = "time", unit = "s"}, '
+            "theta_d, theta and perhaps force likewise, [model] kind and its numbers"
         )
-    for option in ("joint", "unit", "calibration"):
-        if getattr(config, option) is not None and config.format != "lerobot":
+    belonging = {"mapping": MAPPED, **dict.fromkeys(("joint", "unit", "calibration"), "lerobot")}
+    for option, own in belonging.items():
+        if getattr(config, option) is not None and config.format != own:
             raise InvalidParameter(
-                f"--{option} belongs to the format lerobot; the format is {config.format!r}"
+                f"--{option} belongs to the format {own}; the format is {config.format!r}"
             )
 
 

@@ -106,6 +106,17 @@ def test_a_number_at_which_a_joint_rests_is_a_reading() -> None:
     assert not failed_rows(np.stack([angle, np.zeros_like(angle)], axis=1), 0).any()
 
 
+def test_a_known_wrong_number_is_found_near_a_jump_too() -> None:
+    """Some rows after a step of 1 rad a zero lies 0.2 rad beside the motion, far less than it."""
+    time = np.arange(800) / 80.0
+    angle = 1.2 + 0.5 * np.sin(np.pi * time)
+    angle[400:430] = 0.2
+    angle = np.round(angle / 0.0015) * 0.0015
+    wrong = [60, 150, 250, 600, 700, 406]
+    angle[wrong] = 0.0
+    assert np.flatnonzero(failed_rows(angle[:, None], 0)).tolist() == sorted(wrong)
+
+
 def test_a_number_in_most_rows_is_not_taken_for_a_failed_read() -> None:
     """What is left shows no motion to judge it by."""
     time = np.arange(600) / 80.0

@@ -125,7 +125,7 @@ def test_mapping_belongs_to_mapped_alone(logs: Path, tmp_path: Path, capsys) -> 
     """The option without the format, and the format without the option."""
     out = ["--out", str(tmp_path / "out")]
     assert main(["import", "mapped", str(logs), *out]) == 2
-    assert "needs it" in capsys.readouterr().err
+    assert "mapped needs --mapping FILE.toml" in capsys.readouterr().err
     assert main(["import", "xl330", str(logs), *out, "--mapping", str(mapping(tmp_path))]) == 2
     assert "belongs to the format mapped" in capsys.readouterr().err
 
