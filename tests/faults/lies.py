@@ -156,6 +156,9 @@ CELLS: dict[str, Case] = {
     **lies("a load cell 0.3 s late", on.late(0.3), {"moved": 8.0}, **CELL),
     "a load cell of half its gain, pulled hard from rest, at a limit of 4 N":
         Case(**HALF_FROM_REST),
+    "a load cell of half its gain, pulled hard from rest, at a limit of 12 N": Case(
+        strong=True, **HALF_FROM_REST | {"rule": "tension", "sooner": ("pull",),
+        "settings": replace(SETTINGS, limits=DeployLimits(bench=SafetyLimits(force=12.0)))}),
     "an XL330's load cell of half its gain, pulled hard from rest, at a limit of 4 N":
         Weak(**HALF_FROM_REST),
     **{
