@@ -74,7 +74,7 @@ FREE = 0.04
 likely reaches the tendon."""
 DISAGREEING, LIKELY_MIN = 1.6, 4.0
 """Likely tension over the told one from which the two disagree [1], and the least one that is
-judged [N]. In half an hour of sound runs a live cell kept 1.58, and 2.3 below that tension."""
+judged [N]. In 18 minutes of sound runs a live cell kept 1.58, and 2.3 below that tension."""
 SHIFT = 0.5  # Shift of a live cell's zero that is put up with there [N]
 FRESH = 0.05
 """Age beyond which nobody knows what the motor does [s]: its watchdog may have stopped it."""
