@@ -47,9 +47,9 @@ def mapping(folder: Path, columns: str = COLUMNS, head: str = 'bench = "spring_w
     return path
 
 
-def run_import(logs: Path, path: Path, out: Path) -> int:
+def run_import(logs: Path, path: Path, out: Path, *more: str) -> int:
     """Run the command line."""
-    words = ["import", "mapped", str(logs), "--mapping", str(path), "--out", str(out)]
+    words = ["import", "mapped", str(logs), "--mapping", str(path), "--out", str(out), *more]
     return main([*words, "--test", "part1=2"])
 
 
@@ -320,10 +320,14 @@ def test_a_form_that_cannot_be_is_refused(logs, tmp_path, head, message, capsys)
     assert message in capsys.readouterr().err
 
 
-def several_servos(folder: Path) -> tuple[Path, np.ndarray]:
-    """Write two logs of three servos in one file each; return their folder and all angles."""
+def several_servos(folder: Path, wrong: slice = slice(0)) -> tuple[Path, np.ndarray]:
+    """Write two logs of three servos in one file each; return their folder and all angles.
+
+    In wrong rows the second one shows the third one's angle.
+    """
     folder.mkdir()
     angles = np.stack([(k + 1) * 0.1 * np.sin((k + 1) * TIME) for k in range(3)], axis=1)
+    angles[wrong, 1] = angles[wrong, 2]
     heads = [f"{what}_{k}" for what in ("goal", "angle", "amps") for k in range(3)]
     for name in ("run_1", "run_2"):
         table = np.column_stack([TIME, 1.1 * angles, angles, np.arange(3) + 0.0 * angles])
@@ -368,6 +372,21 @@ def test_the_joints_of_an_arm_come_from_one_file(joints: tuple[str, ...], tmp_pa
         np.testing.assert_allclose(run.command[:, 0], 1.1 * angles[:, k])
         np.testing.assert_allclose(run.motor_position[:, 0], -angles[:, k])
         np.testing.assert_allclose(run.current, k)
+
+
+def test_a_neighbours_value_is_found_before_joints_part(tmp_path: Path, capsys) -> None:
+    """In every fifth row: the log of the joint alone has no motion to judge them by."""
+    folder, _ = several_servos(tmp_path / "logs", slice(7, None, 5))
+    head = 'bench = "servo"\njoints = ["yaw", "shoulder", "elbow"]'
+    path = mapping(tmp_path, of_servos(3), head)
+    run_import(folder, path, tmp_path / "arm")
+    said = capsys.readouterr().out
+    assert "where elbow is" in said
+    assert run_import(folder, path, tmp_path / "mended", "--mend") == 0
+    (run,) = load_dataset(tmp_path / "mended" / "shoulder").train
+    kept = np.isin(TIME, run.time)
+    np.testing.assert_allclose(run.motor_position[:, 0], -0.2 * np.sin(2.0 * run.time), atol=1e-6)
+    assert kept.mean() > 0.7
 
 
 @pytest.mark.parametrize(

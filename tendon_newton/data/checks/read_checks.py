@@ -1,6 +1,8 @@
 """Angles that were not read: another number in their place, the last one again, or frozen."""
 
+import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -38,10 +40,32 @@ def failed_reads(recording: Recording) -> Iterator[Finding]:
     for place, column in enumerate(names_of(recording, "theta")):
         bad = failed_rows(recording.motor_position, place)
         if bad.any():
-            yield Examined(recording.name, column).defect(
-                f"{rows_text(bad)} lie beside the motion, {value_text(recording, place, bad)}",
-                "the angle was not read there: leave those rows out",
-            )
+            yield not_read(Examined(recording.name, column), bad, value_text(recording, place, bad))
+
+
+def neighbours_reads(recording: Recording, joints: Sequence[str]) -> Iterator[tuple[int, Finding]]:
+    """Rows in which a joint shows another's angle, each with its place: its log alone hides them.
+
+    Args:
+        recording: All joints beside each other.
+        joints: Their names, in the order of the recording's columns.
+    """
+    angles = recording.motor_position
+    for place in range(len(joints)):
+        bad = failed_rows(angles, place)
+        if (bad & ~failed_rows(angles[:, [place]], 0)).any():
+            value = value_text(recording, place, bad)
+            told = re.sub(r"\btheta_(\d+)\b", lambda found: joints[int(found[1])], value)
+            found = not_read(Examined(recording.name, "theta"), bad, told)
+            yield place, replace(found, check="failed read", safe=True)
+
+
+def not_read(examined: Examined, bad: Mask, value: str) -> Finding:
+    """Say that rows lie beside the motion, and what stands there."""
+    return examined.defect(
+        f"{rows_text(bad)} lie beside the motion, {value}",
+        "the angle was not read there: leave those rows out",
+    )
 
 
 def failed_rows(angles: Array, place: int) -> Mask:

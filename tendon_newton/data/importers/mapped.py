@@ -10,6 +10,8 @@ import numpy as np
 
 from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.mends import without_failed_reads
+from tendon_newton.data.checks.read_checks import neighbours_reads
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import SHARED_COLUMNS, TENDON_COLUMNS, recording_of
@@ -67,7 +69,7 @@ def read_mapped(
     )
     several = any(log.recording.tendon_count > 1 for log in imported.logs)
     alone = mapping.joints or (mapping.bench == SERVO and several)
-    return by_joint(imported, mapping) if alone else imported
+    return by_joint(imported, mapping, mend=mend) if alone else imported
 
 
 def mapped_twice(mapping: ColumnMapping) -> Iterator[Finding]:
@@ -250,12 +252,13 @@ def make_recording(
     return replace(recording, motor_velocity=slope)
 
 
-def by_joint(imported: Imported, mapping: ColumnMapping) -> Imported:
+def by_joint(imported: Imported, mapping: ColumnMapping, *, mend: bool) -> Imported:
     """Return a log of each servo, which become a dataset each, in place of logs of all servos."""
     logs: list[ImportedLog] = []
     findings = [finding for finding in imported.findings if finding.recording == "all"]
     for log in imported.logs:
-        count = log.recording.tendon_count
+        whole = without_failed_reads(log.recording) if mend else log.recording
+        count = whole.tendon_count
         names = mapping.joints or tuple(f"servo_{k}" for k in range(count))
         if len(names) != count or len(set(names)) < count:
             raise InvalidMapping(
@@ -265,12 +268,12 @@ def by_joint(imported: Imported, mapping: ColumnMapping) -> Imported:
         own = [finding for finding in imported.findings if finding.recording == log.recording.name]
         for k, joint in enumerate(names):
             name = f"{joint}_{log.recording.name}"
-            part = replace(of_servo(log.recording, k), name=name)
+            part = replace(of_servo(whole, k), name=name)
             logs.append(replace(log, recording=part, conditions={**log.conditions, "joint": joint}))
             findings += [replace(finding, recording=name) for finding in own]
         findings += [
             replace(finding, recording=f"{names[place]}_{log.recording.name}")
-            for place, finding in exchanges(log.recording, names)
+            for place, finding in (*exchanges(whole, names), *neighbours_reads(whole, names))
         ]
     return replace(imported, logs=tuple(logs), findings=tuple(findings), split_by="joint")
 
