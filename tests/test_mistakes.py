@@ -135,7 +135,7 @@ MISTAKES: dict[str, Mistake] = {
     "a model in YAML": Mistake(words=DIAGNOSE, said=("must be TOML", "line 1"),
         change=wrote("data/model.toml", "gain: 4\n")),
     "a format": Mistake(words="import xl430 raw --out new", said=("did you mean 'xl330'?",)),
-    "no mapping": Mistake(words="import mapped raw --out new", said=("--mapping is missing",)),
+    "no mapping": Mistake(words="import mapped raw --out new", said=("mapped needs --mapping",)),
     "a column of theirs": Mistake(words=IMPORT,
         said=("no column named 'angle'; there are t, goal, q",),
         change=replaced("mapping.toml", '"q"', '"angle"')),
