@@ -1,15 +1,18 @@
 """Whatever door recorded data come in by: a mistake gets its line with the mend, and no advice."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tendon_newton.cli import main
+from tendon_newton.data.checks.command_checks import no_command
 from tendon_newton.data.checks.lint import CHECKS
 from tendon_newton.data.checks.read_checks import FAR, failed_rows
 from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.checked_data import faults_of, findings_of
 from tests.doors.logs import ROWS, Door, csv_logs, own_dataset, sound
 from tests.doors.mistakes import ANGLES, COMMANDS, DOORS, OWN, Mistake
@@ -104,6 +107,24 @@ def test_a_number_at_which_a_joint_rests_is_a_reading() -> None:
     for row in range(100, 700, 60):
         angle[row : row + 6] = 0.0
     assert not failed_rows(np.stack([angle, np.zeros_like(angle)], axis=1), 0).any()
+
+
+def test_a_motor_that_is_too_slow_for_its_goals_has_them() -> None:
+    """In 2.5 s it goes half of the way: its angle is unlike its goals, and its speed like them."""
+    time = np.arange(640) / 80.0
+    goal = np.repeat(np.random.default_rng(1).uniform(-3.0, 3.0, 5), 128)
+    angle = np.zeros_like(goal)
+    for row in range(1, len(goal)):
+        angle[row] = angle[row - 1] + 0.4 / 80.0 * (goal[row - 1] - angle[row - 1])
+    log = Recording(
+        name="slow", bench="spring_weak", time=time, command=goal[:, None],
+        motor_position=angle[:, None], motor_velocity=np.gradient(angle, time)[:, None],
+    )  # fmt: skip
+    assert list(no_command(log)) == []
+    rate = replace(log, command=np.gradient(np.sin(time), time)[:, None],
+                   motor_position=np.sin(time)[:, None])  # fmt: skip
+    (found,) = no_command(rate)
+    assert "speed of theta" in found.evidence
 
 
 def test_a_known_wrong_number_is_found_near_a_jump_too() -> None:

@@ -101,6 +101,8 @@ def no_command(recording: Recording) -> Iterator[Finding]:
                 "angle and command count in opposite directions: turn the sign of one (sign = -1 "
                 "in the mapping; calibrate the joint anew)",
             )
+        elif seeks(recording, place, delays):
+            continue
         elif (found := rate_text(recording, place, like.same, delays)) is not None:
             yield seen.defect(*found)
         elif like.same < STRANGE and np.ptp(theta) > MOVED and used.mean() > 0.5:
@@ -127,17 +129,36 @@ def reversed_joint(like: Likeness) -> bool:
     )
 
 
+def seeks(recording: Recording, place: int, delays: range) -> bool:
+    """Tell whether an angle goes the way to its command, however slowly: that is its goal.
+
+    A motor that turns for seconds resembles its command little, and its speed resembles it much.
+    """
+    goal, theta, speed = smoothed(recording, place, delays)
+    if 0.0 in (np.ptp(goal), np.ptp(goal - theta), np.ptp(speed)):
+        return False
+    along, toward = (float(np.corrcoef(x, speed)[0, 1]) for x in (goal, goal - theta))
+    return toward > max(UNLIKE, along)
+
+
+def smoothed(recording: Recording, place: int, delays: range) -> tuple[Array, Array, Array]:
+    """Return command, angle and speed of a servo without what is faster than it answers."""
+    assert recording.command is not None
+    theta = recording.motor_position[:, place]
+    window = max(1, delays[-1] // 2)
+    kernel = np.full(window, 1.0 / window)
+    columns = recording.command[:, place], theta, np.gradient(theta, recording.time)
+    goal, angle, speed = (np.convolve(column, kernel, mode="valid") for column in columns)
+    return goal, angle, speed
+
+
 def rate_text(
     recording: Recording, place: int, same: float, delays: range
 ) -> tuple[str, str] | None:
     """Say how a command goes with the speed of its angle, where it does so far better."""
     assert recording.command is not None
-    time, theta = recording.time, recording.motor_position[:, place]
-    step = float(np.median(np.diff(time)))
-    window = max(1, delays[-1] // 2)
-    kernel = np.full(window, 1.0 / window)
-    goal = np.convolve(recording.command[:, place], kernel, mode="valid")
-    speed = np.convolve(np.gradient(theta, time), kernel, mode="valid")
+    step = float(np.median(np.diff(recording.time)))
+    goal, _, speed = smoothed(recording, place, delays)
     like = likeness(goal, speed, delays, np.ones(len(goal), dtype=np.bool_))
     if like.same < ALIKE or 1.0 - like.same**2 > CLEARER * (1.0 - same**2):
         return None
