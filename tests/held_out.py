@@ -42,6 +42,7 @@ NO_DATASET = {
     "demo": "is diagnose, on the recordings that come along",
     "import": "reads logs; where a model comes from them too, the lab has a case",
     "experiment": "reads a diagnosis",
+    "oscillation": "looks at all rows of a log and learns nothing for another",
     "plan": "reads a model",
     "view": "draws one log",
     "explain": "reads a diagnosis",

@@ -25,6 +25,7 @@ VERBS: dict[str, str] = {
     "simulate": "tendon_newton.cli.simulate",
     "diagnose": "tendon_newton.cli.diagnosis.diagnose",
     "explain": "tendon_newton.cli.diagnosis.explain",
+    "oscillation": "tendon_newton.cli.diagnosis.oscillation",
     "plan": "tendon_newton.cli.diagnosis.plan",
     "experiment": "tendon_newton.cli.diagnosis.experiment",
     "asset": "tendon_newton.cli.asset",

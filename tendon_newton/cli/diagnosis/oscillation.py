@@ -1,0 +1,135 @@
+"""Say from a log whether a joint shakes, at what frequency, what makes it, what to change first.
+
+LOG has commands and measured angles; nothing need be known of the bench. A LeRobotDataset (folder
+or id of Hugging Face's Hub), a dataset or log of ours (.csv, .mcap, a ROS 2 bag) are read as they
+are; any other CSV, JSON, bag or MCAP with --mapping (`bench = "servo"` states no bench). The log is
+looked at by the checks that import, doctor and diagnose share. A table says how each joint follows.
+Of a joint that shakes the loop is identified and asked what would calm it: less gain, delay, play,
+or no integral under sticking. The exit code is 0 where all is calm, and 1 where a joint shakes.
+
+    tendon-newton oscillation run.csv
+    tendon-newton oscillation lerobot/svla_so101_pickplace --json
+    tendon-newton oscillation logs --mapping mapping.toml --picture why.png
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tyro
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from tendon_newton.data.oscillations.log_reading import ReadLog
+    from tendon_newton.data.oscillations.log_told import JointOfLog
+
+EXIT_SHAKES = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oscillation:
+    """The log, and how it is read and told."""
+
+    log: tyro.conf.Positional[str]
+    """Log (.csv, .mcap, .db3), folder of a bag or dataset, or id of a LeRobotDataset."""
+    mapping: Path | None = None
+    """File that says which of the log's columns or topics, in which unit, is which of ours
+    (docs/recordings_mapping.md); for a folder it names the files too."""
+    unit: str | None = None
+    """For a LeRobotDataset: what its joints are in, rad, deg or percent."""
+    calibration: Path | None = None
+    """For a LeRobotDataset: the arm's calibration file, which says what 100 percent are."""
+    picture: Path | None = None
+    """File for a picture (.png, .svg): spectrum, shaking, and the loop with and without the
+    change."""
+    json: bool = False  # Print findings and numbers for programs and nothing else.
+
+
+def main(config: Oscillation) -> None:
+    """Read, tell, print, and leave with code 1 where a joint shakes."""
+    from tendon_newton.data.importers.lerobot import LeRobotUnits
+    from tendon_newton.data.oscillations.log_reading import read_any_log
+    from tendon_newton.data.oscillations.log_told import tell_log
+    from tendon_newton.data.oscillations.loop_picture import draw_loops
+
+    units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
+    log = read_any_log(config.log, config.mapping, units)
+    joints = list(tell_log(log))
+    shaking = [one for one in joints if one.told is not None]
+    if config.json:
+        print(json.dumps(table_of(log, joints), indent=1))
+    else:
+        show(log, joints)
+    if config.picture is not None:
+        draw_loops(shaking, config.picture)
+        if not config.json:
+            print(f"picture: {config.picture}")
+    if shaking:
+        raise SystemExit(EXIT_SHAKES)
+
+
+def show(log: ReadLog, joints: Sequence[JointOfLog]) -> None:
+    """Print what is wrong with the log, how its joints follow, and why they shake."""
+    from tendon_newton.cli.bench.examined_data import show_kinds, verdict
+    from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS
+    from tendon_newton.data.oscillations.log_told import shaking_lines, supply_text
+
+    width = max(len("joint"), *(len(one.joint) for one in joints))
+    print(f"      {'joint':{width}}  {HEADINGS}  at limit")
+    for one in joints:
+        word = verdict(sound=one.told is None)
+        print(f"{word} {one.joint:{width}}  {one.followed.text}  {100.0 * one.at_limit:6.1f} %")
+    show_kinds(log.findings, width)
+    if supply := supply_text(log.recordings):
+        print(supply)
+    wrong = any(one.severity == "defect" for one in log.findings)
+    for one in joints:
+        print(*shaking_lines(one), sep="\n", end="\n" if one.told is not None else "")
+    count = sum(one.told is not None for one in joints)
+    print(f"{count or 'none'} of {len(joints)} joints shake{'; mend the log first' * wrong}")
+
+
+def table_of(log: ReadLog, joints: Sequence[JointOfLog]) -> dict[str, Any]:
+    """Return everything for programs; angles in rad, times in s."""
+    return {
+        "schema": 1,
+        "findings": [asdict(one) for one in log.findings],
+        "joints": [joint_table(one) for one in joints],
+    }
+
+
+def joint_table(seen: JointOfLog) -> dict[str, Any]:
+    """Return one joint for programs."""
+    following = seen.followed.following
+    table: dict[str, Any] = {
+        "joint": seen.joint,
+        "following": None if following is None else asdict(following),
+        "at_limit": seen.at_limit,
+        "shakes": None,
+    }
+    told = seen.told
+    if told is None or told.shaking is None or told.explained is None or told.loop is None:
+        return table
+    from tendon_newton.data.oscillations.servo_loop import NAMES
+
+    table["shakes"] = {
+        "recordings": list(seen.shaken),
+        "recording": seen.recording,
+        "frequency": told.shaking.frequency,
+        "amplitude": told.shaking.amplitude,
+        "first_row": told.shaking.first,
+        "last_row": told.shaking.last,
+        "above_floor": told.shaking.above_floor,
+        "closed_by": "policy" if told.loop.feedback.outer else "servo",
+        "policy": None if told.policy is None else asdict(told.policy),
+        "servo": dict(zip(NAMES, map(float, told.loop.numbers), strict=True)),
+        "told": None if told.fitted is None else told.fitted.told,
+        "cause": told.explained.cause,
+        "own_frequency": told.explained.own_frequency,
+        "changes": [asdict(one) for one in told.explained.changes],
+    }
+    return table

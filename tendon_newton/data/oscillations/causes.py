@@ -1,0 +1,165 @@
+"""What makes a loop shake: what calms the identified loop when it is taken away or made less.
+
+A loop that shakes without play and sticking shakes by its gain and its delay. Delay is the cause
+where the least that no loop can do without (`least_delay`) would be calm at the same gain; else the
+gain is. A loop that is calm without play, or without sticking and its integral, shakes by that.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.oscillations.servo_loop import NAMES, RANGES, Feedback, closed
+from tendon_newton.data.recording import Array, Mask
+
+QUICK_LOOP = 0.012  # Delay that a servo"s own loop cannot do without [s]
+PERIODS = 40.0  # Of a simulation
+TAIL = 0.3  # Share of it that is looked at [1]
+CALM = 0.35  # Share of the amplitude that was seen, below which a loop is calm [1]
+SAME = 0.3  # Share by which the loop"s own frequency may be off [1]
+SHARES = np.array([0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0])
+"""What is left of a number that is made less [1], in the order in which it is tried."""
+MARGIN = 0.8  # Of what just calms the loop, which is proposed [1]
+A_PERIOD = 80  # Steps of a period
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """An identified loop that shakes."""
+
+    numbers: Array  # In the order of `servo_loop.NAMES`, shape (9,)
+    feedback: Feedback
+    frequency: float  # At which it was seen to shake [Hz]
+    amplitude: float  # Likewise [rad]
+
+    def number(self, name: str) -> float:
+        """Return one of the servo's numbers."""
+        return float(self.numbers[NAMES.index(name)])
+
+    @property
+    def least_delay(self) -> float:
+        """Delay that no such loop can do without [s]: a row under a policy."""
+        return QUICK_LOOP + (self.feedback.row if self.feedback.outer else 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Change:
+    """One number made less, as far as calms the loop."""
+
+    what: str  # ``gain``, ``delay``, ``play``, ``integral`` or ``sticking``
+    share: float  # What is left of it [1]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explained:
+    """What makes a loop shake."""
+
+    cause: str | None  # ``gain``, ``delay``, ``play`` or ``sticking``; None where not told
+    own_frequency: float  # Of the identified loop by itself [Hz]; 0 where it is calm
+    changes: tuple[Change, ...]  # What calms it alone; the cause"s own first
+
+
+NONE = {name: least for name, (least, _) in RANGES.items()}
+Tried = tuple[Mapping[str, float], float, float]
+"""Numbers of the servo by name, and factors of the gain and of the integral."""
+
+
+def explain(loop: Loop) -> Explained:
+    """Find what makes a loop shake, and what would calm it."""
+    linear = {"play": NONE["play"], "sticking": NONE["sticking"]}
+    least = min(loop.least_delay, float(loop.number("delay")))
+    trials: list[Tried] = [
+        ({}, 1.0, 1.0),
+        (linear, 1.0, 1.0),
+        ({**linear, "delay": least}, 1.0, 1.0),
+        ({"play": NONE["play"]}, 1.0, 1.0),
+        ({"sticking": NONE["sticking"]}, 1.0, 1.0),
+        ({}, 1.0, 0.0),
+    ]
+    numbers = ("gain", "delay", "play", "integral")
+    lessened = {what: [tried(loop, what, float(share)) for share in SHARES] for what in numbers}
+    shaking, paces = simulated(loop, [*trials, *(one for row in lessened.values() for one in row)])
+    changes: dict[str, Change] = {}
+    for k, what in enumerate(lessened):
+        part = shaking[len(trials) + k * len(SHARES) :][: len(SHARES)]
+        calm = [j for j in range(len(SHARES)) if not part[j]]
+        steady = [j for j in calm if not part[j:].any()] or calm
+        if steady:
+            changes[what] = Change(what=what, share=MARGIN * float(SHARES[steady[0]]))
+    own = float(paces[0])
+    if not shaking[0] or abs(own / loop.frequency - 1.0) > SAME:
+        return Explained(cause=None, own_frequency=own if shaking[0] else 0.0, changes=())
+    cause = cause_of([bool(one) for one in shaking])
+    head = "integral" if cause == "sticking" else cause
+    ordered = sorted(changes.values(), key=lambda change: change.what != head)
+    return Explained(cause=cause, own_frequency=own, changes=tuple(ordered))
+
+
+def cause_of(shakes: Sequence[bool]) -> str | None:
+    """Return the cause by which of the first trials shake."""
+    _, linear, in_time, tight, slippery, proportional = shakes[:6]
+    if linear:
+        return "gain" if in_time else "delay"
+    if not tight and slippery:
+        return "play"
+    if not slippery and tight:
+        return "sticking"
+    if not tight and not slippery:  # either alone calms it
+        return "play" if proportional else "sticking"
+    return None
+
+
+def simulated(loop: Loop, trials: Sequence[Tried]) -> tuple[Mask, Array]:
+    """Tell which changed loops shake, and at what frequency [Hz], shape (N,) each."""
+    step, angles = run(loop, trials)
+    tail = angles[int((1.0 - TAIL) * len(angles)) :]
+    middle = 0.5 * (tail.max(axis=0) + tail.min(axis=0))
+    size = 0.5 * np.ptp(tail, axis=0)
+    paces = np.array([crossings(column, step) for column in (tail - middle).T])
+    shakes = (size > CALM * loop.amplitude) & (paces > 0.0)
+    return shakes, paces
+
+
+def courses(loop: Loop, changes: Sequence[Change]) -> tuple[Array, Array]:
+    """Return instants [s] and angles off the goal [rad] of a loop as it is and after changes."""
+    step, angles = run(
+        loop, [({}, 1.0, 1.0), *(tried(loop, one.what, one.share) for one in changes)]
+    )
+    time: Array = step * np.arange(len(angles), dtype=np.float64)
+    return time, angles
+
+
+def tried(loop: Loop, what: str, share: float) -> Tried:
+    """Return a loop of which a share of one number is left."""
+    if what in ("delay", "play"):
+        return {what: share * loop.number(what)}, 1.0, 1.0
+    if what == "integral":
+        return {}, 1.0, share
+    return {}, share, 1.0 if loop.feedback.outer else share
+
+
+def run(loop: Loop, trials: Sequence[Tried]) -> tuple[float, Array]:
+    """Return the step [s] and the angles of changed loops that begin beside their goal [rad]."""
+    numbers = np.tile(loop.numbers, (len(trials), 1))
+    gains = np.ones((len(trials), 2))
+    for k, (changed, gain, integral) in enumerate(trials):
+        for name, value in changed.items():
+            numbers[k, NAMES.index(name)] = value
+        gains[k] = gain, integral
+    row = loop.feedback.row
+    step = 1.0 / (A_PERIOD * loop.frequency)
+    if loop.feedback.outer:
+        step = row / max(1, int(np.ceil(row / step)))
+    count = int(PERIODS / loop.frequency / step)
+    kick = max(2.0 * loop.amplitude, 2.0 * loop.number("play"))
+    return step, closed(numbers, loop.feedback, kick, step, count, gains=gains)
+
+
+def crossings(angle: Array, step: float) -> float:
+    """Return how often a second an angle about 0 swings from below a third to above [Hz]."""
+    band = 0.33 * float(np.abs(angle).max(initial=0.0))
+    side = np.where(angle > band, 1, np.where(angle < -band, -1, 0))
+    far = np.flatnonzero(side)
+    up = far[1:][(side[far[1:]] > 0) & (side[far[:-1]] < 0)]
+    return (len(up) - 1) / (step * float(up[-1] - up[0])) if len(up) > 2 else 0.0

@@ -1,0 +1,130 @@
+"""The numbers of a small servo that tell a log's angle from what drove it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.oscillations.servo_loop import LEAST, MOST, NAMES, driven
+from tendon_newton.data.oscillations.shaking import Evenly
+from tendon_newton.data.recording import Array, Mask
+
+A_PERIOD = 60  # Substeps of a period of the shaking, at least
+PERIODS = 2.0  # Periods over which a slow drift of the angle is taken away
+DRAWS, STARTS, ROUNDS = 160, 3, 14
+STEP = 0.03  # Of the logarithm of a number, for slopes
+DAMPING = (0.0, 0.03, 0.3, 3.0)  # Of the slopes' squares [1]
+SEED = 20
+LONGEST = 1.5  # Step of the logarithm of a number
+ENOUGH = 0.999  # Of the square: a step that takes away less is the last [1]
+SIMPLER = 1.3  # By which each number that is left out may raise the square [1]
+WITHOUT = (("sticking", "play"), ("sticking",), ("play",), ())
+"""Numbers that are left out, the simplest servo first."""
+LOW, HIGH = np.log(LEAST), np.log(MOST)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedServo:
+    """A servo that tells the angle."""
+
+    numbers: Array  # In the order of ``NAMES``, shape (9,)
+    told: float  # Share of the angle's variance that it tells [1]
+
+
+def fit_servo(log: Evenly, frequency: float, *, outer: bool) -> FittedServo:
+    """Fit a servo to a stretch of a log, from many starts.
+
+    Play and sticking are left out where the rest tells the angle as well.
+
+    Args:
+        frequency: At which it shakes [Hz].
+        outer: Whether a policy closes the loop.
+    """
+    every = max(1, int(1.0 / (A_PERIOD * frequency * log.step)))
+    log = Evenly(step=every * log.step, command=log.command[::every], angle=log.angle[::every])
+    parts = max(1, int(np.ceil(log.step * A_PERIOD * frequency)))
+    step = log.step / parts
+    fine = np.arange((len(log.angle) - 1) * parts + 1)
+    command = log.command[fine // parts]
+    drive = (
+        command
+        if outer
+        else command - np.interp(fine / parts, np.arange(len(log.angle)), log.angle)
+    )
+    summed = step * np.cumsum(drive)
+    summed -= summed.mean()  # an integral that hunts swings about what the load takes
+    width = max(3, round(PERIODS / (frequency * log.step)))
+    wanted = without_drift(log.angle[:, None], width)
+
+    def residuals(logs: Array) -> Array:
+        told = driven(np.exp(logs), drive, summed, step, outer=outer)[::parts]
+        return without_drift(told, width) - wanted
+
+    rng = np.random.default_rng(SEED)
+    starts = rng.uniform(LOW, HIGH, size=(DRAWS, len(NAMES)))
+    fixed: list[Mask] = []
+    chosen: list[Array] = []
+    for without in WITHOUT:
+        drawn = starts.copy()
+        kept = np.array([name in without or (outer and name == "integral") for name in NAMES])
+        drawn[:, kept] = LOW[kept]
+        squares = np.sum(residuals(drawn) ** 2, axis=0)
+        chosen += list(drawn[np.argsort(squares)[:STARTS]])
+        fixed += STARTS * [kept]
+    ends, squares = walked(residuals, np.array(chosen), np.array(fixed, dtype=np.bool_))
+    total = float(np.sum(wanted**2))
+    allowed = squares * np.repeat([SIMPLER ** -len(without) for without in WITHOUT], STARTS)
+    at = int(np.argmin(allowed))
+    return FittedServo(numbers=np.exp(ends[at]), told=1.0 - float(squares[at]) / total)
+
+
+def walked(residuals: Callable[[Array], Array], starts: Array, fixed: Mask) -> tuple[Array, Array]:
+    """Walk from all starts at once to least squares, by damped steps of Gauss and Newton.
+
+    Args:
+        residuals: Gives what numbers' logarithms (N, 9) leave of an angle, shape (T, N).
+        starts: Logarithms, shape (K, 9).
+        fixed: Those that stay, shape (K, 9).
+
+    Returns:
+        The ends, shape (K, 9), and their sums of squares, shape (K,).
+    """
+    best, (count, size) = starts.copy(), starts.shape
+    left = residuals(best)
+    squares = np.sum(left**2, axis=0)
+    for _ in range(ROUNDS):
+        signs = np.where(best + STEP > HIGH, -1.0, 1.0)
+        moved = best[:, None, :] + STEP * signs[:, :, None] * np.eye(size)
+        near = residuals(moved.reshape(-1, size)).reshape(len(left), count, size)
+        slopes = np.where(fixed, 0.0, (near - left[:, :, None]) * signs / STEP)
+        tried = np.stack([steps(best[k], slopes[:, k], left[:, k]) for k in range(count)])
+        new = residuals(tried.reshape(-1, size)).reshape(len(left), count, len(DAMPING))
+        sums = np.sum(new**2, axis=0)
+        choice = np.argmin(sums, axis=1)
+        each = list(range(count))
+        better = np.flatnonzero(sums[each, choice] < ENOUGH * squares)
+        if not better.size:
+            break
+        taken = choice[better]
+        best[better], squares[better] = tried[better, taken], sums[better, taken]
+        left[:, better] = new[:, better, taken]
+    return best, squares
+
+
+def steps(place: Array, slopes: Array, left: Array) -> Array:
+    """Return where steps of several dampings lead from a place, shape (4, 9)."""
+    square, pull = slopes.T @ slopes, slopes.T @ left
+    scale = np.diag(square) + 1e-9 * np.trace(square)
+    changes = [
+        np.linalg.lstsq(square + damping * np.diag(scale), pull, rcond=1e-9)[0]
+        for damping in DAMPING
+    ]
+    return np.clip(place - np.clip(changes, -LONGEST, LONGEST), LOW, HIGH)
+
+
+def without_drift(angles: Array, width: int) -> Array:
+    """Return angles less their moving mean over some rows, (T, N)."""
+    half = width // 2
+    padded = np.pad(angles, ((half + 1, half), (0, 0)), mode="edge")
+    sums = np.cumsum(padded, axis=0)
+    return angles - (sums[2 * half + 1 :] - sums[: -2 * half - 1]) / (2 * half + 1)

@@ -1,0 +1,131 @@
+"""One joint of a log: does it shake, and why."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tendon_newton.data.oscillations.causes import Explained, Loop, explain
+from tendon_newton.data.oscillations.loop_closing import (
+    Policy,
+    cut_policy,
+    limit_rows,
+    policy_of,
+)
+from tendon_newton.data.oscillations.loop_fit import FittedServo, fit_servo
+from tendon_newton.data.oscillations.servo_loop import Feedback
+from tendon_newton.data.oscillations.shaking import Evenly, Shaking, find_shakings
+from tendon_newton.data.recording import Array
+
+TOLD = 0.7  # Share of the angle that a servo must tell for a cause to be named [1]
+FITTED_PERIODS, FITTED_TIME = 16.0, 5.0
+"""Periods and time [s] of a log that are fitted, at least."""
+COMMANDED = 0.4  # Share of the amplitude that an independent command may have at the line [1]
+LOOKED_AT = 2  # Lines that are looked at, the greatest first
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToldJoint:
+    """What is told of one joint."""
+
+    log: Evenly
+    shaking: Shaking | None  # None where it does not shake
+    policy: Policy | None = None  # None where the command does not answer the angle
+    fitted: FittedServo | None = None
+    loop: Loop | None = None
+    explained: Explained | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lines:
+    """Lines of a joint that its command does not explain, the greatest first."""
+
+    log: Evenly
+    policy: Policy | None
+    lines: tuple[Shaking, ...]
+
+    @property
+    def answers(self) -> bool:
+        """Whether the command answers the angle."""
+        cut = (cut_policy(self.log, one.frequency, one.rows) for one in self.lines)
+        return self.policy is not None or any(one is not None for one in cut)
+
+
+def tell_joint(log: Evenly) -> ToldJoint:
+    """Tell whether a joint shakes, and what makes it."""
+    return tell_lines(lines_of(log))
+
+
+def lines_of(log: Evenly) -> Lines:
+    """Find what shakes and does not follow an independent command."""
+    policy = policy_of(log)
+    kept = tuple(
+        line
+        for line in find_shakings(log)
+        if line.command_amplitude < COMMANDED * line.amplitude
+        or (policy or cut_policy(log, line.frequency, line.rows)) is not None
+    )
+    return Lines(log=log, policy=policy, lines=kept)
+
+
+def tell_lines(found: Lines) -> ToldJoint:
+    """Tell what makes the first line of which that can be told; else the greatest."""
+    told: ToldJoint | None = None
+    for line in found.lines[:LOOKED_AT]:
+        own = found.policy or cut_policy(found.log, line.frequency, line.rows)
+        one = tell_line(found.log, line, own)
+        if one.explained is not None and one.explained.cause is not None:
+            return one
+        told = told or one
+    return told or ToldJoint(log=found.log, shaking=None, policy=found.policy)
+
+
+def tell_line(log: Evenly, line: Shaking, policy: Policy | None) -> ToldJoint:
+    """Identify the loop that may make a line, and ask it."""
+    outer = policy is not None
+    part = stretch(log, line)
+    best = fit_servo(part, line.frequency, outer=outer)
+    feedback = feedback_of(log, line, policy)
+    loop = Loop(
+        numbers=best.numbers,
+        feedback=feedback,
+        frequency=line.frequency,
+        amplitude=line.amplitude,
+    )
+    explained = explain(loop)
+    if best.told < TOLD:
+        explained = replace(explained, cause=None)
+    return ToldJoint(
+        log=log, shaking=line, policy=policy, fitted=best, loop=loop, explained=explained
+    )
+
+
+def feedback_of(log: Evenly, line: Shaking, policy: Policy | None) -> Feedback:
+    """Return what closes the loop."""
+    if policy is None:
+        return Feedback(outer=False, row=log.step)
+    cut = limit_rows(log.command) & line.rows
+    bound = float(np.inf)
+    if cut.any():
+        bound = 0.5 * float(np.ptp(log.command[cut]))
+    return Feedback(
+        outer=True,
+        gain=policy.gain,
+        integral=max(0.0, policy.integral),
+        late=policy.late,
+        row=log.step,
+        bound=bound if bound > 0.0 else float(np.inf),
+    )
+
+
+def stretch(log: Evenly, line: Shaking) -> Evenly:
+    """Return the part of a log that is fitted: the shaking, and what moves it."""
+    length = round(max(FITTED_TIME, FITTED_PERIODS / line.frequency) / log.step)
+    length = min(length, len(log.angle))
+    moved = np.abs(np.diff(log.command, append=log.command[-1]))
+    shakes: Array = np.cumsum(np.r_[0.0, line.rows.astype(np.float64)])
+    share = (shakes[length:] - shakes[:-length]) / length
+    moves = np.cumsum(np.r_[0.0, moved])
+    travel = moves[length:] - moves[:-length]
+    best = int(np.argmax(share + 0.1 * travel / max(float(travel.max()), 1e-12)))
+    rows = slice(best, best + length)
+    return Evenly(step=log.step, command=log.command[rows], angle=log.angle[rows])

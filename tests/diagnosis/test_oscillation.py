@@ -1,0 +1,114 @@
+"""What shakes in a log, and by what: planted loops of a servo, in plain NumPy."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.cli import main
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.oscillations.loop_closing import policy_of
+from tendon_newton.data.oscillations.shaking import Evenly, find_shakings
+from tendon_newton.data.oscillations.told_loop import lines_of, tell_joint
+from tendon_newton.data.recording import Array
+
+ROW, TICKS = 0.01, 10
+COUNT = 2.0 * np.pi / 4096.0
+
+
+def servo(goal: Array, rng: np.random.Generator, *, gain: float, delay: float) -> Array:
+    """Return readings of a motor that turns by a late error [rad], shape (T,)."""
+    late, step = round(delay / (ROW / TICKS)), ROW / TICKS
+    angle, speed, read = float(goal[0]), 0.0, np.empty(len(goal))
+    errors = np.zeros(late + 1)
+    for row, wanted in enumerate(goal):
+        read[row] = np.round((angle + rng.normal(0.0, 3e-4)) / COUNT) * COUNT
+        for _ in range(TICKS):
+            errors = np.r_[wanted - angle, errors[:-1]]
+            duty = np.clip(gain * errors[-1], -1.0, 1.0)
+            speed += step * (300.0 * duty - 30.0 * speed)
+            angle += step * speed
+    return read
+
+
+def goals(rng: np.random.Generator) -> Array:
+    """Return steps, then a goal that stays [rad]."""
+    levels = np.repeat(rng.uniform(-0.3, 0.3, 6), 100)
+    return np.r_[levels, np.full(600, levels[-1])]
+
+
+def log_of(rng: np.random.Generator, *, gain: float, delay: float) -> Evenly:
+    """Return a log of a servo's own loop."""
+    goal = goals(rng)
+    return Evenly(step=ROW, command=goal, angle=servo(goal, rng, gain=gain, delay=delay))
+
+
+@pytest.mark.parametrize(
+    ("gain", "delay", "cause", "frequency"),
+    [(30.0, 0.006, "gain", 11.0), (1.2, 0.12, "delay", 1.57)],
+)
+def test_a_loop_that_shakes_is_told_with_its_cause(
+    rng: np.random.Generator, gain: float, delay: float, cause: str, frequency: float
+) -> None:
+    """The phase of a pull by 10 rad/s a duty after 33 ms of lag and the delay is -180 deg there."""
+    told = tell_joint(log_of(rng, gain=gain, delay=delay))
+    assert told.shaking is not None
+    assert told.explained is not None
+    assert told.shaking.frequency == pytest.approx(frequency, rel=0.1)
+    assert told.explained.cause == cause
+    assert told.explained.changes[0].what == cause
+
+
+def test_a_sound_loop_is_silent(rng: np.random.Generator) -> None:
+    """Steps, noise and counts are no shaking."""
+    assert not lines_of(log_of(rng, gain=0.6, delay=0.006)).lines
+
+
+def test_what_follows_a_swinging_command_does_not_shake(rng: np.random.Generator) -> None:
+    """The line stands in the angle, and its command explains it."""
+    goal: Array = 0.2 * np.sin(2.0 * np.pi * 1.5 * ROW * np.arange(1200))
+    log = Evenly(step=ROW, command=goal, angle=servo(goal, rng, gain=1.0, delay=0.006))
+    assert find_shakings(log)
+    assert policy_of(log) is None
+    assert not lines_of(log).lines
+
+
+def test_a_policy_is_found_by_what_no_earlier_reading_foretells(rng: np.random.Generator) -> None:
+    """Its gains come back from readings and commands, whose goal jumps now and then."""
+    goal = goals(rng)
+    angle = servo(goal, rng, gain=0.6, delay=0.006)
+    command = goal + 1.7 * (goal - angle) + 0.8 * ROW * np.cumsum(goal - angle)
+    found = policy_of(Evenly(step=ROW, command=command, angle=angle))
+    assert found is not None
+    assert found.gain == pytest.approx(1.7, rel=0.01)
+    assert found.late == 0
+
+
+def test_the_verb_says_so(
+    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 1 with a cause; a sound log ends with 0, one without commands with an error."""
+    for name, gain in (("shaking", 30.0), ("sound", 0.6)):
+        log = log_of(rng, gain=gain, delay=0.006)
+        write_log(tmp_path / f"{name}.csv", "t,theta_d,theta,theta_dot", log)
+    write_log(tmp_path / "none.csv", "t,force,theta,theta_dot", log_of(rng, gain=0.6, delay=0.0))
+    picture = tmp_path / "why.png"
+    shaking = str(tmp_path / "shaking.csv")
+    assert main(["oscillation", shaking, "--json", "--picture", str(picture)]) == 1
+    (joint,) = json.loads(capsys.readouterr().out)["joints"]
+    assert joint["shakes"]["cause"] == "gain"
+    assert joint["shakes"]["closed_by"] == "servo"
+    assert picture.is_file()
+    assert main(["oscillation", str(tmp_path / "sound.csv")]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "none of 1 joints shake"
+    assert main(["oscillation", str(tmp_path / "none.csv")]) == 2
+    assert "commands" in capsys.readouterr().err
+    assert main(["oscillation", str(tmp_path / "nowhere.csv")]) == 2
+
+
+def write_log(path: Path, header: str, log: Evenly) -> None:
+    """Write a log in our columns."""
+    numbers = zip(log.command, log.angle, np.gradient(log.angle, ROW), strict=True)
+    rows = [f"{ROW * k:.3f},{u:.9f},{y:.9f},{v:.6f}" for k, (u, y, v) in enumerate(numbers)]
+    write_text(path, "\n".join([header, *rows, ""]))
