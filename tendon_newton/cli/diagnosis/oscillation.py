@@ -2,8 +2,8 @@
 
 LOG has commands and measured angles; nothing need be known of the bench. A LeRobotDataset (folder
 or id of Hugging Face's Hub), a dataset or log of ours (.csv, .mcap, a ROS 2 bag) are read as they
-are; any other CSV, JSON, bag or MCAP with --mapping (`bench = "servo"` states no bench). The log is
-looked at by the checks that import, doctor and diagnose share. A table says how each joint follows.
+are; any other with --mapping (`bench = "servo"` states no bench). The log is looked at by the
+checks that import, doctor and diagnose share. A table says how each joint follows.
 Of a joint that shakes the loop is identified and asked what would calm it: less gain, delay, play,
 or no integral under sticking. The exit code is 0 where all is calm, and 1 where a joint shakes.
 

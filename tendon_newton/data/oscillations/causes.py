@@ -25,7 +25,7 @@ A_PERIOD = 80  # Steps of a period
 
 
 @dataclass(frozen=True, kw_only=True)
-class Loop:
+class ShakingLoop:
     """An identified loop that shakes."""
 
     numbers: Array  # In the order of `servo_loop.NAMES`, shape (9,)
@@ -44,7 +44,7 @@ class Loop:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Change:
+class CalmingChange:
     """One number made less, as far as calms the loop."""
 
     what: str  # ``gain``, ``delay``, ``play``, ``integral`` or ``sticking``
@@ -57,7 +57,7 @@ class Explained:
 
     cause: str | None  # ``gain``, ``delay``, ``play`` or ``sticking``; None where not told
     own_frequency: float  # Of the identified loop by itself [Hz]; 0 where it is calm
-    changes: tuple[Change, ...]  # What calms it alone; the cause"s own first
+    changes: tuple[CalmingChange, ...]  # What calms it alone; the cause"s own first
 
 
 NONE = {name: least for name, (least, _) in RANGES.items()}
@@ -65,7 +65,7 @@ Tried = tuple[Mapping[str, float], float, float]
 """Numbers of the servo by name, and factors of the gain and of the integral."""
 
 
-def explain(loop: Loop) -> Explained:
+def explain(loop: ShakingLoop) -> Explained:
     """Find what makes a loop shake, and what would calm it."""
     linear = {"play": NONE["play"], "sticking": NONE["sticking"]}
     least = min(loop.least_delay, float(loop.number("delay")))
@@ -80,13 +80,13 @@ def explain(loop: Loop) -> Explained:
     numbers = ("gain", "delay", "play", "integral")
     lessened = {what: [tried(loop, what, float(share)) for share in SHARES] for what in numbers}
     shaking, paces = simulated(loop, [*trials, *(one for row in lessened.values() for one in row)])
-    changes: dict[str, Change] = {}
+    changes: dict[str, CalmingChange] = {}
     for k, what in enumerate(lessened):
         part = shaking[len(trials) + k * len(SHARES) :][: len(SHARES)]
         calm = [j for j in range(len(SHARES)) if not part[j]]
         steady = [j for j in calm if not part[j:].any()] or calm
         if steady:
-            changes[what] = Change(what=what, share=MARGIN * float(SHARES[steady[0]]))
+            changes[what] = CalmingChange(what=what, share=MARGIN * float(SHARES[steady[0]]))
     own = float(paces[0])
     if not shaking[0] or abs(own / loop.frequency - 1.0) > SAME:
         return Explained(cause=None, own_frequency=own if shaking[0] else 0.0, changes=())
@@ -110,7 +110,7 @@ def cause_of(shakes: Sequence[bool]) -> str | None:
     return None
 
 
-def simulated(loop: Loop, trials: Sequence[Tried]) -> tuple[Mask, Array]:
+def simulated(loop: ShakingLoop, trials: Sequence[Tried]) -> tuple[Mask, Array]:
     """Tell which changed loops shake, and at what frequency [Hz], shape (N,) each."""
     step, angles = run(loop, trials)
     tail = angles[int((1.0 - TAIL) * len(angles)) :]
@@ -121,7 +121,7 @@ def simulated(loop: Loop, trials: Sequence[Tried]) -> tuple[Mask, Array]:
     return shakes, paces
 
 
-def courses(loop: Loop, changes: Sequence[Change]) -> tuple[Array, Array]:
+def courses(loop: ShakingLoop, changes: Sequence[CalmingChange]) -> tuple[Array, Array]:
     """Return instants [s] and angles off the goal [rad] of a loop as it is and after changes."""
     step, angles = run(
         loop, [({}, 1.0, 1.0), *(tried(loop, one.what, one.share) for one in changes)]
@@ -130,7 +130,7 @@ def courses(loop: Loop, changes: Sequence[Change]) -> tuple[Array, Array]:
     return time, angles
 
 
-def tried(loop: Loop, what: str, share: float) -> Tried:
+def tried(loop: ShakingLoop, what: str, share: float) -> Tried:
     """Return a loop of which a share of one number is left."""
     if what in ("delay", "play"):
         return {what: share * loop.number(what)}, 1.0, 1.0
@@ -139,7 +139,7 @@ def tried(loop: Loop, what: str, share: float) -> Tried:
     return {}, share, 1.0 if loop.feedback.outer else share
 
 
-def run(loop: Loop, trials: Sequence[Tried]) -> tuple[float, Array]:
+def run(loop: ShakingLoop, trials: Sequence[Tried]) -> tuple[float, Array]:
     """Return the step [s] and the angles of changed loops that begin beside their goal [rad]."""
     numbers = np.tile(loop.numbers, (len(trials), 1))
     gains = np.ones((len(trials), 2))

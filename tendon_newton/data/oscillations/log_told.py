@@ -13,7 +13,7 @@ from tendon_newton.data.importers.lerobot.lerobot_examination import (
     examine_joint,
     motion_of,
 )
-from tendon_newton.data.oscillations.causes import Change, Loop
+from tendon_newton.data.oscillations.causes import CalmingChange, ShakingLoop
 from tendon_newton.data.oscillations.log_reading import ReadLog
 from tendon_newton.data.oscillations.loop_closing import limit_rows
 from tendon_newton.data.oscillations.shaking import evenly
@@ -134,7 +134,7 @@ def cause_lines(told: ToldJoint) -> list[str]:
     return lines
 
 
-def change_text(loop: Loop, change: Change) -> str:
+def change_text(loop: ShakingLoop, change: CalmingChange) -> str:
     """Say to what a number must be lessened for the loop to be calm."""
     share = change.share
     if change.what == "delay":

@@ -34,7 +34,7 @@ STRAIGHT = 0.03  # Of a command's usual bend, below which a row bends hardly [1]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Policy:
+class AnsweringGains:
     """Gains by which a command answers an angle."""
 
     gain: float  # Command per angle [1]
@@ -43,9 +43,9 @@ class Policy:
     share: float  # Of the command that no earlier reading foretells, what this tells [1]
 
 
-def policy_of(log: Evenly) -> Policy | None:
+def policy_of(log: Evenly) -> AnsweringGains | None:
     """Return by which gains a command answers the angle; None where it does not."""
-    best: Policy | None = None
+    best: AnsweringGains | None = None
     free = np.flatnonzero(~cut_rows(log.command))
     for late in range(LATEST):
         found = fitted(log, free, late)
@@ -54,7 +54,7 @@ def policy_of(log: Evenly) -> Policy | None:
     return best if best is not None and best.share > ANSWERS else None
 
 
-def fitted(log: Evenly, free: Indices, late: int) -> Policy | None:
+def fitted(log: Evenly, free: Indices, late: int) -> AnsweringGains | None:
     """Return the gains of one lateness [rows]."""
     rows = free[free > ORDER + late + 2]
     rows = rows[np.isin(rows - 1, free) & np.isin(rows - 2, free)]
@@ -73,7 +73,7 @@ def fitted(log: Evenly, free: Indices, late: int) -> Policy | None:
     gain, integral = -numbers
     made = (gain + log.step * integral) * unforeseen / foretold
     share = min(made, 1.0 - (left / foretold) ** 2)
-    return Policy(gain=float(gain), integral=float(integral), late=late, share=float(share))
+    return AnsweringGains(gain=float(gain), integral=float(integral), late=late, share=float(share))
 
 
 def cut_rows(command: Array) -> Mask:
@@ -93,7 +93,7 @@ def limit_rows(command: Array) -> Mask:
     return times[place] >= OFTEN
 
 
-def cut_policy(log: Evenly, frequency: float, rows: Mask) -> Policy | None:
+def cut_policy(log: Evenly, frequency: float, rows: Mask) -> AnsweringGains | None:
     """Return the gain of a command that swings between limits against the angle; None otherwise.
 
     Args:
@@ -115,7 +115,9 @@ def cut_policy(log: Evenly, frequency: float, rows: Mask) -> Policy | None:
     free &= np.abs(turned) > 0.3 * np.abs(turned[rows[1:]]).max(initial=0.0)
     ratio = float(np.median(np.abs(wanted) / np.maximum(np.abs(angle), 1e-9)))
     steep = float(np.quantile(-moved[free] / turned[free], 0.75)) if free.sum() >= OFTEN else 0.0
-    return Policy(gain=max(steep, ratio), integral=0.0, late=0, share=float(np.mean(limit[rows])))
+    return AnsweringGains(
+        gain=max(steep, ratio), integral=0.0, late=0, share=float(np.mean(limit[rows]))
+    )
 
 
 def robust(regressors: Array, target: Array) -> tuple[Array, float]:

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.data.oscillations.causes import Explained, Loop, explain
+from tendon_newton.data.oscillations.causes import Explained, ShakingLoop, explain
 from tendon_newton.data.oscillations.loop_closing import (
-    Policy,
+    AnsweringGains,
     cut_policy,
     limit_rows,
     policy_of,
@@ -29,9 +29,9 @@ class ToldJoint:
 
     log: Evenly
     shaking: Shaking | None  # None where it does not shake
-    policy: Policy | None = None  # None where the command does not answer the angle
+    policy: AnsweringGains | None = None  # None where the command does not answer the angle
     fitted: FittedServo | None = None
-    loop: Loop | None = None
+    loop: ShakingLoop | None = None
     explained: Explained | None = None
 
 
@@ -40,7 +40,7 @@ class Lines:
     """Lines of a joint that its command does not explain, the greatest first."""
 
     log: Evenly
-    policy: Policy | None
+    policy: AnsweringGains | None
     lines: tuple[Shaking, ...]
 
     @property
@@ -79,13 +79,13 @@ def tell_lines(found: Lines) -> ToldJoint:
     return told or ToldJoint(log=found.log, shaking=None, policy=found.policy)
 
 
-def tell_line(log: Evenly, line: Shaking, policy: Policy | None) -> ToldJoint:
+def tell_line(log: Evenly, line: Shaking, policy: AnsweringGains | None) -> ToldJoint:
     """Identify the loop that may make a line, and ask it."""
     outer = policy is not None
     part = stretch(log, line)
     best = fit_servo(part, line.frequency, outer=outer)
     feedback = feedback_of(log, line, policy)
-    loop = Loop(
+    loop = ShakingLoop(
         numbers=best.numbers,
         feedback=feedback,
         frequency=line.frequency,
@@ -99,7 +99,7 @@ def tell_line(log: Evenly, line: Shaking, policy: Policy | None) -> ToldJoint:
     )
 
 
-def feedback_of(log: Evenly, line: Shaking, policy: Policy | None) -> Feedback:
+def feedback_of(log: Evenly, line: Shaking, policy: AnsweringGains | None) -> Feedback:
     """Return what closes the loop."""
     if policy is None:
         return Feedback(outer=False, row=log.step)

@@ -1,4 +1,4 @@
-"""Is it told what makes a loop shake: ``python -m lab.exams.shaking --seed 1 --out FILE``.
+"""Exam of `oscillation`: ``python -m lab.exams.oscillations.exam --seed 1 --out FILE``.
 
 For each of four causes loops are drawn that shake with it and do not without it, by the plant's
 own test: a goal that stays after a jump. As many calm logs come from sound loops and from loops
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lab.exams.shaking_plant import CAUSES, Array, Loops, drawn, run
+from lab.exams.oscillations.plant import CAUSES, Array, Loops, drawn, run
 from tendon_newton.data.recording import Indices, Mask
 
 DRAWS: Mapping[str, int] = {"gain": 12, "delay": 12, "play": 6, "sticking": 40}

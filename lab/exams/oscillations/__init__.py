@@ -1,0 +1,1 @@
+"""Is it told what makes a loop shake."""
