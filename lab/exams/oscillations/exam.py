@@ -6,12 +6,20 @@ whose fault is too small to shake. A log has noise, counts, steps and slow motio
 ends with a goal that stays.
 """
 
-from collections.abc import Iterator, Mapping
+import argparse
+import json
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lab.exams.oscillations.plant import CAUSES, Array, Loops, drawn, run
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.oscillations.shaking import evenly
+from tendon_newton.data.oscillations.told_loop import tell_joint
 from tendon_newton.data.recording import Indices, Mask
 
 DRAWS: Mapping[str, int] = {"gain": 12, "delay": 12, "play": 6, "sticking": 40}
@@ -19,6 +27,8 @@ DRAWS: Mapping[str, int] = {"gain": 12, "delay": 12, "play": 6, "sticking": 40}
 SHAKES, RESTS = 8e-3, 2e-3  # Amplitude of a loop that shakes, and most of one that does not [rad]
 SLOWEST, FASTEST = 0.4, 15.0  # Frequencies that are taken [Hz]
 ROWS_A_PERIOD = 5.0  # Rows that a period must have, at least
+NEAR, CALMED = 0.1, 0.25
+"""Share by which a frequency may be off, and of the amplitude that may be left [1]."""
 MOVING, PERIODS, LEAST_HOLD = 10.0, 14.0, 12.0
 """Time in which the goal moves [s]; periods and time [s] for which it stays then."""
 
@@ -141,3 +151,79 @@ def changed(loop: Loops, proposal: Mapping[str, float]) -> Loops:
         delay=np.maximum(0.0, loop.delay - proposal.get("less_delay", 0.0)),
         play=loop.play * proposal.get("play", 1.0),
     )
+
+
+def answer(case: Case) -> dict[str, Any]:
+    """Return truth and answer of one log, and whether the plant is calm after the change."""
+    told = tell_joint(evenly(case.time, case.command, case.angle))
+    row: dict[str, Any] = {
+        "cause": case.cause,
+        "policy": bool(case.loop.outer[0] > 0.0),
+        "frequency": case.frequency,
+        "shakes": told.shaking is not None,
+    }
+    if told.shaking is None or told.explained is None or told.loop is None:
+        return row
+    row |= {"told": told.explained.cause, "told_frequency": told.shaking.frequency}
+    if case.cause in CAUSES and told.explained.changes:
+        change = told.explained.changes[0]
+        proposal = {change.what: change.share}
+        if change.what == "delay":
+            proposal = {"less_delay": (1.0 - change.share) * told.loop.number("delay")}
+        elif change.what == "gain" and not told.loop.feedback.outer:
+            proposal["integral"] = change.share
+        _, before, _ = held(case.loop)
+        _, after, _ = held(changed(case.loop, proposal))
+        row |= {"change": proposal, "calms": bool(after[0] < max(RESTS, CALMED * before[0]))}
+    return row
+
+
+def score(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the rates, with those of one constant answer beside them."""
+    shaking = [row for row in rows if row["cause"] in CAUSES]
+    calm = [row for row in rows if row["cause"] not in CAUSES]
+    near = [
+        row
+        for row in shaking
+        if abs(row.get("told_frequency", 0.0) - row["frequency"]) < NEAR * row["frequency"]
+    ]
+    right = {
+        cause: [sum(row.get("told") == cause for row in own), len(own)]
+        for cause in CAUSES
+        if (own := [row for row in shaking if row["cause"] == cause])
+    }
+    return {
+        "cause_first": [sum(one for one, _ in right.values()), len(shaking)],
+        "by_cause": right,
+        "best_constant_answer": [max(count for _, count in right.values()), len(shaking)],
+        "frequency": [len(near), len(shaking)],
+        "change_calms": [sum(row.get("calms", False) for row in shaking), len(shaking)],
+        "calm_and_silent": [sum(not row["shakes"] for row in calm), len(calm)],
+        "always_silent": [len(calm), len(calm)],
+    }
+
+
+def main() -> None:
+    """Draw, tell, score and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--each", type=int, default=10, help="logs of each cause")
+    parser.add_argument("--out", type=Path, required=True)
+    chosen = parser.parse_args()
+    rows: list[dict[str, Any]] = []
+    for case in cases(chosen.seed, chosen.each):
+        rows.append(answer(case))
+        say(json.dumps(rows[-1]))
+    figures = {"seed": chosen.seed, "each": chosen.each, **score(rows), "rows": rows}
+    write_text(chosen.out, json.dumps(figures, indent=1) + "\n")
+    say(json.dumps(score(rows), indent=1))
+
+
+def say(text: str) -> None:
+    """Print at once."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

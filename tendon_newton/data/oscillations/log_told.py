@@ -56,6 +56,9 @@ def tell_joint_of(joint: str, place: int, wholes: Sequence[Recording]) -> JointO
             first = lines.lines[0]
             found.append((first.amplitude * float(first.rows.sum()), whole.name, lines))
     worst = max(found, key=lambda one: one[0], default=None)
+    told = None if worst is None else tell_lines(worst[2])
+    if told is None or told.shaking is None:
+        worst, told, found = None, None, []
     return JointOfLog(
         joint=joint,
         followed=examine_joint(
@@ -66,7 +69,7 @@ def tell_joint_of(joint: str, place: int, wholes: Sequence[Recording]) -> JointO
             [whole.motor_position[:, place] for whole in wholes],
         ),
         at_limit=limits / sum(whole.sample_count for whole in wholes),
-        told=None if worst is None else tell_lines(worst[2]),
+        told=told,
         recording="" if worst is None else worst[1],
         shaken=tuple(name for _, name, _ in found),
     )
@@ -103,6 +106,7 @@ def shaking_lines(seen: JointOfLog) -> list[str]:
 def cause_lines(told: ToldJoint) -> list[str]:
     """Say what closes the loop, the cause, and what calms it."""
     loop, explained, fitted = told.loop, told.explained, told.fitted
+    assert told.shaking is not None
     assert loop is not None
     assert explained is not None
     assert fitted is not None
@@ -128,6 +132,8 @@ def cause_lines(told: ToldJoint) -> list[str]:
         "play": f"{loop.number('play') / DEGREE:.2f} deg of play",
         "sticking": f"sticking of {loop.number('sticking') / DEGREE:.2f} deg with an integral term",
     }
+    if explained.cause == "sticking":
+        known += f"; the angle stands still for {100.0 * told.shaking.stands:.0f} % of the time"
     lines = [f"cause: {words[explained.cause]}", known]
     for k, change in enumerate(explained.changes):
         lines.append(("change first: " if k == 0 else "or: ") + change_text(loop, change))

@@ -31,7 +31,7 @@ class FittedServo:
     told: float  # Share of the angle's variance that it tells [1]
 
 
-def fit_servo(log: Evenly, frequency: float, *, outer: bool) -> FittedServo:
+def fit_servo(log: Evenly, frequency: float, *, outer: bool, stuck: bool = False) -> FittedServo:
     """Fit a servo to a stretch of a log, from many starts.
 
     Play and sticking are left out where the rest tells the angle as well.
@@ -39,7 +39,9 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool) -> FittedServo:
     Args:
         frequency: At which it shakes [Hz].
         outer: Whether a policy closes the loop.
+        stuck: Whether its angle is known to stick: play is left out then, and no sticking.
     """
+    variants = (("play",),) if stuck else WITHOUT
     every = max(1, int(1.0 / (A_PERIOD * frequency * log.step)))
     log = Evenly(step=every * log.step, command=log.command[::every], angle=log.angle[::every])
     parts = max(1, int(np.ceil(log.step * A_PERIOD * frequency)))
@@ -64,7 +66,7 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool) -> FittedServo:
     starts = rng.uniform(LOW, HIGH, size=(DRAWS, len(NAMES)))
     fixed: list[Mask] = []
     chosen: list[Array] = []
-    for without in WITHOUT:
+    for without in variants:
         drawn = starts.copy()
         kept = np.array([name in without or (outer and name == "integral") for name in NAMES])
         drawn[:, kept] = LOW[kept]
@@ -73,7 +75,7 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool) -> FittedServo:
         fixed += STARTS * [kept]
     ends, squares = walked(residuals, np.array(chosen), np.array(fixed, dtype=np.bool_))
     total = float(np.sum(wanted**2))
-    allowed = squares * np.repeat([SIMPLER ** -len(without) for without in WITHOUT], STARTS)
+    allowed = squares * np.repeat([SIMPLER ** -len(without) for without in variants], STARTS)
     at = int(np.argmin(allowed))
     return FittedServo(numbers=np.exp(ends[at]), told=1.0 - float(squares[at]) / total)
 

@@ -24,6 +24,7 @@ COUNTS = 2.0  # Amplitude in counts of the reading below which nothing shakes
 CANDIDATES = 4  # Greatest places of a spectrum that are looked at
 APART = 0.1  # Share by which two lines differ at least [1]
 SHORTEST = 4.0  # Part of a log that is looked at alone [s]
+STILL = 0.06  # Of the swing, within a tenth of a period [1]
 HIGHEST = 0.4  # Of the rows' rate [1]; above, a line may be an image
 
 
@@ -45,6 +46,7 @@ class Shaking:
     command_amplitude: float  # Of the command at the same frequency [rad]
     above_floor: float  # Power of the line over that of its surroundings [1]
     rows: Mask  # Rows in which it shakes, shape (T,)
+    stands: float  # Share of them in which the angle stands still [1]
 
     @property
     def first(self) -> int:
@@ -114,7 +116,19 @@ def line_of(log: Evenly, around: Waves, rows: Mask, pace: float, above: float) -
         command_amplitude=float(np.median(commanded)),
         above_floor=float(above),
         rows=rows,
+        stands=standing(log, rows, pace, float(np.median(np.abs(around)[rows]))),
     )
+
+
+def standing(log: Evenly, rows: Mask, pace: float, amplitude: float) -> float:
+    """Return the share of rows about which an angle stands still for a tenth of a period [1].
+
+    A sinusoid that moves by `STILL` of its swing then is told to stand for 0.12 to 0.2.
+    """
+    width = max(1, round(0.1 / (pace * log.step)))
+    smooth = np.convolve(log.angle, np.full(width, 1.0 / width), mode="same")
+    moves = np.abs(smooth[width:] - smooth[:-width])[rows[width:]]
+    return float(np.mean(moves < STILL * 2.0 * amplitude)) if len(moves) else 0.0
 
 
 def spectrum(signal: Array, step: float) -> tuple[Array, Array]:

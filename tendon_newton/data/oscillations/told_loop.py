@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.data.oscillations.causes import Explained, ShakingLoop, explain
+from tendon_newton.data.oscillations.causes import CalmingChange, Explained, ShakingLoop, explain
 from tendon_newton.data.oscillations.loop_closing import (
     AnsweringGains,
     cut_policy,
@@ -20,6 +20,9 @@ TOLD = 0.7  # Share of the angle that a servo must tell for a cause to be named 
 FITTED_PERIODS, FITTED_TIME = 16.0, 5.0
 """Periods and time [s] of a log that are fitted, at least."""
 COMMANDED = 0.4  # Share of the amplitude that an independent command may have at the line [1]
+LASTING = 16.0  # Periods from which what no cause is found for counts as shaking
+STANDS = 0.35  # Share of the time in which an angle stands, above which it sticks [1]
+LEAST_INTEGRAL = 0.05  # Of a policy that integrates [1/s]
 LOOKED_AT = 2  # Lines that are looked at, the greatest first
 
 
@@ -75,7 +78,8 @@ def tell_lines(found: Lines) -> ToldJoint:
         one = tell_line(found.log, line, own)
         if one.explained is not None and one.explained.cause is not None:
             return one
-        told = told or one
+        if line.rows.sum() * found.log.step * line.frequency > LASTING:
+            told = told or one
     return told or ToldJoint(log=found.log, shaking=None, policy=found.policy)
 
 
@@ -83,7 +87,9 @@ def tell_line(log: Evenly, line: Shaking, policy: AnsweringGains | None) -> Told
     """Identify the loop that may make a line, and ask it."""
     outer = policy is not None
     part = stretch(log, line)
-    best = fit_servo(part, line.frequency, outer=outer)
+    integrates = policy is None or policy.integral > LEAST_INTEGRAL
+    stuck = integrates and line.stands > STANDS
+    best = fit_servo(part, line.frequency, outer=outer, stuck=stuck)
     feedback = feedback_of(log, line, policy)
     loop = ShakingLoop(
         numbers=best.numbers,
@@ -92,8 +98,11 @@ def tell_line(log: Evenly, line: Shaking, policy: AnsweringGains | None) -> Told
         amplitude=line.amplitude,
     )
     explained = explain(loop)
-    if best.told < TOLD:
-        explained = replace(explained, cause=None)
+    if stuck:
+        off = CalmingChange(what="integral", share=0.0)
+        explained = replace(explained, cause="sticking", changes=(off,))
+    elif best.told < TOLD:
+        explained = replace(explained, cause=None, changes=())
     return ToldJoint(
         log=log, shaking=line, policy=policy, fitted=best, loop=loop, explained=explained
     )
