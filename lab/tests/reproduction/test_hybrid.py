@@ -4,9 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from lab.studies.less_data import free_only, shortened
 from lab.tests.reproduction.tiny import SETTINGS
 from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN
 from tendon_lab.reproduction.closed_loop import replayed
@@ -14,7 +12,7 @@ from tendon_lab.reproduction.physical import starting_model, with_ideal
 from tendon_lab.reproduction.steps.hybrid_stage import hybrid_of
 from tendon_lab.reproduction.steps.network_stage import learned_model
 from tendon_lab.reproduction.steps.tip_stage import SINES
-from tendon_lab.reproduction.unit import Unit, is_blocked, of_benches
+from tendon_lab.reproduction.unit import Unit, of_benches
 from tendon_lab.reproduction.unit_correction import train_correction
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.mechanisms.asset_library import asset_folder
@@ -84,23 +82,3 @@ def test_a_network_that_answers_to_the_shaft_moves_the_finger_as_its_bench_does(
     ideal = tip_error(with_ideal(PAPER_GAIN))
     assert tip_error(learned) < 0.2 * ideal
     assert tip_error(held) > ideal
-
-
-def test_shortened_data_keeps_every_bench_in_proportion(unit: Unit) -> None:
-    """Half of the minutes are half of each bench's, from two recordings or more."""
-    whole = unit.dataset
-    minutes = sum(r.duration for r in whole.train) / 60.0
-    half = shortened(whole, 0.5 * minutes)
-    for bench in ("finger", "spring_weak", "spring_strong"):
-        own, all_of_it = ([r for r in part.train if r.bench == bench] for part in (half, whole))
-        assert len(own) >= 2
-        share = sum(r.duration for r in own) / sum(r.duration for r in all_of_it)
-        assert share == pytest.approx(0.5, abs=0.02)  # a row each
-    assert shortened(whole, 2.0 * minutes) is whole
-
-
-def test_free_motion_has_nothing_in_the_way(unit: Unit) -> None:
-    """Blocked recordings are left out, by their names, and no others."""
-    free = free_only(unit.dataset).train
-    assert any(is_blocked(r) for r in unit.dataset.train)
-    assert free == tuple(r for r in unit.dataset.train if "tape_roll" not in r.name)
