@@ -9,9 +9,10 @@ from tendon_newton.data.oscillations.servo_loop import LEAST, MOST, NAMES, drive
 from tendon_newton.data.oscillations.shaking import Evenly
 from tendon_newton.data.recording import Array, Mask
 
+QUICKEST = 400.0  # Substeps a second, at most
 A_PERIOD = 60  # Substeps of a period of the shaking, at least
 PERIODS = 2.0  # Periods over which a slow drift of the angle is taken away
-DRAWS, STARTS, ROUNDS = 160, 3, 14
+DRAWS, STARTS, ROUNDS = 400, 4, 18
 STEP = 0.03  # Of the logarithm of a number, for slopes
 DAMPING = (0.0, 0.03, 0.3, 3.0)  # Of the slopes' squares [1]
 SEED = 20
@@ -44,15 +45,11 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool, stuck: bool = False
     variants = (("play",),) if stuck else WITHOUT
     every = max(1, int(1.0 / (A_PERIOD * frequency * log.step)))
     log = Evenly(step=every * log.step, command=log.command[::every], angle=log.angle[::every])
-    parts = max(1, int(np.ceil(log.step * A_PERIOD * frequency)))
+    parts = max(1, int(np.ceil(log.step * min(A_PERIOD * frequency, QUICKEST))))
     step = log.step / parts
     fine = np.arange((len(log.angle) - 1) * parts + 1)
     command = log.command[fine // parts]
-    drive = (
-        command
-        if outer
-        else command - np.interp(fine / parts, np.arange(len(log.angle)), log.angle)
-    )
+    drive = command if outer else command - drawn_out(log.angle, parts)
     summed = step * np.cumsum(drive)
     summed -= summed.mean()  # an integral that hunts swings about what the load takes
     width = max(3, round(PERIODS / (frequency * log.step)))
@@ -78,6 +75,17 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool, stuck: bool = False
     allowed = squares * np.repeat([SIMPLER ** -len(without) for without in variants], STARTS)
     at = int(np.argmin(allowed))
     return FittedServo(numbers=np.exp(ends[at]), told=1.0 - float(squares[at]) / total)
+
+
+def drawn_out(angle: Array, parts: int) -> Array:
+    """Return an angle at so many places a row, by cubics that keep its slopes, (T' parts + 1,)."""
+    slope = np.gradient(angle)
+    row, part = np.divmod(np.arange((len(angle) - 1) * parts), parts)
+    share = part / parts
+    rise = angle[row + 1] - angle[row]
+    first, last = slope[row] - rise, slope[row + 1] - rise
+    bent = share * (1.0 - share) * ((1.0 - share) * first - share * last)
+    return np.append(angle[row] + share * rise + bent, angle[-1])
 
 
 def walked(residuals: Callable[[Array], Array], starts: Array, fixed: Mask) -> tuple[Array, Array]:
