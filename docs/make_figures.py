@@ -9,7 +9,7 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.diagnose import diagnose
-from tendon_newton.diagnosis.held_out import WINDOW, Window, compare, telling_windows
+from tendon_newton.diagnosis.reporting.held_out import WINDOW, Window, compare, telling_windows
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "hidden_friction"

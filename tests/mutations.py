@@ -419,7 +419,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("start-at-rest-whatever-holds", "tendon_newton/workflows/importing.py",
         "    if abs(away) <= AT_REST:\n", "    if abs(away) <= 10.0:\n",
         "tests/importers/test_gate.py -k first_rows"),
-    Mutation("rows-after-gaps-are-drawn", "tendon_newton/diagnosis/held_out.py",
+    Mutation("rows-after-gaps-are-drawn", "tendon_newton/diagnosis/reporting/held_out.py",
         "theta=np.where(own.trusted, own.theta, np.nan)", "theta=own.theta",
         "tests/diagnosis/test_positions_alone.py -k follows_a_gap"),
     Mutation("names-from-logs-unchecked", "tendon_newton/data/importers/imported.py",

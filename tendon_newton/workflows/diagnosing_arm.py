@@ -18,8 +18,8 @@ from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.diagnosis.diagnose import numbers_of
+from tendon_newton.diagnosis.report_words import cause_text
 from tendon_newton.diagnosis.reporting.report import Origin
-from tendon_newton.diagnosis.reporting.report_words import cause_text
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into

@@ -12,7 +12,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence, diagnose, extended_model
 from tendon_newton.diagnosis.evaluation import evaluate_models
-from tendon_newton.diagnosis.held_out import compare
+from tendon_newton.diagnosis.reporting.held_out import compare
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.rollout import Trajectory

@@ -20,7 +20,7 @@ from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis import diagnose as diagnosing
 from tendon_newton.diagnosis import time_left as timing
-from tendon_newton.diagnosis.reporting.report_words import headline
+from tendon_newton.diagnosis.report_words import headline
 from tendon_newton.diagnosis.search.decide import decision
 from tendon_newton.diagnosis.search.decide import find_causes as finding
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes

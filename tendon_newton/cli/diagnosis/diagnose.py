@@ -318,8 +318,8 @@ def summary(diagnosis: Diagnosis) -> str:
     from tendon_newton.data.parameters import with_unit
     from tendon_newton.data.plain_numbers import estimate_text
     from tendon_newton.diagnosis.owner import with_owner
+    from tendon_newton.diagnosis.report_words import UNDECIDED
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
-    from tendon_newton.diagnosis.reporting.report_words import UNDECIDED
 
     force = diagnosis.scale
     lines = ["", VERDICTS[diagnosis.verdict], ""]

@@ -61,7 +61,7 @@ def account(accounts: Accounts, name: str) -> str:
     """Return the account of one cause."""
     from tendon_newton.data.servo_names import effect_of
     from tendon_newton.diagnosis.accounts.account_words import not_tried, sentences
-    from tendon_newton.diagnosis.reporting.report_words import cause_text
+    from tendon_newton.diagnosis.report_words import cause_text
     from tendon_newton.effects import EFFECTS
     from tendon_newton.errors import unknown_name
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from tendon_newton.data.plain_numbers import estimate_text
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.accounts.account_file import Account
-from tendon_newton.diagnosis.reporting.report_words import cause_text, docstring_part
+from tendon_newton.diagnosis.report_words import cause_text, docstring_part
 from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search.decide.account import (
     ADDED,

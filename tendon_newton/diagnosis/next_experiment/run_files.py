@@ -3,11 +3,10 @@
 import csv
 from pathlib import Path
 
-from tendon_newton.data.files.picture import new_figure, save, tidy
+from tendon_newton.data.files.picture import COLOURS, GREY, INK, new_figure, save, tidy
 from tendon_newton.data.files.toml_file import write_toml
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
-from tendon_newton.diagnosis.reporting.inline_svg import AFTER, GREY, INK
 
 
 def write_command(path: Path, plan: Plan) -> None:
@@ -48,7 +47,7 @@ def draw_command(path: Path, plan: Plan) -> None:
     """
     figure = new_figure(6.0, 3.2)
     axes = figure.subplots()
-    axes.step(plan.time, plan.command, where="post", color=AFTER, linewidth=1.4)
+    axes.step(plan.time, plan.command, where="post", color=COLOURS[0], linewidth=1.4)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("commanded angle [rad]")
     title = f"{plan.excitation.replace('_', ' ')} on {plan.place}"

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.held_out import (
+from tendon_newton.diagnosis.report_words import CONSEQUENCES, headline
+from tendon_newton.diagnosis.reporting.held_out import (
     WINDOW,
     HeldOutComparison,
     compare,
@@ -31,7 +32,6 @@ from tendon_newton.diagnosis.reporting.report_tables import (
     key_numbers,
     model_rows,
 )
-from tendon_newton.diagnosis.reporting.report_words import CONSEQUENCES, headline
 from tendon_newton.diagnosis.result import Diagnosis
 
 TEMPLATE = "report.html.jinja"

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from tendon_newton.diagnosis.held_out import WINDOW
+from tendon_newton.diagnosis.reporting.held_out import WINDOW
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.unexplained.remainder import side_words
 from tendon_newton.diagnosis.unexplained.remainder_structure import SURROGATES

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from tendon_newton.diagnosis.explanation import Estimate
-from tendon_newton.diagnosis.reporting.report_words import cause_text
+from tendon_newton.diagnosis.report_words import cause_text
 from tendon_newton.diagnosis.result import Diagnosis
 
 

@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.plain_numbers import number
-from tendon_newton.diagnosis.held_out import (
+from tendon_newton.diagnosis.posterior import FittedSet, OpenNumber
+from tendon_newton.diagnosis.reporting.held_out import (
     HeldOutComparison,
     Window,
     broken_at_gaps,
     pooled,
     pooled_rms,
 )
-from tendon_newton.diagnosis.posterior import FittedSet, OpenNumber
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, FAINT, GREY, INK, svg
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.unexplained.remainder import side_words

@@ -12,7 +12,7 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.held_out import WINDOW, Window
+from tendon_newton.diagnosis.reporting.held_out import WINDOW, Window
 from tendon_newton.diagnosis.reporting.report_figures import full_name
 from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism

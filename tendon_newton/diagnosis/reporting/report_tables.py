@@ -12,7 +12,7 @@ from tendon_newton.data.recording import Mask, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.accounts.checked_data import findings_of
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.held_out import HeldOutComparison
+from tendon_newton.diagnosis.reporting.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report_causes import Row
 from tendon_newton.diagnosis.result import Diagnosis
 

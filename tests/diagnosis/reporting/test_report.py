@@ -17,14 +17,14 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.held_out import HeldOutComparison
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
+from tendon_newton.diagnosis.report_words import SENTENCES, cause_sentence, headline
+from tendon_newton.diagnosis.reporting.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.reporting.report_causes import cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.diagnosis.reporting.report_tables import regime_rows, regimes
-from tendon_newton.diagnosis.reporting.report_words import SENTENCES, cause_sentence, headline
 from tendon_newton.diagnosis.result import Errors, Estimate, Rival, Verdict
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidOutput

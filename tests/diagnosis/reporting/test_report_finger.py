@@ -11,7 +11,7 @@ from tendon_newton.data.files.picture import save
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.recording_plot import recording_figure
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.held_out import WINDOW, compare, telling_windows
+from tendon_newton.diagnosis.reporting.held_out import WINDOW, compare, telling_windows
 from tendon_newton.diagnosis.reporting.report import write_report
 from tendon_newton.diagnosis.reporting.report_finger import FRAMES, WIDTH, moving_fingers
 from tendon_newton.errors import InvalidOutput

@@ -13,7 +13,7 @@ from tendon_newton.cli.diagnosis.diagnose import places, summary
 from tendon_newton.data.model_file import write_model
 from tendon_newton.diagnosis.explanation import Estimate, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
-from tendon_newton.diagnosis.reporting.report_words import headline
+from tendon_newton.diagnosis.report_words import headline
 from tendon_newton.diagnosis.result import (
     ActuatorFound,
     CandidateScore,

@@ -121,5 +121,7 @@ def pooled_rms(comparisons: tuple[HeldOutComparison, ...], signal: str, which: i
 def broken_at_gaps(time: Array, values: Array) -> tuple[Array, Array]:
     """Return a line that is interrupted where rows are missing."""
     steps = np.diff(time)
-    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)) + 1 if len(steps) else []
+    if not len(steps):
+        return time, values
+    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)) + 1
     return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)
