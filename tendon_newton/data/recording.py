@@ -33,6 +33,7 @@ DrivenBy = Literal["command", "path", "force"]
 """What a recording gives a simulation: commands of its servo; where its shaft was, and what loaded
 the joint; or its measured tension alone."""
 FREE = "free"  # Obstacle of a recording in which nothing touches the mechanism
+FEW_ROWS = 0.05  # Share of rows beyond belief that are failed reads; more are another unit [1]
 BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -277,11 +278,13 @@ def check_values(recording: Recording) -> None:
         row, place = int(rows[0]), int(places[0])
         column, value = column_name(recording, channel.column, place), float(table[row, place])
         came = f"row {row} (t = {recording.time[row]:g} s) is {value:g}"
+        few = len(set(rows.tolist())) <= FEW_ROWS * recording.sample_count
+        mend = f"; {rows.size} rows are no readings: leave those rows out" if few else ""
         if bad.any():
-            raise InvalidRecording(f"{recording.name}: {column} must be finite; {came}")
+            raise InvalidRecording(f"{recording.name}: {column} must be finite; {came}{mend}")
         lost = lost_sign(table[:, place])
         looks = (
-            f"and looks like {channel.slip}"
+            (mend.removeprefix("; ") or f"and looks like {channel.slip}")
             if lost is None
             else f"in {int(lost.rows.sum())} such rows {lost.text}"
         )

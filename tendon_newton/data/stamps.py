@@ -25,7 +25,8 @@ def unit_of_step(step: float) -> str:
     """
     unit = min(STEPS, key=lambda name: abs(np.log(step * STEPS[name] / USUAL_STEP)))
     word = {"nanoseconds": "ns", "microseconds": "us", "milliseconds": "ms", "minutes": "min"}[unit]
-    return f'{unit} (unit = "{word}" in a mapping)'
+    rows = "" if step != 1.0 else ", or row numbers (rate = ..., rows a second, in place of t)"
+    return f'{unit} (unit = "{word}" in a mapping){rows}'
 
 
 def stamp_fault(time: Array) -> str | None:
@@ -39,6 +40,13 @@ def stamp_fault(time: Array) -> str | None:
         return None
     row = int(np.flatnonzero(steps <= 0.0)[0]) + 1
     at = f"row {row} is {time[row]:.6f} s after {time[row - 1]:.6f} s"
+    if (steps < 0.0).all():
+        return f"{at}; the last row comes first: sort the rows by t"
+    if (steps == 0.0).all():
+        return (
+            f"all {time.size} rows have the stamp {time[0]:.6g}: map another column as t, or say "
+            "how many rows a second has (rate = ...) in place of it"
+        )
     if shuffled(time):
         count = int((steps < 0.0).sum())
         return f"{at}; {count} of {time.size} rows come before the one above: sort them by t"
@@ -82,7 +90,7 @@ def increasing_parts(time: Array) -> list[NDArray[np.intp]]:
     Returns:
         Rows of each stretch; none of those with a clock so coarse that too many rows would go.
     """
-    if shuffled(time):
+    if shuffled(time) or (np.diff(time) < 0.0).all():
         return [np.argsort(time)]
     edges = [0, *restart_rows(time), time.size]
     parts: list[NDArray[np.intp]] = []

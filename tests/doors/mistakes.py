@@ -80,6 +80,24 @@ def frozen(run: Columns) -> None:
     run["q_0"][400:700] = run["q_0"][400]
 
 
+def stalled(run: Columns) -> None:
+    """Write one row for 100 rows."""
+    for name in set(run) - {"t"}:
+        run[name][400:500] = run[name][400]
+
+
+def all_frozen(run: Columns) -> None:
+    """Read one angle of every joint for 100 rows."""
+    for name in ("q_0", "q_1"):
+        run[name][400:500] = run[name][400]
+
+
+def halfway(run: Columns) -> None:
+    """Let a seam lie at half a turn, in the middle of the way."""
+    run["goal_0"] = run["goal_0"] + 3.1
+    run["q_0"] = np.mod(run["q_0"] + 3.1 + np.pi, TURN) - np.pi
+
+
 def exchanged(run: Columns) -> None:
     """Exchange two joints' angles."""
     run["q_0"], run["q_1"] = run["q_1"], run["q_0"]
@@ -201,6 +219,22 @@ ANGLES: tuple[Mistake, ...] = (
         said="or the other side of a gear"),
     Mistake(name="an angle that never changes", said="or this is no reading of it",
         spoil=made("q_0", lambda run: np.full(ROWS, 0.3))),
+    Mistake(name="thirty rows of zeros", spoil=put("q_0", slice(400, 430), 0.0),
+        said="leave those rows out"),
+    Mistake(name="ten rows of a neighbour", said="leave those rows out", doors=OURS,
+        spoil=lambda run: put("q_0", slice(333, 343), run["q_1"][333:343])(run)),
+    Mistake(name="60 rows frozen", said="the reading froze",
+        spoil=lambda run: put("q_0", slice(400, 460), run["q_0"][400])(run)),
+    Mistake(name="all joints frozen", spoil=all_frozen, said="the reading froze"),
+    Mistake(name="a recorder that stalls", spoil=stalled, said="the recorder stood still"),
+    Mistake(name="a seam in the middle", spoil=halfway, said="add the turns"),
+    Mistake(name="angle and command in degrees", said='say unit = "deg" for it', doors=OURS,
+        spoil=lambda run: run.update({n: np.rad2deg(run[n]) for n in run if n != "t"})),
+    Mistake(name="an angle through a gear of three", said="or the other side of a gear",
+        spoil=made("q_0", lambda run: run["q_0"] / 3.0)),
+    Mistake(name="counts for angles", said="counts of an encoder", doors=ALONE,
+        spoil=lambda run: run.update(
+            {n: np.round(2048.0 + run[n] / TURN * 4096.0) for n in run if n != "t"})),
     Mistake(name="the motor off for half of the time", spoil=off, said="the motor was off"),
 )  # fmt: skip
 
@@ -226,6 +260,12 @@ COMMANDS: tuple[Mistake, ...] = (
         spoil=made("goal_0", lambda run: run["goal_0"][::-1].copy())),
     Mistake(name="a constant command", said="it is no command of this motion",
         spoil=made("goal_0", lambda run: np.full(ROWS, 0.3))),
+    Mistake(name="a goal that is lost", said="the goal was not logged there",
+        spoil=lambda run: put("goal_0", slice(560, None), run["goal_0"][560])(run)),
+    Mistake(name="no goal of any joint", said="it is no command of this motion",
+        spoil=lambda run: run.update(goal_0=np.zeros(ROWS), goal_1=np.zeros(ROWS))),
+    Mistake(name="no angle of any joint", said="or this is no reading of it",
+        spoil=lambda run: run.update(q_0=np.full(ROWS, 0.2), q_1=np.full(ROWS, 0.1))),
     Mistake(name="nothing moves", spoil=still, said="nothing moves, so nothing can be told",
         thread="ros-claw/rosclaw#588"),
     Mistake(name="half a count moves", spoil=noisy_rest, thread="ros-claw/rosclaw#588",
@@ -238,6 +278,18 @@ STAMPS: tuple[Mistake, ...] = (
     Mistake(name="stamps twice", spoil=doubled, said="their clock is too coarse"),
     Mistake(name="rows out of order", spoil=shuffled, said="sort them by t"),
     Mistake(name="rows that overtook others", spoil=overtaken, said="come out of order"),
+    Mistake(name="a number beyond belief", spoil=put("q_0", FAILED[:4], -999.0),
+        said="leave those rows out"),
+    Mistake(name="one stamp in all rows", said="map another column as t",
+        spoil=made("t", lambda run: np.zeros(ROWS))),
+    Mistake(name="row numbers for stamps", said="or row numbers",
+        spoil=made("t", lambda run: np.arange(ROWS, dtype=np.float64))),
+    Mistake(name="the last row first", said="sort the rows by t",
+        spoil=lambda run: run.update({name: run[name][::-1].copy() for name in run})),
+    Mistake(name="a clock set ahead by an hour", said="the clock leaps", doors=ALONE,
+        spoil=made("t", lambda run: run["t"] + np.where(np.arange(ROWS) < 500, 0.0, 3600.0))),
+    Mistake(name="cells without numbers", said="leave those rows out", doors={
+        OWN: own_dataset, **ALONE}, spoil=put("q_0", FAILED, np.nan)),
     Mistake(name="three seconds without rows", spoil=pause, said="gaps; the largest lasts",
         doors=OURS),
 )  # fmt: skip

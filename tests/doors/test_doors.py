@@ -56,8 +56,8 @@ def test_a_diagnosis_says_so_too(mistake: Mistake, tmp_path: Path) -> None:
 
 
 READ = ("zeros where the bus read nothing", "a neighbour's angle", "one row far off",
-        "zeros in every fifth row", "the last reading again")  # fmt: skip
-MENDED = (*READ, "the encoder's seam inside the range", "rows out of order",
+        "zeros in every fifth row", "the last reading again", "thirty rows of zeros")  # fmt: skip
+MENDED = (*READ, "the encoder's seam inside the range", "rows out of order", "the last row first",
           "rows that overtook others", "a clock that begins again")  # fmt: skip
 
 
@@ -86,6 +86,15 @@ def test_what_mend_leaves_is_the_sound_log(name: str, tmp_path: Path) -> None:
     wrong = np.abs(spoiled_runs(mistake)[0]["q_0"] - before["q_0"]) > 1e-8
     assert (off > 1e-8).sum() <= 0.3 * wrong.sum()
     assert len(rows) > ROWS - 1.1 * wrong.sum() - 20
+
+
+def test_what_a_mend_changes_misleads_no_other_check(tmp_path: Path) -> None:
+    """A seam that seems to turn a joint around is told as a seam alone."""
+    (mistake,) = (mistake for mistake in EVERY if mistake.name == "a seam in the middle")
+    own_dataset(tmp_path, spoiled_runs(mistake))
+    told = faults_of(load_dataset(tmp_path / "own").train)
+    assert told
+    assert all("add the turns" in one for one in told)
 
 
 def test_the_page_names_every_check() -> None:

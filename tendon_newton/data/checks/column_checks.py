@@ -6,9 +6,8 @@ import numpy as np
 
 from tendon_newton.data.checks.command_checks import LEAST_TIME
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.lags import lag_between
-from tendon_newton.data.checks.measures import names_of
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.checks.measures import lag_between, names_of, resolution
+from tendon_newton.data.recording import Array, Recording
 
 LEAST_LEAD = 0.005  # [s] stamps of a bus differ by less
 LEAD_STEPS = 1.5  # [1] a command that holds for a row seems to come half a step late
@@ -18,6 +17,10 @@ LEAD_SHARE = 0.3  # [1] of what no lead leaves, which a lead must take away
 LEAD_GAIN = 0.001  # [1] of the correlation: a lead that improves it by less is not resolved
 ANGLE_TOO_FAR = 15.0  # [1] times as far as told no servo moves; a soft one in degrees goes beyond
 COMMAND_TOO_FAR = 45.0  # [1] times as far as it moves; the strongest spring here leaves a third
+SERVO_RATIO = 2.0  # [1] likewise where no string or spring lets the servo go
+COARSEST = 0.04  # [rad] no encoder has fewer than 150 counts a turn; 4096 of degrees are 0.088
+FASTEST = 150.0  # [rad/s] three times the fastest of these servos
+LEAST_VALUES = 30  # Values of a column from which their distance is its count
 LEAST_RATIO = 8.0  # [1] times as far, from which on a gear is likelier than a soft servo
 WIDE = 7.5  # [rad] a motion beyond is in degrees: the root of 57 turns one radian into as much
 COUNTS = 400.0  # [1] from here on it is rather counts
@@ -58,6 +61,13 @@ def degrees(recording: Recording) -> Iterator[Finding]:
         return
     for place in range(recording.tendon_count):
         theta, command = recording.motor_position[:, place], recording.command[:, place]
+        if (seen := coarse_or_fast(recording, theta)) is not None:
+            yield Examined(recording.name, names_of(recording, "theta")[place]).defect(
+                seen,
+                'theta is in degrees: say unit = "deg" for it in the mapping, and for theta_d if '
+                "that goes as far",
+            )
+            continue
         spread, asked = float(np.std(theta)), float(np.std(command))
         if not spread > 0.0 or not asked > 0.0 or np.corrcoef(theta, command)[0, 1] < LIKENESS:
             continue
@@ -73,9 +83,28 @@ def degrees(recording: Recording) -> Iterator[Finding]:
                     else f'{other} was in rad and taken for degrees: say unit = "rad" for it in '
                     "the mapping",
                 )
-            elif LEAST_RATIO < ratio <= least:
+            elif (SERVO_RATIO if recording.bench == "servo" else LEAST_RATIO) < ratio <= least:
                 yield Examined(recording.name, column).caution(
                     f"moves {ratio:.1f} times as far as {other}, and with it",
                     f"{column} or {other} has another unit or the other side of a gear (scale in "
                     "the mapping); a spring that lets a servo go so little is rare",
                 )
+
+
+def coarse_or_fast(recording: Recording, theta: Array) -> str | None:
+    """Say that an angle has coarser counts than any encoder, or goes faster than any servo."""
+    if float(np.ptp(theta)) < WIDE or recording.force is not None:
+        return None  # a string that goes slack lets a spool spin
+    count, speed = resolution(theta), float(np.quantile(np.abs(slope(recording, theta)), 0.95))
+    if count > COARSEST and np.unique(theta).size >= LEAST_VALUES:
+        how = f"changes in steps of {count:.3g} rad, coarser than any encoder"
+    elif speed > FASTEST:
+        how = f"moves at {speed:.3g} rad/s, faster than any servo"
+    else:
+        return None
+    return f"{how}, by {np.ptp(theta):.3g} rad"
+
+
+def slope(recording: Recording, theta: Array) -> Array:
+    """Return the slope of an angle [rad/s], shape (T,)."""
+    return np.gradient(theta, recording.time)

@@ -7,16 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.measures import names_of, place_of, rest_band, stretches
+from tendon_newton.data.checks.following import LATEST
+from tendon_newton.data.checks.measures import names_of, place_of, rest_band, rows_text, stretches
 from tendon_newton.data.recording import Array, Mask, Recording
 
 LEAST_TIME = 1.0  # [s] the slowest servo here answers a step in half of it
-LATEST = 0.3  # [s] no servo that anybody uses answers later
 ALIKE = 0.8  # [1] correlation from which one column is made of another
 LIKE, UNLIKE = 0.7, 0.4  # [1] correlation of what follows loosely, and of what does not
 CLEARER = 0.25  # [1] of the square that is left, which the better reading leaves
 SAME_SIZE = (0.5, 2.0)  # [1] of a column's slope on another that is the same quantity
 LEAST_ROWS = 20  # Rows that a correlation needs
+ON_ITS_OWN = 0.25  # [1] of its motion, which no load moves a servo on one goal
 STRANGE = 0.3  # [1] correlation that no servo was seen to stay below, however it sticks
 MOVED = 0.1  # [rad] a shaft that keeps its command is pushed no farther
 SLOWEST = 0.4  # [s] a servo that takes longer for a way is rarer than a speed in another unit
@@ -101,6 +102,13 @@ def no_command(recording: Recording) -> Iterator[Finding]:
                 "angle and command count in opposite directions: turn the sign of one (sign = -1 "
                 "in the mapping; calibrate the joint anew)",
             )
+        elif (alone := unasked_rows(recording, place)).any():
+            yield seen.defect(
+                f"{rows_text(alone)} hold one goal while theta goes {np.ptp(theta[alone]):.3g} rad "
+                "to and fro",
+                "the goal was not logged there, the motor was off, or somebody moved the joint: "
+                "leave those rows out, or say enabled",
+            )
         elif seeks(recording, place, delays):
             continue
         elif (found := rate_text(recording, place, like.same, delays)) is not None:
@@ -111,6 +119,30 @@ def no_command(recording: Recording) -> Iterator[Finding]:
                 "theta_d must be the goal of this angle in its unit: it may be another joint's, a "
                 "place of the tip, or the motor was off",
             )
+
+
+def unasked_rows(recording: Recording, place: int) -> Mask:
+    """Tell in which rows an angle goes on to and fro for long although its goal stays, shape (T,).
+
+    What rings, creeps or seeks its goal slowly goes less far the longer it does.
+    """
+    assert recording.command is not None
+    time, theta = recording.time, recording.motor_position[:, place]
+    alone = np.zeros(theta.size, dtype=np.bool_)
+    for first, end in stretches(np.diff(recording.command[:, place]) == 0.0):
+        begin = int(np.searchsorted(time, time[first] + LEAST_TIME))
+        middle = (begin + end) // 2
+        if time[end] - time[first] < 3.0 * LEAST_TIME or not recording.enabled[first:end].all():
+            continue
+        halves = theta[begin:middle], theta[middle : end + 1]
+        least = max(MOVED, ON_ITS_OWN * float(np.ptp(theta)))
+        paths = [float(np.abs(np.diff(half)).sum()) for half in halves]
+        to_and_fro = all(
+            np.ptp(half) > least and path > 1.5 * abs(half[-1] - half[0])
+            for half, path in zip(halves, paths, strict=True)
+        )
+        alone[first : end + 1] |= bool(to_and_fro and np.ptp(halves[1]) > 0.5 * np.ptp(halves[0]))
+    return alone
 
 
 def reversed_joint(like: Likeness) -> bool:
@@ -200,32 +232,32 @@ def copied(recording: Recording) -> Iterator[Finding]:
                 break
 
 
-def idle(recording: Recording) -> Finding | None:
-    """Say that a command or an angle never changes; None where both do."""
+def idle(recording: Recording) -> Iterator[Finding]:
+    """Commands and angles that never change."""
     goals, angles = recording.command, recording.motor_position
     if goals is None or recording.duration < LEAST_TIME:
-        return None
+        return
     asked = [bool(np.ptp(goal) > 0.0) for goal in goals.T]
     if not any(asked) and not any(np.ptp(theta) > 2.0 * rest_band(theta) for theta in angles.T):
-        return Examined(recording.name, "theta").defect(
+        yield Examined(recording.name, "theta").defect(
             f"moves by {1e3 * float(np.ptp(angles, axis=0).max()):.2g} mrad in "
             f"{recording.sample_count} rows, and theta_d by nothing",
             "nothing moves, so nothing can be told: record 10 s or more with the command in motion",
         )
+        return
     names, columns = names_of(recording, "theta_d"), names_of(recording, "theta")
     for place, (goal, theta) in enumerate(zip(goals.T, angles.T, strict=True)):
         if not asked[place] and np.ptp(theta) > MOVED:
-            return Examined(recording.name, names[place]).defect(
+            yield Examined(recording.name, names[place]).defect(
                 f"is {goal[0]:.4g} rad in all rows while theta moves by {np.ptp(theta):.3g} rad",
                 "it is no command of this motion: map the column of the goal that was sent",
             )
         if np.ptp(theta) == 0.0 and asked[place] and recording.enabled.all():
-            return Examined(recording.name, columns[place]).defect(
+            yield Examined(recording.name, columns[place]).defect(
                 f"is {theta[0]:.4g} rad in all rows while theta_d moves by {np.ptp(goal):.3g} rad",
                 "the motor was off, or this is no reading of it: say enabled, or map another "
                 "column",
             )
-    return None
 
 
 def exchanged_joints(recording: Recording) -> Iterator[Finding]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.data.recording import Array, Mask
+from tendon_newton.data.recording import Array, Mask, Recording
 
 STILL = 0.1  # [rad/s] slower counts as standing still
 HELD_ERROR = 0.1  # [rad] no lag of a moving position servo reaches it for so long
@@ -23,6 +23,10 @@ LAGS = (0.001, 0.03, 0.06, 0.12, 0.2)  # [s] likewise
 PLAYS = (0.0, 0.02, 0.06, 0.2)  # [rad] likewise
 STEP = 1.0e-3  # [s] of delay and lag and [rad] of play, for the slopes of the residual
 DAMPING = (0.0, 0.1, 1.0, 10.0)  # [1] of the slopes' squares; the best of these is taken
+LATEST = 0.3  # [s] no servo that anybody uses answers later
+EXPECTED_DELAYS, EXPECTED_LAGS = 8, (0.001, 0.03, 0.1)
+"""How many delays [1], and which lags [s], are tried where only rows are judged."""
+EXPECTED_ROWS = 4000  # Rows that decide between them
 ROUNDS = 12
 ENOUGH = 1.0 - 1e-4  # [1] of the square: a step that takes away less is the last
 ROWS_A_FORM = 20  # Rows that each direction of sag takes
@@ -234,3 +238,32 @@ def held_rows(motion: FollowedMotion) -> Mask:
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         held[first:last] = motion.time[last - 1] - motion.time[first] >= HELD_TIME
     return held
+
+
+def expected(recording: Recording, place: int, used: Mask | None = None) -> Array:
+    """Return where an angle would be by its command: late, lagging and beside it [rad], (T,).
+
+    Args:
+        used: Rows that tell how it follows, shape (T,); those with the motor on by default.
+    """
+    assert recording.command is not None
+    used = recording.enabled if used is None else used
+    used = used if used.any() else np.ones_like(used)
+    whole = FollowedMotion(
+        time=recording.time,
+        command=recording.command[:, place],
+        position=recording.motor_position[:, place],
+    )
+    part, rows = whole.until(EXPECTED_ROWS), used[:EXPECTED_ROWS]
+    rows = rows if rows.any() else np.ones_like(rows)
+
+    def beside(motion: FollowedMotion, numbers: tuple[float, float]) -> Array:
+        return motion.position - lagged(motion, *numbers)
+
+    tried = [
+        (float(delay), lag)
+        for delay in np.linspace(0.0, LATEST, EXPECTED_DELAYS)
+        for lag in EXPECTED_LAGS
+    ]
+    best = min(tried, key=lambda numbers: float(np.std(beside(part, numbers)[rows])))
+    return lagged(whole, *best) + float(np.median(beside(whole, best)[used]))

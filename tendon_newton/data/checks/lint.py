@@ -13,6 +13,7 @@ from tendon_newton.data.checks.bench_checks import BenchFacts, against
 from tendon_newton.data.checks.column_checks import ahead, degrees, short
 from tendon_newton.data.checks.command_checks import copied, exchanged_joints, no_command
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.frozen_checks import frozen_reads
 from tendon_newton.data.checks.lint_checks import (
     clock,
     dead_channels,
@@ -30,7 +31,7 @@ from tendon_newton.data.checks.mends import (
     without_failed_reads,
     without_repeated_reads,
 )
-from tendon_newton.data.checks.read_checks import failed_reads, frozen_reads, repeated_reads
+from tendon_newton.data.checks.read_checks import failed_reads, repeated_reads
 from tendon_newton.data.checks.seam_checks import position_jumps, without_seams
 from tendon_newton.data.checks.set_checks import contradictions, copies, off_zero, still, warming
 from tendon_newton.data.recording import Array, Recording
@@ -77,18 +78,20 @@ def lint_recording(
     limits: Mapping[str, float] | None = None,
     bench: BenchFacts | None = None,
 ) -> tuple[Finding, ...]:
-    """Run every check on one recording.
+    """Run every check on one recording; what a mend would change misleads no later check.
 
     Args:
         limits: Known limits by column [column's unit], to find rows at the limit.
         bench: What is known of its bench, to find what the bench cannot do.
     """
-    found = [
-        replace(finding, check=check.name, safe=check.mend is not None)
-        for check in CHECKS
-        for finding in check.find(recording)
-    ]
-    told = [*found, *saturation(recording, limits or {})]
+    told: list[Finding] = []
+    looked_at = recording
+    for check in CHECKS:
+        found = list(check.find(looked_at))
+        told += [replace(one, check=check.name, safe=check.mend is not None) for one in found]
+        if found and check.mend is not None:
+            looked_at = with_every_row(looked_at, check.mend(looked_at))
+    told += [*saturation(recording, limits or {})]
     if bench is not None:
         told += [replace(finding, check="bench") for finding in against(recording, bench)]
     return tuple(told)
@@ -120,6 +123,18 @@ def mended(recording: Recording) -> tuple[Recording, tuple[Finding, ...]]:
     if told and derived:
         recording = replace(recording, motor_velocity=slope_of(recording))
     return recording, tuple(told)
+
+
+def with_every_row(recording: Recording, mend: Recording) -> Recording:
+    """Return a mended recording with a straight line across the rows that its mend left out."""
+    if mend.sample_count == recording.sample_count:
+        return mend
+    angles = np.empty_like(recording.motor_position)
+    for place, own in enumerate(mend.motor_position.T):
+        angles[:, place] = np.interp(recording.time, mend.time, own)
+    bridged = replace(recording, motor_position=angles)
+    derived = np.allclose(recording.motor_velocity, slope_of(recording))
+    return replace(bridged, motor_velocity=slope_of(bridged)) if derived else bridged
 
 
 def slope_of(recording: Recording) -> Array:

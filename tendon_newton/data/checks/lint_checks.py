@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.lags import lag_between
-from tendon_newton.data.checks.measures import names_of, rows_text
+from tendon_newton.data.checks.measures import lag_between, names_of, rows_text
 from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
 from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording import Array, Mask, Recording

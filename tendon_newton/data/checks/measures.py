@@ -1,4 +1,4 @@
-"""What a column's own numbers tell: its steps, its noise, where it rests, and rows in words."""
+"""What columns tell: steps, noise, where one rests, its lag behind another, and rows in words."""
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -9,6 +9,8 @@ from tendon_newton.data.recording import Array, Indices, Mask, Recording
 ROUNDING = 1e-9  # Share of a column's size below which two of its values are one [1]
 NORMAL = 0.6745  # Median size of a normal variable in standard deviations [1]
 USUAL_COUNT = 2.0 * np.pi / 4096.0  # Of the encoders of most servos [rad]
+SUMS_ROUNDING = 1e-12  # Share of a channel's squares that sums of them are off by [1]
+SMOOTHING = 0.04  # [s] above it, differences of an encoder are mostly its resolution
 SHOWN_ROWS = 3  # Stretches of rows that are written out
 
 
@@ -89,3 +91,59 @@ def difference_noise(signal: Array) -> float:
     """Return the noise of a smooth signal from its second differences, shape (T,), robustly."""
     bend = np.diff(signal, 2)
     return float(1.4826 * np.median(np.abs(bend - np.median(bend))) / np.sqrt(6.0))
+
+
+def lag_between(
+    time: Array, reference: Array, late: Array, late_time: Array, reach: float = 0.1
+) -> tuple[float, float, float]:
+    """Find the delay of one channel behind another by cross-correlation.
+
+    Args:
+        time: Instants of the reference [s], shape (T,).
+        reference: The channel that is on time, shape (T,).
+        late: The channel in question, any unit, shape (S,).
+        late_time: Instants of that channel [s], shape (S,).
+        reach: Greatest delay to look for, either way [s].
+
+    Returns:
+        The delay [s], the correlation there [1] and the gain in correlation over no delay [1].
+    """
+    step = 1e-3  # resolution [s]: a tenth of the lags that matter
+    grid = np.arange(max(time[0], late_time[0]) + reach, min(time[-1], late_time[-1]) - reach, step)
+    if grid.size < 100:
+        return 0.0, 0.0, 0.0
+    measured = smooth(np.interp(grid, late_time, late), step)
+    half = round(reach / step)
+    wide: Array = grid[0] + step * np.arange(-half, grid.size + half)
+    moved = smooth(np.interp(wide, time, reference), step)
+    scores = correlations(moved, measured)[::-1]  # a channel that is late shows what was before
+    best = int(np.argmax(scores))
+    return step * (best - half), float(scores[best]), float(scores[best] - scores[half])
+
+
+def smooth(values: Array, step: float) -> Array:
+    """Average over a moving window: the same one on both channels keeps their delay."""
+    width = int(SMOOTHING / step)
+    return np.convolve(values, np.full(width, 1.0 / width), mode="valid")
+
+
+def correlations(long: Array, short: Array) -> Array:
+    """Correlate a channel with every stretch of another that is as long as the first.
+
+    Args:
+        long: The channel that is moved past the other, shape (T,).
+        short: The other channel, shape (S,).
+
+    Returns:
+        Correlation [1] for each first row of a stretch, shape (T - S + 1,); zero where one of the
+        two stands still.
+    """
+    count = short.size
+    long, short = long - long.mean(), short - short.mean()
+    sums, squares = (np.cumsum(np.append(0.0, x)) for x in (long, long**2))
+    mean = (sums[count:] - sums[:-count]) / count
+    spread = squares[count:] - squares[:-count] - count * mean**2
+    scale = np.sqrt(np.maximum(spread, 0.0) * (short @ short))
+    moves = spread > SUMS_ROUNDING * squares[-1]
+    across = np.correlate(long, short, mode="valid")
+    return np.where(moves & (scale > 0.0), across / np.where(scale > 0.0, scale, 1.0), 0.0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from tendon_newton.data.checks.lint_checks import unread_rows
-from tendon_newton.data.checks.read_checks import failed_rows, repeated_rows
+from tendon_newton.data.checks.read_checks import repeated_rows, unread_angles
 from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording import Array, Mask, Recording
 
@@ -14,8 +14,7 @@ LEAST_KEPT = 0.5  # Share of the rows that a recording keeps [1]; with fewer it 
 
 def without_failed_reads(recording: Recording) -> Recording:
     """Return a recording without the rows in which some angle was not read."""
-    angles = recording.motor_position
-    bad = [failed_rows(angles, place) for place in range(recording.tendon_count)]
+    bad = [unread_angles(recording, place) for place in range(recording.tendon_count)]
     return with_rows(recording, ~np.any(bad, axis=0))
 
 

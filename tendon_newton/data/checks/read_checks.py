@@ -1,20 +1,21 @@
-"""Angles that were not read: another number in their place, the last one again, or frozen."""
+"""Angles that were not read: another number in their place, or the last one again."""
 
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.following import expected
 from tendon_newton.data.checks.measures import (
     calm,
     most_around,
     names_of,
     noise_of,
     resolution,
-    rest_band,
     rows_text,
     stretches,
 )
@@ -30,6 +31,9 @@ COARSE = np.deg2rad(2.0)  # [rad] a joint at rest shows no count; the play of a 
 LEAST_SHARE = 0.5  # [1] of the rows must be others: fewer show no motion to judge a number by
 NUMBERS = 8  # Most frequent numbers that are looked at; a bus has one or two for a failed read
 STAYS = 2.0  # Rows in a row in which one wrong number stands, in the mean; a rest stays longer
+FEW_JUMPS = 0.02  # Share of all steps that may be jumps [1]; more are how it moves
+ANSWERED = 1.0  # [s] within which a step of a command is answered, rung off included
+ASKED = 0.25  # [1] of a jump of the angle, which a step of its command must not reach
 OFTEN = 2  # Rows with one wrong number from which it is known as wrong
 FEW = 0.01  # Share of the rows that any bus repeats [1]
 AGAIN = 3  # Rows in a row that may repeat one reading; more are a rest, or frozen
@@ -38,7 +42,7 @@ AGAIN = 3  # Rows in a row that may repeat one reading; more are a rest, or froz
 def failed_reads(recording: Recording) -> Iterator[Finding]:
     """Rows that lie far from where their neighbours lead: a register that was not read."""
     for place, column in enumerate(names_of(recording, "theta")):
-        bad = failed_rows(recording.motor_position, place)
+        bad = unread_angles(recording, place)
         if bad.any():
             yield not_read(Examined(recording.name, column), bad, value_text(recording, place, bad))
 
@@ -52,7 +56,7 @@ def neighbours_reads(recording: Recording, joints: Sequence[str]) -> Iterator[tu
     """
     angles = recording.motor_position
     for place in range(len(joints)):
-        bad = failed_rows(angles, place)
+        bad = failed_rows(angles, place) | copied_rows(recording, place)
         if (bad & ~failed_rows(angles[:, [place]], 0)).any():
             value = value_text(recording, place, bad)
             told = re.sub(r"\btheta_(\d+)\b", lambda found: joints[int(found[1])], value)
@@ -66,6 +70,18 @@ def not_read(examined: Examined, bad: Mask, value: str) -> Finding:
         f"{rows_text(bad)} lie beside the motion, {value}",
         "the angle was not read there: leave those rows out",
     )
+
+
+def unread_angles(recording: Recording, place: int) -> Mask:
+    """Tell in which rows another number stands in the place of an angle, shape (T,)."""
+    lone = failed_rows(recording.motor_position, place)
+    angles = recording.motor_position.copy()
+    if lone.any() and not lone.all():
+        angles[lone, place] = np.interp(
+            recording.time[lone], recording.time[~lone], angles[~lone, place]
+        )
+    bridged = replace(recording, motor_position=angles)
+    return lone | jumped_rows(bridged, place) | copied_rows(recording, place)
 
 
 def failed_rows(angles: Array, place: int) -> Mask:
@@ -90,6 +106,58 @@ def failed_rows(angles: Array, place: int) -> Mask:
         if stays <= STAYS and lasting[~same & ~bad].sum() >= LEAST_SHARE * theta.size:
             bad |= spoiled_rows(values, same, bad)
     return np.repeat(bad, lasting)
+
+
+def jumped_rows(recording: Recording, place: int) -> Mask:
+    """Tell in which stretches an angle stands off: it jumps there and back, as its command did not.
+
+    Args:
+        place: The angle to look at.
+    """
+    theta, bad = recording.motor_position[:, place], np.zeros(recording.sample_count, np.bool_)
+    if recording.command is None or theta.size < LEAST_ROWS:
+        return bad
+    off = theta - expected(recording, place)
+    steps = np.diff(off)
+    window = max(1, round(ANSWERED / float(np.median(np.diff(recording.time)))))
+    leaps = np.abs(np.diff(recording.command[:, place]))
+    asked = sliding_window_view(np.pad(leaps, (window, 0)), window + 1).max(axis=1)
+    sizes = np.minimum(np.abs(steps), np.abs(np.diff(theta)))
+    jumps = jumps_of(np.where(asked < ASKED * sizes, steps, 0.0), floor_of(theta))
+    pace = float(np.delete(np.abs(steps), jumps).max()) if jumps.size < steps.size else 0.0
+    for out, back in pairwise(jumps):
+        lasts = NEAR_ROWS < back - out < (1.0 - LEAST_SHARE) * theta.size  # single rows: lone_rows
+        again = abs(off[back + 1] - off[out]) < min((back - out + 1) * pace, 0.5 * abs(steps[out]))
+        if lasts and again and not bad[out]:
+            bad[out + 1 : back + 1] = steps[out] * steps[back] < 0.0
+    return bad
+
+
+def copied_rows(recording: Recording, place: int) -> Mask:
+    """Tell in which stretches an angle is that of another joint, which follows its own command."""
+    angles, bad = recording.motor_position, np.zeros(recording.sample_count, np.bool_)
+    if recording.command is None or recording.sample_count < LEAST_ROWS:
+        return bad
+    for other in set(range(recording.tendon_count)) - {place}:
+        found = [
+            slice(first, end)
+            for first, end in stretches(angles[:, place] == angles[:, other])
+            if AGAIN < end - first < LEAST_SHARE * bad.size and np.ptp(angles[first:end, other])
+        ]
+        if found:
+            off = [np.abs(angles[:, k] - expected(recording, k)) for k in (place, other)]
+            for rows in found:
+                mine, its = float(off[0][rows].mean()), float(off[1][rows].mean())
+                bad[rows] |= mine > max(FAR * its, floor_of(angles[:, place]))
+    return bad
+
+
+def jumps_of(steps: Array, floor: float) -> Indices:
+    """Return the few steps that are far greater than all others, in their order."""
+    sizes = np.abs(steps)
+    order = np.argsort(-sizes, kind="stable")[: max(2, round(FEW_JUMPS * steps.size)) + 1]
+    falls = np.flatnonzero(sizes[order[:-1]] > FAR * np.maximum(sizes[order[1:]], floor))
+    return np.sort(order[: falls[-1] + 1]) if falls.size else order[:0]
 
 
 def lone_rows(values: Array) -> Mask:
@@ -208,79 +276,3 @@ def bridged(values: Array) -> Array:
     rows = np.arange(values.size)
     fresh = np.r_[True, np.diff(values) != 0.0]
     return np.interp(rows, rows[fresh], values[fresh])
-
-
-def frozen_reads(recording: Recording) -> Iterator[Finding]:
-    """Rows in which an angle stands still while its command leaves it as far as nowhere else."""
-    if recording.command is None:
-        return
-    for place, column in enumerate(names_of(recording, "theta")):
-        frozen = frozen_rows(recording, place)
-        if frozen.any():
-            theta, goal = recording.motor_position[frozen, place], recording.command[frozen, place]
-            yield Examined(recording.name, column).defect(
-                f"{rows_text(frozen)} stand still, the first at {theta[0]:.4g} rad, while theta_d "
-                f"moves by {np.ptp(goal):.3g} rad",
-                "the reading froze, or the motor was off: leave those rows out, or say in enabled "
-                "that it was off",
-            )
-
-
-def frozen_rows(recording: Recording, place: int) -> Mask:
-    """Tell in which rows an angle stands still although nothing holds it.
-
-    An end stop or dry friction holds a shaft too. Neither lets the command pass to both sides
-    farther than the shaft is ever off, or to the inside of all it reached, and neither lets the
-    angle jump at once when it lets go.
-    """
-    theta = recording.motor_position[:, place]
-    assert recording.command is not None
-    goal = recording.command[:, place]
-    frozen = np.zeros(theta.size, dtype=np.bool_)
-    rests = [
-        (first, end + 1)
-        for first, end in stretches(np.diff(theta) == 0.0)
-        if end - first > AGAIN and recording.enabled[first : end + 1].all()
-    ]
-    resting = rows_within(rests, theta.size)
-    if not rests or resting.all():
-        return frozen
-    error = goal - theta - np.median((goal - theta)[~resting])
-    released = [abs(error[end - 1]) for _, end in rests if end < theta.size]
-    usual = float(np.abs(error[~resting]).max())
-    stuck = max(usual, float(np.median(released or [0.0])))
-    band = rest_band(theta)
-    far = [
-        (first, end)
-        for first, end in rests
-        if np.abs(error[first:end]).max() > 2.0 * stuck
-        and np.ptp(goal[first:end]) > max(stuck, band)
-        and not held_at_end(theta, error, first, end, band)
-    ]
-    steps = np.abs(np.diff(theta, append=theta[-1:]))
-    releases = [end - 1 for _, end in far]
-    fastest = float(np.delete(steps, releases).max())
-    for first, end in far:
-        both = min(error[first:end].max(), -error[first:end].min()) > stuck
-        inward = held_at_end(theta, -error, first, end, band)
-        if both or inward or steps[end - 1] > FAR * fastest:
-            frozen[first:end] = True
-    return frozen
-
-
-def rows_within(rests: Sequence[tuple[int, int]], count: int) -> Mask:
-    """Tell which rows lie within stretches."""
-    inside = np.zeros(count, dtype=np.bool_)
-    for first, end in rests:
-        inside[first:end] = True
-    return inside
-
-
-def held_at_end(theta: Array, error: Array, first: int, end: int, band: float) -> bool:
-    """Tell whether a rest lies at an end of all that an angle ever reached, its command beyond."""
-    low, high = theta.min() + band, theta.max() - band
-    beyond = error[first:end]
-    return bool(
-        (theta[first] >= high and np.median(beyond) > 0.0)
-        or (theta[first] <= low and np.median(beyond) < 0.0)
-    )

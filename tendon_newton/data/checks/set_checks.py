@@ -7,8 +7,8 @@ import numpy as np
 
 from tendon_newton.data.checks.command_checks import idle
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.lags import correlations
 from tendon_newton.data.checks.lint_checks import CORRELATION_LIMIT
+from tendon_newton.data.checks.measures import correlations
 from tendon_newton.data.recording import Array, Recording
 
 SLOW = 0.3  # [rad/s] a motion whose friction and inertia matter less than the servo's pull
@@ -26,14 +26,13 @@ def still(recordings: Sequence[Recording]) -> Iterator[Finding]:
 
     One joint of several rests in many a motion.
     """
-    found = [idle(recording) for recording in recordings]
-    for finding in found:
-        if finding is None:
-            continue
-        rests = "nothing moves" in finding.consequence
-        if rests and not all(other and other.channel == finding.channel for other in found):
-            finding = replace(finding, severity="note", consequence="tells of a rest alone")
-        yield finding
+    found = [list(idle(recording)) for recording in recordings]
+    rests = [any("nothing moves" in one.consequence for one in own) for own in found]
+    for own, rest in zip(found, rests, strict=True):
+        for finding in own:
+            if rest and not all(rests):
+                finding = replace(finding, severity="note", consequence="tells of a rest alone")
+            yield finding
 
 
 def contradictions(recordings: Sequence[Recording]) -> Iterator[Finding]:

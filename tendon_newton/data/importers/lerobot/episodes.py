@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.measures import rows_text
 from tendon_newton.data.importers.lerobot.info import JointPlace, LeRobotInfo
 from tendon_newton.data.importers.lerobot.lerobot_rows import LeRobotRows
 from tendon_newton.data.recording import Array, Mask, Recording
@@ -69,11 +70,12 @@ def whole(
 ) -> Recording:
     """Return the rows of an episode as a recording of all joints, its speeds the angles' slopes."""
     name, time = f"episode_{number:03d}.csv", rows.time[chosen]
-    if not np.isfinite(rows.command[chosen]).all() or not np.isfinite(rows.state[chosen]).all():
-        finite = np.isfinite(rows.command[chosen]) & np.isfinite(rows.state[chosen])
+    both = np.concatenate([rows.command[chosen], rows.state[chosen]], axis=1)
+    lost: Mask = np.isnan(both.sum(axis=1) * 0.0)
+    if lost.any():
         raise InvalidRecording(
-            f"{name}: action and observation.state must be finite; row "
-            f"{int(np.argmin(finite.all(axis=1)))} is not"
+            f"{name}: action and observation.state must be finite; {rows_text(lost)} are not: "
+            "leave those rows out, or the episode"
         )
     position = columns_of(rows.state[chosen], {p.state: size for p, size in joints.items()})
     command = columns_of(rows.command[chosen], {p.command: size for p, size in joints.items()})

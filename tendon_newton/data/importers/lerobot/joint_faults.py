@@ -14,6 +14,7 @@ to 4.7 degrees of play (docs/lab/so101.md)."""
 LATENESS_LIMIT = 0.2
 """Delay and lag together from which on a joint fails [s]; those of a sound SO-101 are 90 to 120 ms
 (docs/lab/so101.md)."""
+ABSURD_LAG = 3.0  # [s] what seems to lag by more is no answer to its command
 SHARE_LIMIT = 0.01  # Share of the rows that may be held, late or missing [1]
 STRANGE = 0.5  # Share of its motion that a joint may be off what was commanded [1]
 LEAST_SIBLINGS = 3  # Joints beside which another one stands out
@@ -62,7 +63,7 @@ def following_faults(following: Following, offsets: Sequence[float]) -> Iterator
 
 def follows(following: Following) -> bool:
     """Tell whether a joint follows its command at all."""
-    return following.residual <= STRANGE * following.motion
+    return following.residual <= STRANGE * following.motion and following.lag < ABSURD_LAG
 
 
 def row_faults(joint: str, held: float, dropped: int, late: int, count: int) -> Iterator[Finding]:

@@ -1,12 +1,12 @@
 """What is wrong with the joints of a LeRobotDataset, before anybody trains on it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.following import (
     FollowedMotion,
     Following,
@@ -14,10 +14,11 @@ from tendon_newton.data.checks.following import (
     held_rows,
     offset_of,
 )
+from tendon_newton.data.checks.frozen_checks import frozen_rows
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.checks.measures import place_of
 from tendon_newton.data.checks.mends import with_signs
-from tendon_newton.data.checks.read_checks import failed_rows, frozen_rows, repeated_rows
+from tendon_newton.data.checks.read_checks import repeated_rows, unread_angles
 from tendon_newton.data.checks.seam_checks import without_seams
 from tendon_newton.data.importers.lerobot.episodes import read_episodes
 from tendon_newton.data.importers.lerobot.info import JointPlace
@@ -35,7 +36,7 @@ from tendon_newton.data.importers.lerobot.reading import (
     read_joints,
 )
 from tendon_newton.data.importers.lerobot.units import DEGREE, LeRobotUnits, angle_sizes
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Array, Mask, Recording
 
 MOTION_LIMIT = 2.0 * DEGREE  # Motion of a command below which nothing can be told of its joint
 MOTION_ROWS = 4000
@@ -43,6 +44,9 @@ MOTION_ROWS = 4000
 LEAST_ROWS = 60  # Rows of an episode below which it is not looked at; two seconds
 HEADINGS = "    offset   delay     lag      play    held  missing  late rows"
 """Columns of a joint's line."""
+WHOLE = 400.0  # [deg] no joint of an arm turns farther
+COUNTS = 4096  # A turn of the encoders of most servos
+PAUSE = 300.0  # Periods in a row that no slow computer loses: the clock was set, or all paused [1]
 LATE = 0.25  # Periods by which a late row is late [1]
 ROWS_ALONE = ("failed read", "repeated read", "frozen read", "lost sign", "seam")
 """Checks whose rows are left out or mended: the rest still tells how a joint follows."""
@@ -109,12 +113,21 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> Examination
     every = [one for one in lint_dataset(wholes, ()) if one.severity == "defect"]
     seen = [one for whole in wholes for one in lint_recording(whole) if fails(one)]
     seen += [one for one in every if one.channel[-1].isdigit()]
+    seen += [
+        Examined("all", f"theta_{place}").defect(
+            f"is in whole numbers of up to {np.abs(numbers).max():.6g}",
+            f"those are counts of an encoder: write degrees, 360 / {COUNTS} of one",
+        )
+        for place, numbers in enumerate(numbers_of_joints(rows, info.joints).values())
+        if units == AS_TYPED and np.abs(numbers).max() > WHOLE and (numbers % 1.0 == 0.0).all()
+    ]
     signed = [without_seams(with_signs(whole)) for whole in wholes]
+    stood = [frozen_rows(whole) for whole in signed]
     joints = [
         examine_joint(
             joint,
             size,
-            [motion_of(whole, place) for whole in signed],
+            [motion_of(*one, place) for one in zip(signed, stood, strict=True)],
             [named_joints(one, info.joints) for one in seen if place_of(one.channel) == place],
             [whole.motor_position[:, place] for whole in wholes],
         )
@@ -131,6 +144,7 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> Examination
             for joint in joints
         ),
         faults=(
+            *(one for whole in wholes for one in pauses(whole)),
             *episode_findings(info, rows, unusable),
             *(named_joints(one, info.joints) for one in every if not one.channel[-1].isdigit()),
         ),
@@ -144,11 +158,15 @@ def fails(finding: Finding) -> bool:
     )
 
 
-def motion_of(whole: Recording, place: int) -> FollowedMotion:
-    """Return one joint of an episode, without the rows in which it was not read."""
+def motion_of(whole: Recording, frozen: Mask, place: int) -> FollowedMotion:
+    """Return one joint of an episode, without the rows in which it was not read.
+
+    Args:
+        frozen: Rows in which each angle is frozen, shape (T, J).
+    """
     assert whole.command is not None
     angles = whole.motor_position
-    bad = failed_rows(angles, place) | repeated_rows(angles[:, place]) | frozen_rows(whole, place)
+    bad = unread_angles(whole, place) | repeated_rows(angles[:, place]) | frozen[:, place]
     time, read = whole.time[~bad], angles[~bad, place]
     return FollowedMotion(
         time=whole.time,
@@ -200,6 +218,17 @@ def examine_joint(
     )
 
 
+def pauses(whole: Recording) -> Iterator[Finding]:
+    """Say where the clock of an episode leaps ahead."""
+    steps = np.diff(whole.time) / np.median(np.diff(whole.time))
+    for row in np.flatnonzero(steps > PAUSE):
+        yield Examined("all", "t").defect(
+            f"{whole.name.removesuffix('.csv')}: the clock leaps by "
+            f"{whole.time[row + 1] - whole.time[row]:.4g} s before row {row + 1}",
+            "it was set, or the recording paused: cut the episode there",
+        )
+
+
 def moving(motions: Sequence[FollowedMotion]) -> list[FollowedMotion]:
     """Return the episodes in which a joint moves most, up to so many rows."""
     usable = [motion for motion in motions if np.ptp(motion.command) > MOTION_LIMIT]
@@ -215,4 +244,5 @@ def stamp_faults(time: Array) -> tuple[int, int]:
     steps = np.diff(time) / np.median(np.diff(time))
     over, made_up = steps - 1.0, np.r_[np.maximum(0.0, 1.0 - steps[1:]), 0.0]
     missing = np.rint(np.maximum(0.0, over - made_up))
+    missing[missing > PAUSE] = 0.0
     return int(np.sum(missing)), int(np.sum((over > LATE) & (missing == 0.0)))

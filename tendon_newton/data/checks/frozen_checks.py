@@ -1,0 +1,145 @@
+"""Angles that stand still although nothing holds them: frozen readings, a motor that is off."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.following import expected
+from tendon_newton.data.checks.measures import names_of, rest_band, rows_text, stretches
+from tendon_newton.data.checks.read_checks import AGAIN, FAR, floor_of
+from tendon_newton.data.recording import Array, Mask, Recording
+
+LEAST_ROWS = 20  # Rows in motion below which nothing is known of a joint
+
+
+def frozen_reads(recording: Recording) -> Iterator[Finding]:
+    """Rows in which an angle stands still while its command leaves it as far as nowhere else."""
+    frozen = frozen_rows(recording)
+    for place, column in enumerate(names_of(recording, "theta")):
+        rows = frozen[:, place]
+        if recording.command is not None and rows.any():
+            theta, goal = recording.motor_position[rows, place], recording.command[rows, place]
+            seen = f"{rows_text(rows)} stand still, the first at {theta[0]:.4g} rad, "
+            moved = float(np.ptp(goal))
+            yield Examined(recording.name, column).defect(
+                *(
+                    (
+                        f"{seen}while theta_d moves by {moved:.3g} rad",
+                        "the reading froze, or the motor was off: leave those rows out, or say in "
+                        "enabled that it was off",
+                    )
+                    if moved > 0.0
+                    else (
+                        f"{seen}and theta_d with it; then both jump",
+                        "the recorder stood still and wrote one row again: leave those rows out",
+                    )
+                )
+            )
+
+
+def frozen_rows(recording: Recording) -> Mask:
+    """Tell in which rows each angle stands still although nothing holds it, shape (T, D).
+
+    Joints that begin and end a rest in the same rows as one that froze are frozen like it.
+    """
+    frozen = np.zeros(recording.motor_position.shape, dtype=np.bool_)
+    if recording.command is None:
+        return frozen
+    rests = [rests_of(recording, place) for place in range(recording.tendon_count)]
+    found = {
+        rest
+        for place, own in enumerate(rests)
+        for rest in (*frozen_rests(recording, place, own), *stalled_rests(recording, place, own))
+    }
+    for place, own in enumerate(rests):
+        for first, end in found.intersection(own):
+            frozen[first:end, place] = True
+    return frozen
+
+
+Rests = Sequence[tuple[int, int]]
+"""First row of each stretch in which an angle stays the same, and the row after its last."""
+
+
+def rests_of(recording: Recording, place: int) -> Rests:
+    """Return where an angle stays the same for longer than a read may fail, its motor on."""
+    still = stretches(np.diff(recording.motor_position[:, place]) == 0.0)
+    return [
+        (int(first), int(end) + 1)
+        for first, end in still
+        if end - first > AGAIN and recording.enabled[first : end + 1].all()
+    ]
+
+
+def stalled_rests(recording: Recording, place: int, rests: Rests) -> Rests:
+    """Return rests in which the whole row stayed the same and then jumped.
+
+    No joint answers a goal in the row of that goal, and none jumps farther than it ever moves.
+    """
+    theta, goals = recording.motor_position, recording.command
+    assert goals is not None
+    steps = np.abs(np.diff(theta[:, place], append=theta[-1:, place]))
+    whole = [
+        (first, end)
+        for first, end in rests
+        if end < len(theta)
+        and not np.ptp(goals[first:end], axis=0).any()
+        and not np.ptp(theta[first:end], axis=0).any()
+        and goals[end, place] != goals[end - 1, place]
+    ]
+    others = np.delete(steps, [end - 1 for _, end in whole])
+    most = max(FAR * float(others.max(initial=0.0)), floor_of(theta[:, place]))
+    return [(first, end) for first, end in whole if steps[end - 1] > most]
+
+
+def frozen_rests(recording: Recording, place: int, rests: Rests) -> Rests:
+    """Return the rests of an angle in which nothing holds it.
+
+    An end stop or dry friction holds a shaft too. Neither lets the command pass to both sides
+    farther than the shaft is ever off, or to the inside of all it reached, and neither lets the
+    angle jump at once when it lets go.
+    """
+    theta = recording.motor_position[:, place]
+    resting = rows_within(rests, theta.size)
+    if not rests or np.sum(~resting) < LEAST_ROWS:
+        return []
+    goal = expected(recording, place, ~resting)
+    error = goal - theta
+    released = [abs(error[end - 1]) for _, end in rests if end < theta.size]
+    stuck = max(float(np.abs(error[~resting]).max()), float(np.median(released or [0.0])))
+    band = rest_band(theta)
+    far = [
+        (first, end)
+        for first, end in rests
+        if np.abs(error[first:end]).max() > 2.0 * stuck
+        and np.ptp(goal[first:end]) > max(stuck, band)
+        and not held_at_end(theta, error, first, end, band)
+    ]
+    steps = np.abs(np.diff(error, append=error[-1:]))
+    fastest = float(np.delete(steps, [end - 1 for _, end in far]).max())
+    return [
+        (first, end)
+        for first, end in far
+        if min(error[first:end].max(), -error[first:end].min()) > stuck
+        or held_at_end(theta, -error, first, end, band)
+        or steps[end - 1] > FAR * fastest
+    ]
+
+
+def rows_within(rests: Rests, count: int) -> Mask:
+    """Tell which rows lie within stretches."""
+    inside = np.zeros(count, dtype=np.bool_)
+    for first, end in rests:
+        inside[first:end] = True
+    return inside
+
+
+def held_at_end(theta: Array, error: Array, first: int, end: int, band: float) -> bool:
+    """Tell whether a rest lies at an end of all that an angle ever reached, its command beyond."""
+    low, high = theta.min() + band, theta.max() - band
+    beyond = error[first:end]
+    return bool(
+        (theta[first] >= high and np.median(beyond) > 0.0)
+        or (theta[first] <= low and np.median(beyond) < 0.0)
+    )
