@@ -15,10 +15,9 @@ class Linearisation:
     residual: Array  # Scaled residuals, shape (M,)
     jacobian: Array  # Derivatives of the residuals by each parameter, shape (M, F)
 
-    def normal_matrix(self, rows: Array | None = None) -> Array:
-        """Return the weighted normal matrix over some rows, shape (F, F)."""
+    def normal_matrix(self) -> Array:
+        """Return the weighted normal matrix, shape (F, F)."""
         w = loss_weights(self.residual)
-        w = w if rows is None else w * rows
         return self.jacobian.T @ (w[:, None] * self.jacobian)
 
     def gradient(self, rows: Array | None = None) -> Array:

@@ -26,6 +26,7 @@ FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 seen before rows at a jump are left out."""
 WAYS = tuple(side * 0.01 * 2.0**k for k in range(7) for side in (-1.0, 1.0))
 """How far the numbers at which a law switches are looked at, as logarithms of their ratios [1]."""
+LEAST_GAIN = 1.0e-3  # A step that lowers the loss per row by less is a fit's last [nat]
 REACH = 2.0  # Typical sizes by which one step changes a number that is never zero
 
 
@@ -121,7 +122,6 @@ def refit(
     floors: Floors,
     *,
     iterations: int,
-    tolerance: float = 1.0e-3,
     rows: Mask | None = None,
     coarse: int = 1,
     jacobians: Sequence[Array] | None = None,
@@ -137,7 +137,6 @@ def refit(
         fits: Where to start.
         floors: Least scale of each signal.
         iterations: Steps at most. Before several of them switches are set, see `switched`.
-        tolerance: A step that lowers the loss per row by less [nat] is a fit's last.
         rows: Rows that the fit may see, shape (M,); all by default.
         coarse: Steps at the scale of all residuals before those of nearly all.
         jacobians: Derivatives near the fits' places, of which each step then makes do, shape (M, F)
@@ -189,7 +188,7 @@ def refit(
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
             may_shorten = gain <= 0.0 and fit.damping < MOST_DAMPING
-            active[i] = gain > tolerance or step < coarse or is_rough or may_shorten
+            active[i] = gain > LEAST_GAIN or step < coarse or is_rough or may_shorten
             current[i] = (
                 stepped(worlds, fit, best, slopes[k]) if gain > 0.0 else shorter(worlds, fit)
             )

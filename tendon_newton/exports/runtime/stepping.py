@@ -222,7 +222,7 @@ class Hook:
 
     # ---- forces
 
-    def now_of(self, h: float, velocity: Any = None) -> list[Now]:
+    def now_of(self, h: float) -> list[Now]:
         """Return the present of each tendon, under its mean command over the next h [s]."""
         self.commands.note(self.time, self.command)
         length, rate = self.excursions()

@@ -162,9 +162,9 @@ def weights_of(
 ) -> dict[frozenset[str], float]:
     """Return the weights of all fitted sets, which are one together [1].
 
-    The weights are those of the likelihood, of whose rows some tell as much as one alone, and of
-    the price of each number. What widens intervals, errors of form that blocks of time share, tells
-    sets apart as much less.
+    A weight comes from the likelihood, in which several dependent rows count as one, and from the
+    price of each number. Errors of form are shared by blocks of time. They widen intervals, and
+    weaken what the rows say between sets as much.
 
     Args:
         pool: Has the fits of all rows.
