@@ -33,6 +33,16 @@ REPORTS: dict[str, tuple[str, ...]] = {
     "the encoder's seam inside the range": told("the encoder's seam inside the range"),
     "relative actions": told("actions relative to the angle"),
     "a clock that begins again": told("a clock that begins again"),
+    "reads slower than rows": told("the last reading again"),
+    "stamps that jitter": (
+        "formats/test_recording.py::test_uneven_sampling_and_gaps_are_legal",
+    ),
+    "a servo's profile": (
+        "physics/servos/test_position_servo.py::test_a_profile_speeds_up_and_slows_down",
+    ),
+    "a servo in Isaac Lab's numbers": (
+        "exports/test_configs.py::test_isaac_lab_s_numbers_are_those_of_the_servo_at_its_joint",
+    ),
     "play of a joint": (
         "importers/test_lerobot_examination.py::test_what_was_planted_in_a_joint_is_told",
     ),
