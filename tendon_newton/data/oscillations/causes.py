@@ -17,11 +17,11 @@ QUICK_LOOP = 0.012  # Delay that a servo"s own loop cannot do without [s]
 PERIODS = 40.0  # Of a simulation
 TAIL = 0.3  # Share of it that is looked at [1]
 CALM = 0.35  # Share of the amplitude that was seen, below which a loop is calm [1]
-SAME = 0.3  # Share by which the loop"s own frequency may be off [1]
+SAME = 0.35  # Share by which the loop's own frequency may be off [1]
 SHARES = np.array([0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0])
 """What is left of a number that is made less [1], in the order in which it is tried."""
-MARGIN = 0.8  # Of what just calms the loop, which is proposed [1]
-A_PERIOD = 80  # Steps of a period
+MARGIN = 0.5  # Of what just calms the loop, which is proposed [1]
+A_PERIOD = 200  # Steps of a period
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,9 +16,9 @@ from tendon_newton.data.recording import Array
 
 RANGES = {
     "delay": (1e-3, 0.4),  # d [s]
-    "pull": (5.0, 2e4),  # g [1/s^2]
+    "pull": (5.0, 1e5),  # g [1/s^2]
     "damping": (1.0, 200.0),  # b [1/s]
-    "limit": (0.02, 20.0),  # m [rad]
+    "limit": (3e-3, 20.0),  # m [rad]
     "sticking": (1e-4, 0.3),  # s [rad]
     "sliding": (0.2, 0.95),  # Friction in motion against that at rest [1]
     "play": (1e-4, 0.3),  # [rad]
