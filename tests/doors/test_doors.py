@@ -10,11 +10,11 @@ import pytest
 from tendon_newton.cli import main
 from tendon_newton.data.checks.command_checks import no_command
 from tendon_newton.data.checks.lint import CHECKS
-from tendon_newton.data.checks.read_checks import FAR, failed_rows
+from tendon_newton.data.checks.read_checks import FAR, failed_rows, repeated_rows
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.checked_data import faults_of, findings_of
-from tests.doors.logs import ROWS, Door, csv_logs, own_dataset, sound
+from tests.doors.logs import COUNT, ROWS, Door, csv_logs, own_dataset, sound
 from tests.doors.mistakes import ANGLES, COMMANDS, DOORS, OWN, Mistake
 from tests.doors.told import EVERY, lines_said, spoiled_runs
 
@@ -95,6 +95,21 @@ def test_what_a_mend_changes_misleads_no_other_check(tmp_path: Path) -> None:
     told = faults_of(load_dataset(tmp_path / "own").train)
     assert told
     assert all("add the turns" in one for one in told)
+
+
+def test_repeated_reads_are_found_where_many_fail() -> None:
+    """Of rows that are off by more than jitter, five in six, where one read in four fails."""
+    found = wrong = 0
+    for seed in range(4):
+        theta = sound(seed)["q_0"]
+        read = theta.copy()
+        for row in np.flatnonzero(np.random.default_rng(seed + 50).random(ROWS) < 0.25)[1:]:
+            read[row] = read[row - 1]
+        again, off = repeated_rows(read), np.abs(read - theta)
+        assert not again[off == 0.0].any()
+        far = off > 4.0 * COUNT
+        found, wrong = found + int((again & far).sum()), wrong + int(far.sum())
+    assert found > 5 / 6 * wrong
 
 
 def test_the_page_names_every_check() -> None:

@@ -262,11 +262,14 @@ def repeated_rows(theta: Array) -> Mask:
     steps = np.diff(theta)
     floor = max(0.5 * COUNTS * resolution(theta), NOISES * noise_of(bridged(theta)))
     again = np.zeros(theta.size, dtype=np.bool_)
+    last, rows_before = -1, 1  # a step that catches up is of all rows that it makes up for
     for first, end in stretches(steps == 0.0):
+        made_up = rows_before if last == first - 1 else 1
+        last, rows_before = end, end - first + 1
         if first == 0 or end == steps.size or end - first > AGAIN:
             continue
-        before, after = steps[first - 1], steps[end]
-        if abs(before) > floor and after / before > 0.5 * (end - first + 1):
+        before, after = steps[first - 1] / made_up, steps[end]
+        if abs(steps[first - 1]) > floor and after / before > 0.5 * (end - first + 1):
             again[first + 1 : end + 1] = True
     return again
 
