@@ -161,7 +161,12 @@ def benches() -> str:
         "`[bench_overrides.BENCH]` states what differs from the asset of that name, with one "
         "value per joint from the base to the tip. An entry of `dataset.toml` may state the "
         "same for one recording. `arm_mass` is the mass of a uniform arm from the joint to the "
-        "link's centre, in addition to `mass`.\n\n" + table
+        "link's centre, in addition to `mass`.\n\n"
+        + table
+        + "\nThe last four are one number each: "
+        "how many times the first number of that effect is what the model says of it. Every bench "
+        "has its own line, so a diagnosis of several benches fits these for all but the first, and "
+        "says which differ.\n"
     )
 
 

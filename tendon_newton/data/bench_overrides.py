@@ -20,12 +20,26 @@ BENCH_OVERRIDE_RANGES: dict[str, tuple[float, float, str]] = {
     "damping": (0.0, 1e5, "N s/m or N m s/rad"),
     "range": (1e-9, 10.0, "m or rad"),
     "moment_arm": (-10.0, 10.0, "m/rad or 1"),
+    "tendon_compliance": (1e-2, 1e2, "1"),
+    "tendon_slack": (1e-2, 1e2, "1"),
+    "routing_friction": (1e-2, 1e2, "1"),
+    "joint_dry_friction": (1e-2, 1e2, "1"),
 }
+OF_BENCH = {
+    "tendon_compliance": "stiffness",
+    "tendon_slack": "length",
+    "routing_friction": "exponent",
+    "joint_dry_friction": "fraction",
+}
+"""Effects that every bench has in a size of its own, those of its line and its joints -> number."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchOverrides:
-    """Numbers of a bench that differ from its asset, one per joint; ``None`` keeps the asset's."""
+    """Numbers of a bench that differ from its asset, one per joint; ``None`` keeps the asset's.
+
+    Those of `OF_BENCH` are one number each.
+    """
 
     mass: tuple[float, ...] | None = None  # Mass of the link that each joint carries [kg]
     length: tuple[float, ...] | None = None  # Length of that link [m]
@@ -35,6 +49,11 @@ class BenchOverrides:
     damping: tuple[float, ...] | None = None  # Damping of each joint [N s/m or N m s/rad]
     range: tuple[float, ...] | None = None  # Travel of each joint from zero [m or rad]
     moment_arm: tuple[float, ...] | None = None  # Tendon excursion per joint motion [m/rad or 1]
+    # How many times the first number of such an effect is what the model says of all benches [1]
+    tendon_compliance: tuple[float, ...] | None = None
+    tendon_slack: tuple[float, ...] | None = None
+    routing_friction: tuple[float, ...] | None = None
+    joint_dry_friction: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         for key, (lower, upper, unit) in BENCH_OVERRIDE_RANGES.items():

@@ -5,13 +5,14 @@ packages that build them.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.bench_overrides import (
+    OF_BENCH,
     BenchOverrides,
     read_bench_overrides,
     write_bench_overrides,
@@ -86,6 +87,33 @@ class Model:
         refuse_doubles(self.fit, "fit entry")
         object.__setattr__(self, "bench_overrides", frozen(self.bench_overrides))
         object.__setattr__(self, "tolerances", frozen(self.tolerances))
+
+    def on_bench(
+        self, bench: str, given: BenchOverrides | None = None, but: Collection[str] = ()
+    ) -> "Model":
+        """Return the model of one bench: effects of `OF_BENCH` in the size that it has there.
+
+        Args:
+            bench: Name of the bench.
+            given: What a recording says of it, which counts more than what the model says.
+            but: Effects that stay as they are.
+        """
+        own = self.bench_overrides.get(bench, BenchOverrides()).given
+        every = {**own, **(given.given if given else {})}
+        factors = {key: every[key][0] for key in OF_BENCH if key in every and key not in but}
+        if not factors:
+            return self
+        rest = BenchOverrides(**{key: own[key] for key in own.keys() - factors.keys()})
+        effects = list[NamedValues]()
+        for effect in self.effects:
+            number = OF_BENCH.get(effect.name, "")
+            size = effect.values.get(number)
+            if isinstance(size, float) and effect.name in factors:
+                values = {**effect.values, number: factors[effect.name] * size}
+                effect = replace(effect, values=values)
+            effects.append(effect)
+        overrides = {**self.bench_overrides, bench: rest}
+        return replace(self, effects=tuple(effects), bench_overrides=overrides)
 
     def __repr__(self) -> str:
         parts = [repr(self.actuator), *map(repr, self.effects)]

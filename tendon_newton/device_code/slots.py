@@ -136,6 +136,11 @@ def tension_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @slot
+def line_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """What a string that stretches carries at its load cell [N], behind a rotor."""
+
+
+@slot
 def transmission_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """What reaches the mechanism [N]."""
 
@@ -194,6 +199,13 @@ def tension_memory(
     force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
 ) -> MemoryVector:
     """A memory renewed by the effects that remember what friction leaves."""
+
+
+@slot
+def line_memory(
+    force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember how a string lies in its guides."""
 
 
 @slot

@@ -73,6 +73,7 @@ class Tendon:
     spool_radius: real  # The spool's radius with its effects [m]
     inverse_radius: real  # Inverse of that radius [1/m]
     length: real  # Excursion l of the mechanism [m]
+    string: real  # Stiffness of a string that pulls on a spool of its own [N/m]; else 0
     rate: real  # Rate of the excursion [m/s]
     # String on the spool [m]: the excursion, and by how much a spool of its own leads it
     wound: real

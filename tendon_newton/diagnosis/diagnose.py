@@ -280,6 +280,7 @@ def conclude(
         notes=(
             *notes(train, test),
             *as_built(train, written or findings.baseline),
+            *of_each_bench(train, written or findings.baseline),
             *ended_at_bounds(train, findings.candidates, effects),
             *findings.notes,
         ),
@@ -433,6 +434,23 @@ def as_built(study: Study, found: Found) -> tuple[str, ...]:
     return (
         f"A bench may differ from its drawing by {100.0 * TOLERANCE:.0f} %, and no cause is named "
         f"for that. Fitted: {', '.join(told)}. The model's bench_overrides have all such numbers.",
+    )
+
+
+def of_each_bench(study: Study, found: Found) -> tuple[str, ...]:
+    """Say how many times as much of a line's effects further benches surely have as the first."""
+    told = []
+    for column in study.line_columns(found.effects):
+        low, high = found.intervals[column]
+        if not low <= 1.0 <= high:
+            value, name = found.values[column], study.parameter(column).name
+            told.append(f"{name} {value:.3g} times [{low:.3g}, {high:.3g}]")
+    if not told:
+        return ()
+    first = study.wholes[0].bench
+    return (
+        f"Each bench has its own line. What is said of a line is that of {first}; others have "
+        f"{', '.join(told)}. The model's bench_overrides have all such numbers.",
     )
 
 

@@ -48,6 +48,9 @@ class Stage(Enum):
     """(force: Jet, tendon, values) -> Jet: what dry friction leaves of it at the load cell [N]."""
     ENCODER = "encoder"
     """(angle: Jet, tendon, values) -> Jet: the angle [rad] reported, given `tendon.tension`."""
+    LINE = "line"
+    """(force: Jet, tendon, values) -> Jet: what a string that stretches carries at its load cell
+    [N], where its spool has a coordinate of its own."""
     TRANSMISSION = "transmission"
     """(force: Jet, tendon, values) -> Jet: what reaches the mechanism [N]."""
     SPEED = "speed"

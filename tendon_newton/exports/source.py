@@ -64,7 +64,7 @@ def read_source(
         raise InvalidParameter(f"{dataset} must hold commands of the bench {name}; it has none")
     radius = spool_radius_of(read)
     return Source(
-        model=read,
+        model=read.on_bench(name),
         mechanism=mechanism,
         runs=first_part(runs, seconds) or standard_runs(mechanism, radius),
         sines=sines(mechanism, radius),

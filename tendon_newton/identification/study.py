@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -15,7 +15,7 @@ from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.device_code.kernel_loading import load_kernels
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidDataset, unknown_name
 from tendon_newton.identification.bench_scale import scale_of
 from tendon_newton.identification.load_cell import (
@@ -33,6 +33,7 @@ from tendon_newton.simulation.hosts.timeline import Timeline
 from tendon_newton.simulation.model.bench_numbers import (
     OWNER,
     RADIUS,
+    line_numbers,
     tolerated_numbers,
     unknown_numbers,
     with_estimates,
@@ -120,6 +121,10 @@ class Study:
         else:
             self.tolerated = tolerated_numbers(model, benches, self.wholes) if tolerant else ()
         """Numbers of benches that may differ a little from what is stated."""
+        self.lines = like.lines if like else ()
+        """How many times as much of an effect a further bench has as the first."""
+        if like is None and tolerant and self.servos == 1:
+            self.lines = line_numbers(model, benches)
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor([self.recordings[k] for k in self.at_servos])
         self.mechanisms: list[Mechanism] = []
@@ -134,7 +139,7 @@ class Study:
                 model,
                 effects=causes,
                 shared=shared,
-                unknown=(*self.unknown, *self.tolerated),
+                unknown=(*self.unknown, *self.tolerated, *self.lines),
                 time_step=time_step,
                 device=DEVICE,
             )
@@ -199,6 +204,11 @@ class Study:
         return find_actuator(self.table.actuator).kinematic
 
     @property
+    def frees_spools(self) -> bool:
+        """Whether spools of some recordings move on their own, behind a rotor."""
+        return any(rollout.kernels.structure.free_spool for rollout, _ in self._groups)
+
+    @property
     def takes_commands(self) -> bool:
         """Whether one servo could be told something else: an experiment can be designed."""
         return self.servos == 1 and not find_actuator(self.table.actuator).leads
@@ -214,7 +224,8 @@ class Study:
             UnknownName: Neither its actuator nor a bench has such a number.
         """
         owners = self.table.owners
-        keys = {number.name: number.key for number in (*self.unknown, *self.tolerated)}
+        numbers = (*self.unknown, *self.tolerated, *self.lines)
+        keys = {number.name: number.key for number in numbers}
         out: list[int] = []
         for name in model.fit:
             found = [
@@ -239,16 +250,27 @@ class Study:
             if owner == OWNER and parameter.name in names
         )
 
+    def line_columns(self, effects: Collection[str]) -> tuple[int, ...]:
+        """Return the places of what further benches have of some effects."""
+        names = {number.name for number in self.lines if number.key in effects}
+        return tuple(
+            column
+            for column, (owner, parameter) in enumerate(self.table.owners)
+            if owner == OWNER and parameter.name in names
+        )
+
     def with_fitted(self, model: Model, values: Mapping[int, float]) -> Model:
         """Return a model with fitted numbers of actuator and benches (column -> value) in place."""
         owners = self.table.owners
-        columns = [c for c in (*self.fit_columns(model), *self.tolerated_columns) if c in values]
+        every = (*self.fit_columns(model), *self.tolerated_columns, *self.line_columns(EFFECTS))
+        columns = [c for c in every if c in values]
         actuator = {
             owners[c][1].name: values[c] for c in columns if owners[c][0] == model.actuator.name
         }
         bench = {owners[c][1].name: values[c] for c in columns if owners[c][0] == OWNER}
         actuator |= {RADIUS: bench[RADIUS]} if RADIUS in bench else {}
-        numbers = [number for number in (*self.unknown, *self.tolerated) if number.name in bench]
+        known = (*self.unknown, *self.tolerated, *self.lines)
+        numbers = [number for number in known if number.name in bench]
         return replace(
             model,
             actuator=NamedValues(

@@ -9,6 +9,7 @@ the mechanism. Where the spool has a coordinate of its own, `spool` takes these 
 
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.slots import (
+    line_effects,
     spool_force_effects,
     tension_effects,
     transmission_effects,
@@ -39,6 +40,19 @@ def passed_share(tension: Jet, pull: Jet, tendon: Tendon, p: ParameterVector) ->
     """Return by how much the pull at the mechanism grows with the tension behind it [1]."""
     ahead = transmission_effects(tension + Jet(real(0.0), real(1.0), real(0.0)), tendon, p)
     return ahead[1] - pull[1]
+
+
+@device_template
+def line_tension(force: Jet, tendon: Tendon, p: ParameterVector) -> Flow:
+    """Return what a stretched string carries at its load cell [N], by what guides alone leave.
+
+    Its `tension_gain` says how much of that force the cell feels as the spool's lead grows.
+    """
+    out = Flow()
+    out.tension = line_effects(force, tendon, p)
+    ahead = line_effects(force + Jet(real(0.0), real(1.0), real(0.0)), tendon, p)
+    out.tension_gain = ahead[1] - out.tension[1]
+    return out
 
 
 @device_template

@@ -31,19 +31,20 @@ def felt_inertia(radius: real, p: ParameterVector) -> real:
 
 @device_template
 def spool_balance(
-    flow: Flow, tendon: Tendon, p: ParameterVector, tension: real, stiffness: real
+    flow: Flow, tendon: Tendon, p: ParameterVector, tension: Jet, stiffness: real
 ) -> Spool:
-    """Return what accelerates a rotor whose string carries a tension.
+    """Return what accelerates a rotor whose string carries a tension [N] by the string wound in.
 
-    The string carries a tension [N], and more by a stiffness [N/m] as its spool's lead grows.
+    It carries more by a stiffness [N/m] as its spool's lead grows.
     """
     motor = flow.motor_force
-    gear = gear_line(tension, tendon, p)
+    gear = gear_line(tension[0], tendon, p)
     out = Spool()
     out.force = motor
     if gear[1] > real(0.0):  # else inside a gap, where nothing is in touch
-        taken = tension + (tension - gear[0]) / gear[1]
-        out.force = Jet(motor[0] - taken, motor[1], motor[2] + gear[2] / gear[1])
+        taken = tension[0] + (tension[0] - gear[0]) / gear[1]
+        by_wound = motor[1] - tension[1] / gear[1]
+        out.force = Jet(motor[0] - taken, by_wound, motor[2] + gear[2] / gear[1])
         out.force_by_lead = -stiffness / gear[1]
     if is_outrun(tendon):
         out.force = holding_force(tendon)

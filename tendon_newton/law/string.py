@@ -12,6 +12,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.slots import (
     duty_memory,
     error_memory,
+    line_memory,
     motor_force_memory,
     spool_force_effects,
     spool_force_memory,
@@ -63,4 +64,6 @@ def renewed_memory(tendon: Tendon, p: ParameterVector, memory: MemoryVector) -> 
     memory = duty_memory(flow.duty, tendon, p, memory)
     memory = motor_force_memory(flow.motor_force, tendon, p, memory)
     memory = spool_force_memory(flow.spool_force, tendon, p, memory)
+    if wp.static(HAS_ROTOR):
+        memory = line_memory(flow.tension, tendon, p, memory)
     return tension_memory(flow.tension, tendon, p, memory)

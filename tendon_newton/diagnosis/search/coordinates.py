@@ -60,8 +60,9 @@ def atoms(study: Study, effect: str) -> list[dict[int, float]]:
     table = study.table
     columns = table.columns(effect)
     parameters = [study.parameter(c) for c in columns]
-    if len(parameters) == 1:
-        return [{columns[0]: v} for v in sizes(study, columns[0])]
+    further = {c: p.nominal for c, p in zip(columns, parameters, strict=True) if p.needs}
+    if len(parameters) == 1 + len(further):
+        return [{columns[0]: v, **further} for v in sizes(study, columns[0])]
     law = law_of(effect)
     named = {p.name: (c, p) for c, p in zip(columns, parameters, strict=True)}
     grids: list[list[float]] = []

@@ -89,7 +89,7 @@ def start_fits(
     """
     if not starts:
         return []
-    rows = [(names, worlds.with_stated(values)) for names, values in starts]
+    rows = [(names, worlds.with_stated(values, names)) for names, values in starts]
     places = []
     for names, values in rows:
         place = [worlds.coordinate(c).place(v) for c, v in values.items()]

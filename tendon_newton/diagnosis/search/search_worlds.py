@@ -10,9 +10,10 @@ import numpy as np
 
 from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.posterior import Coordinate
 from tendon_newton.diagnosis.search.coordinates import coordinate_of
-from tendon_newton.effects import law_of
+from tendon_newton.effects import EFFECTS, law_of
 from tendon_newton.effects.base import Stage
 from tendon_newton.identification.objective import BLOCK, TAIL, Scales, layout, stack
 from tendon_newton.identification.study import Study, compares_force, replacements
@@ -159,9 +160,24 @@ class SearchWorlds:
         signals = sum(bool(own.any()) for _, own in self.where.signals)
         return len(residual) / signals / self.rows_together(residual)
 
-    def with_stated(self, values: Mapping[int, float]) -> dict[int, float]:
-        """Return free numbers, column -> value, with those that are stated among them."""
-        return {**{c: self.study.base_value(c) for c in self.stated}, **values}
+    def with_stated(self, values: Mapping[int, float], names: Sequence[str]) -> dict[int, float]:
+        """Return a set's free numbers, column -> value, with those that stand beside its causes.
+
+        These are what is stated, and what each further bench has of a line's effects.
+        """
+        study = self.study
+        own = study.line_columns(names)
+        others = {*study.line_columns(EFFECTS)} - {*own}
+        free = {c: study.base_value(c) for c in (*self.stated, *own)}
+        free |= {c: v for c, v in values.items() if c not in others}
+        return {c: null if (null := self.idle_at(c, names)) is not None else v
+                for c, v in free.items()}  # fmt: skip
+
+    def idle_at(self, column: int, names: Sequence[str]) -> float | None:
+        """Return where a number stays that does nothing in a set of causes, None for others."""
+        study, parameter = self.study, self.study.table.owners[column][1]
+        acts = study.frees_spools and parameter.needs in {*map(effect_of, names), *study.known}
+        return None if acts or not parameter.needs else parameter.null
 
     def in_seconds(self, values: Mapping[int, float], way: int = 1) -> dict[int, float]:
         """Return numbers, column -> value, that are in seconds of a log's clock in true ones.

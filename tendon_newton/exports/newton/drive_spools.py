@@ -56,7 +56,7 @@ def spool_net(tendon: Tendon, p: ParameterVector, tension: real, side: real) -> 
     sliding = on_side(tendon, side)
     flow = servo_flow(sliding, p)
     sliding.error = tendon.command - flow.angle[0]
-    spool = spool_balance(flow, sliding, p, tension, real(0.0))
+    spool = spool_balance(flow, sliding, p, Jet(tension, real(0.0), real(0.0)), real(0.0))
     return spool.force[0]
 
 

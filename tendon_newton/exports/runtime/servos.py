@@ -103,7 +103,8 @@ class ExportedServo:
         tendon = self.tendon_at(now, side)
         flow = servo_flow(tendon, PARAMETERS)
         tendon.error = tendon.command - flow.angle[0]
-        return spool_balance(flow, tendon, PARAMETERS, self.loose_tension(now), 0.0).force[0]
+        tension = Jet(self.loose_tension(now), 0.0, 0.0)
+        return spool_balance(flow, tendon, PARAMETERS, tension, 0.0).force[0]
 
     def guided(self, tension: float, now: Now, side: float) -> float:
         """Return what guides leave of a tension [N] while the string slides on a side."""

@@ -85,6 +85,7 @@ def correct(asset: Mechanism, model: Model) -> Correction:
 
     The model's ``bench_overrides`` for this mechanism and its effects count.
     """
+    model = model.on_bench(asset.name)
     own = model.bench_overrides.get(asset.name)
     corrected = asset if own is None else override_mechanism(asset, own)
     effects = {effect.cause: effect.values for effect in model.effects}

@@ -5,7 +5,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from tendon_newton.data.recording import BenchOverrides
+from tendon_newton.data.bench_overrides import OF_BENCH, BenchOverrides
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.arms import with_arm, without_arm
 from tendon_newton.mechanisms.geometry.joints import Joint
@@ -62,6 +62,8 @@ def _check_counts(mechanism: Mechanism, overrides: BenchOverrides) -> None:
     joint_count = len(mechanism.joints)
     for entry in fields(overrides):
         values = getattr(overrides, entry.name)
+        if entry.name in OF_BENCH:
+            continue
         if values is not None and len(values) != joint_count:
             raise InvalidParameter(
                 f"Bench override {entry.name!r} needs one value per joint of {mechanism.name!r} "

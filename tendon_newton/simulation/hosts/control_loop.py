@@ -105,6 +105,7 @@ class ControlLoop:
     ) -> None:
         if not 0.1 <= rate <= 10_000.0:
             raise InvalidParameter(f"a control rate must be 0.1 to 10000 Hz; it is {rate}")
+        model = model.on_bench(mechanism.name)
         overrides = model.bench_overrides.get(mechanism.name)
         bench = mechanism if overrides is None else override_mechanism(mechanism, overrides)
         self.rate = rate

@@ -36,7 +36,11 @@ from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set, kinematic_effects
-from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_by_chain
+from tendon_newton.simulation.model.bench_numbers import (
+    WRITTEN,
+    BenchNumber,
+    write_by_chain,
+)
 from tendon_newton.simulation.model.chain_copies import copies_of, refuse_copies
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
@@ -199,7 +203,13 @@ class Rollout:
         if self._kinematic:
             refuse_effects(model, kinematic_effects(self.driven_by))
         model = self.force.completed(model)
-        vectors = [self.table.vector(model, r.actuator_overrides) for r in self.recordings]
+        free = [n.key for n, own in zip(self._unknown, self._is_own, strict=True) if own]
+        vectors = [
+            self.table.vector(
+                model.on_bench(r.bench, r.bench_overrides, free), r.actuator_overrides
+            )
+            for r in self.recordings
+        ]
         if self.driven_by == "force":
             for vector, spring in zip(vectors, self._has_spring, strict=True):
                 self._silence(vector, spring)
@@ -303,13 +313,23 @@ class Rollout:
             Vectors of the kernels, shape (N R K, P'), and numbers of the bench, (N R K, B), of
             which those of other chains are zero.
         """
-        vectors = self.table.kernel_vectors(parameters, self._chains.count)
+        vectors = self.table.kernel_vectors(self._on_bench(parameters), self._chains.count)
         chain = np.array([number.joint for number in self._unknown], dtype=np.intp)
         chain //= self.kernels.structure.joint_count
         everywhere = np.array([not number.bench for number in self._unknown], dtype=bool)
         mine = self._is_own & (everywhere | (chain == np.arange(self._chains.count)[:, None]))
         bench = np.where(mine, parameters[..., None, self.table.bench_columns], 0.0)
         return vectors.reshape(-1, vectors.shape[-1]), bench.reshape(vectors[..., 0].size, -1)
+
+    def _on_bench(self, parameters: Array) -> Array:
+        """Return parameters (N, R, P) in the sizes that effects of a line have on this bench."""
+        out, first = parameters, self.table.bench_columns.start
+        for place, (number, own) in enumerate(zip(self._unknown, self._is_own, strict=True)):
+            columns = self.table.columns(number.key)[:1] if own else ()
+            for column in columns:
+                out = parameters.copy() if out is parameters else out
+                out[..., column] *= parameters[..., first + place]
+        return out
 
     def _bench_numbers(self, values: Array, world_recording: Indices) -> tuple[Any, Indices]:
         """Return the bench's numbers with those replaced, (W, B), and which each world has."""

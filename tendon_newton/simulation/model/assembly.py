@@ -47,6 +47,7 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.SPOOL_FORCE: (slots.spool_force_effects, stages.signal_stage),
     Stage.TENSION: (slots.tension_effects, stages.signal_stage),
     Stage.ENCODER: (slots.encoder_effects, stages.signal_stage),
+    Stage.LINE: (slots.line_effects, stages.signal_stage),
     Stage.TRANSMISSION: (slots.transmission_effects, stages.signal_stage),
     Stage.SPEED: (slots.speed_effects, stages.tendon_number_stage),
     Stage.SPRING: (slots.spring_effects, stages.signal_stage),
@@ -65,6 +66,7 @@ MEMORIES: dict[Stage, tuple[Any, Any]] = {
     Stage.MOTOR_FORCE: (slots.motor_force_memory, stages.signal_memory),
     Stage.SPOOL_FORCE: (slots.spool_force_memory, stages.signal_memory),
     Stage.TENSION: (slots.tension_memory, stages.signal_memory),
+    Stage.LINE: (slots.line_memory, stages.signal_memory),
     Stage.SPRING: (slots.spring_memory, stages.signal_memory),
 }
 # Where effects on an angle act where only positions are known, by their side: play lies before the

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.actuators import find_actuator
-from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, BenchOverrides
+from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, OF_BENCH, BenchOverrides
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Indices, Recording
@@ -26,6 +26,13 @@ REACH = 10.0
 # Numbers of a bench that are as built and not as drawn, and the share by which they may differ:
 # what kitchen scales and a ruler tell. Springs and dampers have effects of the catalogue.
 TOLERATED, TOLERANCE = ("mass", "length", "moment_arm"), 0.05
+# Times by which a line's numbers differ from bench to bench, at most
+APART = 10.0
+# The same by a standard deviation: lines are cut from one reel, and guided and tied by hand
+USUALLY_APART = {
+    "tendon_compliance": 1.3, "tendon_slack": 2.0, "routing_friction": 2.0,
+    "joint_dry_friction": 2.0,
+}  # fmt: skip
 BY_DEFINITION = 1.0  # Moment arm of a slider and of a shaft: they have no other
 # Arrays of a mechanism that these numbers change
 WRITTEN = (
@@ -44,6 +51,7 @@ class BenchNumber:
     value: float  # Where its search starts [the key's unit]
     name: str  # The key, with bench and joint where there are several
     reach: float = REACH  # How many times as large, or as small, it may turn out
+    tolerance: float = 0.0  # Share of it by which it usually differs [1]
 
     def is_of(self, bench: str) -> bool:
         """Tell whether a bench has this number."""
@@ -62,7 +70,7 @@ class BenchNumber:
             nominal=self.value,
             lower=low,
             upper=high,
-            tolerance=0.5 * TOLERANCE if self.reach < REACH else 0.0,
+            tolerance=self.tolerance,
         ).since(f"{self.reach:g} times either way")
 
 
@@ -146,10 +154,26 @@ def tolerated_numbers(
             out += [
                 BenchNumber(
                     bench=bench, key=key, joint=joint, value=value, reach=1.0 + TOLERANCE,
+                    tolerance=0.5 * TOLERANCE,
                     name=name_of(key, bench, joint, mechanism, benches),
                 )
                 for joint, value in enumerate(values)
             ]  # fmt: skip
+    return tuple(out)
+
+
+def line_numbers(model: Model, benches: Mapping[str, Mechanism]) -> tuple[BenchNumber, ...]:
+    """Return how many times as much of a line's effects each further bench has as the first."""
+    out = []
+    for bench in [*benches][1:]:
+        given = model.bench_overrides.get(bench, BenchOverrides()).given
+        out += [
+            BenchNumber(
+                bench=bench, key=key, joint=0, value=given.get(key, (1.0,))[0], reach=APART,
+                name=f"{bench}.{key}", tolerance=USUALLY_APART[key] - 1.0,
+            )
+            for key in OF_BENCH if key not in model.fit
+        ]  # fmt: skip
     return tuple(out)
 
 
@@ -199,6 +223,8 @@ def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
 
     What no override can change is none. A routed tendon's sites would have to move with a length.
     """
+    if key in OF_BENCH:
+        return (1.0,)
     routed = any(tendon.route is not None for tendon in mechanism.tendons)
     if refusal_of(mechanism, key) or (routed and key == "length"):
         return ()

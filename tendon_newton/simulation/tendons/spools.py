@@ -31,7 +31,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.slots import radius_effects, transmission_effects
 from tendon_newton.device_code.structs import ContactStates, Drive, Forces, Mechanism, Spool
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.law.gear import passed_share
+from tendon_newton.law.gear import line_tension, passed_share
 from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import UNBOUNDED, felt_inertia, spool_balance
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
@@ -92,10 +92,11 @@ def spool_at(
     tendon.error = tendon.command - flow.angle[0]
     stiffness = string_stiffness(mechanism, here, d)
     tension = stiffness * here.q[LINKS + d]
-    out = spool_balance(flow, tendon, p, tension, stiffness)
-    out.inertia = rotor_inertia(mechanism, here.world, p, d)
     guided = on_side(tendon, guide_side)
     given = Jet(tension, real(0.0), real(0.0))
+    line = line_tension(given, guided, p)
+    out = spool_balance(flow, tendon, p, line.tension, line.tension_gain * stiffness)
+    out.inertia = rotor_inertia(mechanism, here.world, p, d)
     out.pull = transmission_effects(given, guided, p)
     out.pull_by_lead = passed_share(given, out.pull, guided, p) * stiffness
     return out

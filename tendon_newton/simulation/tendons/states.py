@@ -17,6 +17,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.slots import radius_effects
 from tendon_newton.device_code.structs import Drive, Flow, Joint, Mechanism, Tendon
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.spool import UNBOUNDED
 from tendon_newton.law.string import renewed_memory, tendon_flow
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
 
@@ -66,6 +67,8 @@ def tendon_state(
     tendon.wound = tendon.length
     if wp.static(FREE_SPOOL):
         tendon.wound = tendon.length + here.q[LINKS + d]
+        if here.string[d] < real(UNBOUNDED) and here.q[LINKS + d] > real(0.0):
+            tendon.string = here.string[d]
         tendon.velocity = tendon.velocity + here.v[LINKS + d]
         tendon.acceleration = tendon.acceleration + here.acceleration[LINKS + d]
     tendon.side = side

@@ -6,15 +6,18 @@ from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
     HAS_ROTOR,
     LINKS,
+    TENDONS,
+    Jet,
     JointVector,
     ParameterVector,
     real,
 )
+from tendon_newton.device_code.slots import line_effects
 from tendon_newton.device_code.structs import ContactStates, Drive, Flow, Forces, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
 from tendon_newton.simulation.tendons.spools import rotor_inertia, string_stiffness
-from tendon_newton.simulation.tendons.states import excursion, flow_at
+from tendon_newton.simulation.tendons.states import excursion, flow_at, tendon_state
 
 
 @device_template
@@ -57,7 +60,10 @@ def tension_now(
     if wp.static(FREE_SPOOL):
         moves = contact.joint_held[LINKS + d] == real(0.0)
         if moves:
-            tension = string_stiffness(mechanism, here, d) * here.q[LINKS + d]
+            lead = string_stiffness(mechanism, here, d) * here.q[LINKS + d]
+            string = tendon_state(mechanism, p, here, d, contact.row_side[TENDONS + d])
+            line = line_effects(Jet(lead, real(0.0), real(0.0)), string, p)
+            tension = line[0]
     if not moves:
         if contact.row_held[d] == real(0.0):
             tension = forces.tension[d]

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from tendon_newton.actuators import ACTUATORS
+from tendon_newton.data.bench_overrides import OF_BENCH
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.posterior import Posterior, Worlds
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -40,7 +41,8 @@ class DrawnSets:
     ) -> None:
         deck = posterior.sample(DECK, SEED)
         kept = {*causes_of(posterior), actuator}
-        own = {key: drawn for key, drawn in deck.items() if key[0] in kept}
+        own = {key: of_bench(key, drawn, deck, mechanism.name)
+               for key, drawn in deck.items() if key[0] in kept}  # fmt: skip
         # Ends of 95 % of the draws of each number
         self.ranges = {f"{owner}.{name}": ends(drawn) for (owner, name), drawn in own.items()}
         pairs: Iterable[tuple[Tensor, Array]] = [
@@ -67,6 +69,13 @@ def causes_of(posterior: Posterior) -> tuple[str, ...]:
     """Return the effects that a simulation must hold for its numbers to differ."""
     owners = {number.owner: None for own in posterior.sets for number in own.numbers}
     return tuple(o for o in owners if o not in (OWNER, *ACTUATORS) and moves_finger(o))
+
+
+def of_bench(key: tuple[str, str], drawn: Array, deck: Worlds, bench: str) -> Array:
+    """Return draws of an effect's number in the size that it has on a bench."""
+    effect, number = key
+    factor = deck.get((OWNER, f"{bench}.{effect}")) if OF_BENCH.get(effect) == number else None
+    return drawn if factor is None else drawn * factor
 
 
 def ends(drawn: Array) -> tuple[float, float]:
