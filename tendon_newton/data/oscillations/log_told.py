@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.checks.frozen_checks import frozen_rows
 from tendon_newton.data.checks.measures import rows_text
 from tendon_newton.data.checks.supply import supply_of
 from tendon_newton.data.importers.lerobot.info import JointPlace
@@ -64,7 +65,7 @@ def tell_joint_of(joint: str, place: int, wholes: Sequence[Recording]) -> JointO
         followed=examine_joint(
             JointPlace(name=joint, command=place, state=place),
             1.0,
-            [motion_of(whole, place) for whole in wholes],
+            [motion_of(whole, frozen_rows(whole), place) for whole in wholes],
             [],
             [whole.motor_position[:, place] for whole in wholes],
         ),
