@@ -2,7 +2,6 @@
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import Vec3
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 from tendon_newton.effects.loaded_gear import load_side
@@ -18,7 +17,7 @@ def divides_stretch(tendon: Tendon, values: Values) -> bool:
 
 
 @device_template
-def at_guide(tendon: Tendon, values: Values) -> Vec3:
+def at_guide(tendon: Tendon, values: Values) -> Jet:
     """Return the tensions before and behind the guide as shares of a frictionless string's [1].
 
     The third number is +1 or -1 where the string slides in or out at its guide, 0 where it holds.
@@ -34,13 +33,13 @@ def at_guide(tendon: Tendon, values: Values) -> Vec3:
     slack = real(AT_BOUND) * lead
     over = before - ratio * behind
     under = behind - ratio * before
-    out = Vec3(before / lead, behind / lead, real(0.0))
+    out = Jet(before / lead, behind / lead, real(0.0))
     if over > slack or (over > -slack and inward > real(0.0)):
         left = real(1.0) / (ratio * ahead + values[1])
-        out = Vec3(ratio * left, left, real(1.0))
+        out = Jet(ratio * left, left, real(1.0))
     elif under > slack or (under > -slack and outward > real(0.0)):
         left = real(1.0) / (ahead + ratio * values[1])
-        out = Vec3(left, ratio * left, -real(1.0))
+        out = Jet(left, ratio * left, -real(1.0))
     return out
 
 

@@ -102,6 +102,17 @@ def test_a_start_at_a_measured_angle_stretches_the_string_there_too(tmp_path: Pa
     assert found.force < FORCE
 
 
+def test_a_guide_holds_between_two_parts_of_a_string_in_the_program_too(tmp_path) -> None:
+    """A guide at the mechanism in its place would be 0.09 N off."""
+    values = {"exponent": 0.17, "behind": 0.5}
+    model = model_of("spring_weak", "pwm_servo", "tendon_compliance")
+    guide = NamedValues(name="routing_friction", values=values)
+    model = replace(model, effects=(*model.effects, guide))
+    found = strays_of(tmp_path, "mujoco", PROGRAM_FILE, "spring_weak", model)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
 @pytest.mark.parametrize("friction", ["gear_load_friction", "routing_friction"])
 def test_a_jump_is_read_on_the_side_on_which_the_tendon_then_slides(friction, tmp_path) -> None:
     """A rotor feels as heavy as that side makes it, and the slowest motion is no rest."""

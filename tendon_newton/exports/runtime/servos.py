@@ -14,6 +14,7 @@ from tendon_newton.device_code.slots import (
     clock_effects,
     encoder_effects,
     error_effects,
+    line_effects,
     radius_effects,
     speed_effects,
     string_effects,
@@ -77,6 +78,7 @@ class ExportedServo:
         tendon.spool_radius = self.radius
         tendon.inverse_radius = 1.0 / self.radius
         tendon.length = now.length
+        tendon.string = self.string if self.elastic and now.lead > 0.0 else 0.0
         tendon.rate = now.velocity
         tendon.wound = now.length + now.lead
         tendon.velocity = now.velocity + now.lead_rate
@@ -98,12 +100,17 @@ class ExportedServo:
         """Return the tension [N] of a string whose spool moves on its own."""
         return self.string * max(now.lead, 0.0) if self.elastic else 0.0
 
+    def felt_tension(self, now: Now) -> float:
+        """Return what such a string carries at its load cell [N]: a guide may hold the rest."""
+        given = Jet(self.loose_tension(now), 0.0, 0.0)
+        return line_effects(given, self.tendon_at(now, 1.0), PARAMETERS)[0]
+
     def spool_force(self, now: Now, side: float) -> float:
         """Return what accelerates a spool that moves on its own [N]."""
         tendon = self.tendon_at(now, side)
         flow = servo_flow(tendon, PARAMETERS)
         tendon.error = tendon.command - flow.angle[0]
-        tension = Jet(self.loose_tension(now), 0.0, 0.0)
+        tension = Jet(self.felt_tension(now), 0.0, 0.0)
         return spool_balance(flow, tendon, PARAMETERS, tension, 0.0).force[0]
 
     def guided(self, tension: float, now: Now, side: float) -> float:

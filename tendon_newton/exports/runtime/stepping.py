@@ -360,7 +360,7 @@ class Hook:
                 share = 0.5 + servo.numbers["sign"] * self.data.efc_force[row] / span
             shares.append(min(max(share, 0.0), 1.0))
             if self.slack[d]:
-                out.append(servo.loose_tension(now))
+                out.append(servo.felt_tension(now))
                 continue
             low, high = hold.least, hold.most
             tension = low.tension[0] + shares[-1] * (high.tension[0] - low.tension[0])
