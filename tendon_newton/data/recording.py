@@ -284,7 +284,7 @@ def check_values(recording: Recording) -> None:
             raise InvalidRecording(f"{recording.name}: {column} must be finite; {came}{mend}")
         lost = lost_sign(table[:, place])
         looks = (
-            (mend.removeprefix("; ") or f"and looks like {channel.slip}")
+            f"and looks like {channel.slip}{mend and mend.replace(' are', ' may be')}"
             if lost is None
             else f"in {int(lost.rows.sum())} such rows {lost.text}"
         )
