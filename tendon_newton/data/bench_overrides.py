@@ -62,6 +62,11 @@ class BenchOverrides:
                 continue
             if not values:
                 raise InvalidParameter(f"bench override {key!r} must have one value per joint")
+            if key in OF_BENCH and len(values) > 1:
+                raise InvalidParameter(
+                    f"bench override {key!r} must be one number for the line of a bench; "
+                    f"it has {len(values)}"
+                )
             for value in values:
                 if not lower <= value <= upper:
                     raise InvalidParameter(

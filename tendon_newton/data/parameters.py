@@ -89,7 +89,8 @@ class Parameter:
     # Whether the range is the same on a bench of any size, whatever the unit: a tilt's
     absolute: bool = False
     optional: bool = False  # Whether a model may leave it out, and so at its null
-    needs: str = ""  # Effect without which it does nothing, behind a rotor
+    # Effect without which it does nothing; it acts only where a spool moves on its own
+    needs: str = ""
     # Standard deviation by which a sound bench differs from what drawing, data sheet or
     # calibration state: a share of what is stated where that cannot be zero, else [unit].
     # Zero where nothing states it.

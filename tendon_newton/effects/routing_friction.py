@@ -30,14 +30,14 @@ def at_guide(tendon: Tendon, values: Values) -> Jet:
     # at a bound, which a sliding string is at when a step begins, its speeds say whether it goes on
     inward = tendon.velocity / ahead + ratio * tendon.rate / values[1]
     outward = -tendon.rate / values[1] - ratio * tendon.velocity / ahead
-    slack = real(AT_BOUND) * lead
+    near = real(AT_BOUND) * lead
     over = before - ratio * behind
     under = behind - ratio * before
     out = Jet(before / lead, behind / lead, real(0.0))
-    if over > slack or (over > -slack and inward > real(0.0)):
+    if over > near or (over > -near and inward > real(0.0)):
         left = real(1.0) / (ratio * ahead + values[1])
         out = Jet(ratio * left, left, real(1.0))
-    elif under > slack or (under > -slack and outward > real(0.0)):
+    elif under > near or (under > -near and outward > real(0.0)):
         left = real(1.0) / (ahead + ratio * values[1])
         out = Jet(left, ratio * left, -real(1.0))
     return out

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.actuators import find_actuator
-from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES
+from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, OF_BENCH
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
@@ -124,7 +124,7 @@ class Study:
         self.lines = like.lines if like else ()
         """How many times as much of an effect a further bench has as the first."""
         if like is None and tolerant and self.servos == 1:
-            self.lines = line_numbers(model, benches)
+            self.lines = line_numbers(model, benches, self.wholes)
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor([self.recordings[k] for k in self.at_servos])
         self.mechanisms: list[Mechanism] = []
@@ -224,19 +224,19 @@ class Study:
             UnknownName: Neither its actuator nor a bench has such a number.
         """
         owners = self.table.owners
-        numbers = (*self.unknown, *self.tolerated, *self.lines)
-        keys = {number.name: number.key for number in numbers}
+        keys = {number.name: number.key for number in (*self.unknown, *self.tolerated)}
         out: list[int] = []
         for name in model.fit:
             found = [
                 column
                 for column, (owner, parameter) in enumerate(owners)
                 if (owner == model.actuator.name and parameter.name == name)
-                or (owner == OWNER and keys[parameter.name] == name)
+                or (owner == OWNER and keys.get(parameter.name) == name)
             ]
             if not found:
                 known = [p.name for owner, p in owners if owner == model.actuator.name]
-                raise unknown_name("number to fit", name, [*known, RADIUS, *BENCH_OVERRIDE_RANGES])
+                of_benches = [key for key in BENCH_OVERRIDE_RANGES if key not in OF_BENCH]
+                raise unknown_name("number to fit", name, [*known, RADIUS, *of_benches])
             out += found
         return tuple(out)
 

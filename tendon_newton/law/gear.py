@@ -43,16 +43,10 @@ def passed_share(tension: Jet, pull: Jet, tendon: Tendon, p: ParameterVector) ->
 
 
 @device_template
-def line_tension(force: Jet, tendon: Tendon, p: ParameterVector) -> Flow:
-    """Return what a stretched string carries at its load cell [N], by what guides alone leave.
-
-    Its `tension_gain` says how much of that force the cell feels as the spool's lead grows.
-    """
-    out = Flow()
-    out.tension = line_effects(force, tendon, p)
+def felt_share(force: Jet, line: Jet, tendon: Tendon, p: ParameterVector) -> real:
+    """Return by how much what a load cell feels grows with the force of its string [1]."""
     ahead = line_effects(force + Jet(real(0.0), real(1.0), real(0.0)), tendon, p)
-    out.tension_gain = ahead[1] - out.tension[1]
-    return out
+    return ahead[1] - line[1]
 
 
 @device_template

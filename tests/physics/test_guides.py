@@ -1,6 +1,7 @@
 """A guide between two elastic parts of a string, and what each bench has of its line."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +14,16 @@ from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.effects import find_effect
+from tendon_newton.errors import InvalidParameter, UnknownName
+from tendon_newton.exports.source import read_source
 from tendon_newton.identification.study import Study
+from tendon_newton.mechanisms.authoring.correction import correct
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import TIME_STEP
+from tendon_newton.simulation.model.bench_numbers import line_numbers
+from tendon_train.policy.worlds.drawn_sets import of_bench
 from tests.physics.runs import DATA_SHEET, RADIUS, run_of, simulate
 
 STIFFNESS, EXPONENT = 9000.0, 0.17  # N/m, 1
@@ -70,7 +79,7 @@ def test_a_coarser_step_moves_a_guide_s_force_by_less_than_a_cell_s_noise() -> N
 
 
 def test_each_bench_has_a_line_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Three times the friction on the second bench is found, written, read and simulated."""
+    """Three times the friction on the second bench is found, written and read."""
     truth = {"spring_weak": 0.06, "spring_strong": 0.18}
     recordings = []
     for bench, exponent in truth.items():
@@ -102,6 +111,62 @@ def test_each_bench_has_a_line_of_its_own(tmp_path_factory: pytest.TempPathFacto
     own = {effect.name: effect.values for effect in again.effects}
     assert own["routing_friction"]["exponent"] == pytest.approx(factor * exponent)
     assert "routing_friction" not in again.bench_overrides["spring_strong"].given
+
+
+def test_a_bench_s_line_enters_wherever_a_model_is_used(tmp_path: Path) -> None:
+    """In a replay, a training's worlds, an export, a corrected mechanism and draws."""
+    own = {"spring_strong": BenchOverrides(routing_friction=(3.0,), joint_dry_friction=(2.0,))}
+    dry = NamedValues(name="joint_dry_friction", values={"fraction": 0.01})
+    model = guided(0.4, 0.05)
+    model = replace(model, effects=(*model.effects, dry), bench_overrides=own)
+    bench = load_mechanism("spring_strong")
+    runs = [run_of(wave(), bench="spring_strong", rate=200.0)]
+    (run,) = replay(runs, model)
+    written = model.on_bench("spring_strong")
+    (expected,) = replay(runs, replace(written, bench_overrides={}))
+    np.testing.assert_array_equal(run.force, expected.force)
+    assert np.abs(run.force - replay(runs, replace(model, bench_overrides={}))[0].force).max() > 0.1
+    loop = ControlLoop(bench, model, 1)
+    assert float(loop.numbers("routing_friction", "exponent")[0]) == pytest.approx(0.15)
+    write_model(tmp_path / "model.toml", model)
+    source = read_source(tmp_path / "model.toml", "spring_strong", None)
+    assert source.model.effects[1].values["exponent"] == pytest.approx(0.15)
+    nominal = replace(model, bench_overrides={})
+    first, same, less = (
+        correct(bench, each).corrected.joints[0].friction for each in (model, written, nominal)
+    )
+    assert first == same > less
+    deck = {("bench", "spring_strong.routing_friction"): np.array([3.0])}
+    key, drawn = ("routing_friction", "exponent"), np.array([0.05])
+    assert of_bench(key, drawn, deck, "spring_strong") == pytest.approx(0.15)
+    assert of_bench(key, drawn, deck, "spring_weak") == pytest.approx(0.05)
+
+
+def test_what_is_stated_of_a_line_is_not_fitted() -> None:
+    """As of any other number of a bench; what a recording states counts before the model."""
+    runs = [run_of(wave(), bench=bench, rate=200.0) for bench in ("spring_weak", "spring_strong")]
+    benches = {run.bench: load_mechanism(run.bench) for run in runs}
+    names = {number.name for number in line_numbers(guided(0.4), benches, runs)}
+    assert "spring_strong.routing_friction" in names
+    stated = [runs[0], replace(runs[1], bench_overrides=BenchOverrides(routing_friction=(2.0,)))]
+    left = {number.name for number in line_numbers(guided(0.4), benches, stated)}
+    assert names - left == {"spring_strong.routing_friction"}
+    given = {"spring_strong": BenchOverrides(routing_friction=(5.0,))}
+    model = replace(guided(0.4), bench_overrides=given)
+    own = model.on_bench("spring_strong", stated[1].bench_overrides).effects[1].values
+    assert own["exponent"] == pytest.approx(2.0 * EXPONENT)
+
+
+def test_a_line_has_one_number_and_is_no_unknown_of_a_bench() -> None:
+    """Several are refused, and so is a line's key in ``fit``."""
+    with pytest.raises(InvalidParameter, match="one number for the line of a bench; it has 2"):
+        BenchOverrides(tendon_slack=(1.0, 2.0))
+    run = run_of(wave(), bench="spring_weak", rate=200.0)
+    run = replace(run, force=np.zeros((len(TIME), 1)))
+    model = replace(guided(0.4), fit=("routing_friction",))
+    study = Study([run], model, ("routing_friction", "tendon_compliance"))
+    with pytest.raises(UnknownName, match="number to fit"):
+        study.fit_columns(model)
 
 
 def test_the_numbers_of_a_line_are_the_first_of_their_effects() -> None:

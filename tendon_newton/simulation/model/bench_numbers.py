@@ -86,7 +86,8 @@ def unknown_numbers(
         InvalidModelFile: A number is zero or missing on every bench, or recordings contradict.
     """
     actuator = {p.name for p in find_actuator(model.actuator.name).parameters}
-    keys = [key for key in model.fit if key in BENCH_OVERRIDE_RANGES and key not in actuator]
+    known = BENCH_OVERRIDE_RANGES.keys() - OF_BENCH.keys()
+    keys = [key for key in model.fit if key in known and key not in actuator]
     refuse_mass_on_an_arm(keys, benches, recordings)
     out = [spool_number(model, benches)] if RADIUS in model.fit else []
     for key in keys:
@@ -162,17 +163,23 @@ def tolerated_numbers(
     return tuple(out)
 
 
-def line_numbers(model: Model, benches: Mapping[str, Mechanism]) -> tuple[BenchNumber, ...]:
-    """Return how many times as much of a line's effects each further bench has as the first."""
+def line_numbers(
+    model: Model, benches: Mapping[str, Mechanism], recordings: Sequence[Recording]
+) -> tuple[BenchNumber, ...]:
+    """Return how many times as much of a line's effects each further bench has as the first.
+
+    Numbers that the model or a recording states stay as they are stated.
+    """
     out = []
     for bench in [*benches][1:]:
-        given = model.bench_overrides.get(bench, BenchOverrides()).given
+        stated = {key for r in recordings if r.bench == bench for key in r.bench_overrides.given}
+        stated |= {*model.bench_overrides.get(bench, BenchOverrides()).given}
         out += [
             BenchNumber(
-                bench=bench, key=key, joint=0, value=given.get(key, (1.0,))[0], reach=APART,
-                name=f"{bench}.{key}", tolerance=USUALLY_APART[key] - 1.0,
+                bench=bench, key=key, joint=0, value=1.0, reach=APART,
+                name=f"{bench}.{key}", tolerance=apart - 1.0,
             )
-            for key in OF_BENCH if key not in model.fit
+            for key, apart in USUALLY_APART.items() if key not in stated
         ]  # fmt: skip
     return tuple(out)
 
@@ -223,8 +230,6 @@ def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
 
     What no override can change is none. A routed tendon's sites would have to move with a length.
     """
-    if key in OF_BENCH:
-        return (1.0,)
     routed = any(tendon.route is not None for tendon in mechanism.tendons)
     if refusal_of(mechanism, key) or (routed and key == "length"):
         return ()

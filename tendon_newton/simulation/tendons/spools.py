@@ -28,10 +28,10 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.slots import radius_effects, transmission_effects
+from tendon_newton.device_code.slots import line_effects, radius_effects, transmission_effects
 from tendon_newton.device_code.structs import ContactStates, Drive, Forces, Mechanism, Spool
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.law.gear import line_tension, passed_share
+from tendon_newton.law.gear import felt_share, passed_share
 from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import UNBOUNDED, felt_inertia, spool_balance
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
@@ -94,8 +94,9 @@ def spool_at(
     tension = stiffness * here.q[LINKS + d]
     guided = on_side(tendon, guide_side)
     given = Jet(tension, real(0.0), real(0.0))
-    line = line_tension(given, guided, p)
-    out = spool_balance(flow, tendon, p, line.tension, line.tension_gain * stiffness)
+    line = line_effects(given, guided, p)
+    felt = felt_share(given, line, guided, p)
+    out = spool_balance(flow, tendon, p, line, felt * stiffness)
     out.inertia = rotor_inertia(mechanism, here.world, p, d)
     out.pull = transmission_effects(given, guided, p)
     out.pull_by_lead = passed_share(given, out.pull, guided, p) * stiffness
