@@ -201,7 +201,7 @@ OWN_NULLS: tuple[float, ...] = constant()  # Null value of each of these paramet
 
 HAS_MEMORY: bool = constant()  # Whether any effect of the kernel has internal state
 MEMORY_SIZE: int = constant()  # Numbers S in a world's memory
-# Where the first parameters of the effects with memory stand, those of each tendon
+# Where the parameters stand that wake the effects with memory, those of each tendon
 MEMORY_OFFSETS: tuple[int, ...] = constant()
 MEMORY_NULLS: tuple[float, ...] = constant()  # Null values of these parameters
 HAS_LOAD: bool = constant()  # Whether the load on the joint is an input

@@ -55,6 +55,18 @@ SENTENCES: dict[str, str] = {
 """What a cause means for a bench; an effect without one is told by its docstring's first line."""
 
 
+def with_owner(cause: str, servos: int) -> str:
+    """Return a cause's name with its owner, as in ``command_delay of both servos``.
+
+    Args:
+        cause: Name of the cause, which says the one servo that it is of.
+        servos: Servos of the bench; nothing is said of an only one.
+    """
+    if servos == 1 or servo_of(cause) is not None or not law_of(cause).is_of_servo():
+        return cause
+    return f"{cause} of {'both' if servos == 2 else f'all {servos}'} servos"
+
+
 def comparison(scale: float) -> str:
     """Return a factor as a comparison with the model."""
     if 0.5 < scale < 2.0:

@@ -98,8 +98,9 @@ class Effect(DeviceCode):
     """Stages that stand for the motion of a spool without inertia. Where the spool has a
     coordinate of its own, its equation of motion takes their place."""
     memory: ClassVar[Stage | None] = None
-    """Stage after which an effect with internal state renews it; see `renewals`. The effect sleeps
-    while its first parameter is at null."""
+    """Stage after which an effect with internal state renews it; see `renewals`."""
+    memory_parameter: ClassVar[int] = 0
+    """Place of the parameter at whose null value nothing needs to be renewed."""
 
     @classmethod
     def hook(cls, stage: Stage) -> Callable[..., Any] | None:

@@ -74,6 +74,7 @@ class RoutingFriction(Effect):
     needs_string = True
     dry = ("exponent",)
     memory = Stage.LINE
+    memory_parameter = 1
     parameters = (
         Parameter("exponent", "1", null=0.0, nominal=0.1, lower=0.0, upper=1.5).since(
             "a friction coefficient of 0.3 over a wrap of five radians"

@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.next_experiment.first_plan import prior_question
 from tendon_newton.diagnosis.next_experiment.planned_runs import blank_recording, library_plans
 from tendon_newton.diagnosis.next_experiment.run_design import usual_task
 from tendon_newton.diagnosis.next_experiment.run_files import write_command
-from tendon_newton.diagnosis.owner import with_owner
+from tendon_newton.diagnosis.report_words import with_owner
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, start_fits

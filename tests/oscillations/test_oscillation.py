@@ -8,7 +8,9 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.oscillations.causes import ShakingLoop, explain, simulated, tried
 from tendon_newton.data.oscillations.loop_closing import policy_of
+from tendon_newton.data.oscillations.servo_loop import NAMES, Feedback
 from tendon_newton.data.oscillations.shaking import Evenly, find_shakings
 from tendon_newton.data.oscillations.told_loop import lines_of, tell_joint
 from tendon_newton.data.recording import Array
@@ -52,6 +54,22 @@ def test_a_loop_that_shakes_by_its_delay_is_told(rng: np.random.Generator) -> No
     assert told.shaking.frequency == pytest.approx(1.57, rel=0.1)
     assert told.explained.cause == "delay"
     assert told.explained.changes[0].what == "delay"
+
+
+def test_a_loop_without_a_gain_is_no_mend() -> None:
+    """A tenth of this loop's gain does not calm it, and no gain is no answer."""
+    numbers = {"delay": 0.05, "pull": 600.0, "damping": 6.0, "limit": 0.17, "sticking": 1e-3,
+               "sliding": 0.5, "play": 0.044, "fading": 3.0, "integral": 1e-3}  # fmt: skip
+    loop = ShakingLoop(
+        numbers=np.array([numbers[name] for name in NAMES]),
+        feedback=Feedback(outer=False, row=0.005),
+        frequency=1.54,
+        amplitude=0.05,
+    )
+    shakes, _ = simulated(loop, [tried(loop, "gain", share) for share in (0.1, 0.0)])
+    assert shakes.tolist() == [True, False]
+    assert explain(loop).cause == "gain"
+    assert "gain" not in {change.what for change in explain(loop).changes}
 
 
 def test_a_sound_loop_is_silent(rng: np.random.Generator) -> None:

@@ -317,8 +317,7 @@ def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
     from tendon_newton.data.parameters import with_unit
     from tendon_newton.data.plain_numbers import estimate_text
-    from tendon_newton.diagnosis.owner import with_owner
-    from tendon_newton.diagnosis.report_words import UNDECIDED
+    from tendon_newton.diagnosis.report_words import UNDECIDED, with_owner
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
 
     force = diagnosis.scale

@@ -173,7 +173,10 @@ def read_topic_mapping(path: Path) -> TopicMapping:
 def read_columns(path: Path, columns: Any) -> Columns:
     """Read where every column comes from."""
     if not is_table(columns) or not are_tables([*columns.values()]):
-        raise InvalidMapping(f"{path}: columns must hold one table per column of ours")
+        raise InvalidMapping(
+            f"{path}: columns must hold one table per column of ours, as in "
+            't = {column = "time_s"}; it is ' + shown(columns)
+        )
     return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from tendon_newton.data.oscillations.servo_loop import NAMES, RANGES, Feedback, closed
 from tendon_newton.data.recording import Array, Mask
 
-QUICK_LOOP = 0.012  # Delay that a servo"s own loop cannot do without [s]
+QUICK_LOOP = 0.012  # Delay that a servo's own loop cannot do without [s]
 PERIODS = 40.0  # Of a simulation
 TAIL = 0.3  # Share of it that is looked at [1]
 CALM = 0.35  # Share of the amplitude that was seen, below which a loop is calm [1]
@@ -57,7 +57,7 @@ class Explained:
 
     cause: str | None  # ``gain``, ``delay``, ``play`` or ``sticking``; None where not told
     own_frequency: float  # Of the identified loop by itself [Hz]; 0 where it is calm
-    changes: tuple[CalmingChange, ...]  # What calms it alone; the cause"s own first
+    changes: tuple[CalmingChange, ...]  # What calms it alone; the cause's own first
 
 
 NONE = {name: least for name, (least, _) in RANGES.items()}
@@ -85,7 +85,7 @@ def explain(loop: ShakingLoop) -> Explained:
         part = shaking[len(trials) + k * len(SHARES) :][: len(SHARES)]
         calm = [j for j in range(len(SHARES)) if not part[j]]
         steady = [j for j in calm if not part[j:].any()] or calm
-        if steady:
+        if steady and (what != "gain" or SHARES[steady[0]] > 0.0):  # without a gain is no loop
             changes[what] = CalmingChange(what=what, share=MARGIN * float(SHARES[steady[0]]))
     own = float(paces[0])
     if not shaking[0] or abs(own / loop.frequency - 1.0) > SAME:

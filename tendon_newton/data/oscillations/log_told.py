@@ -138,6 +138,8 @@ def cause_lines(told: ToldJoint) -> list[str]:
     lines = [f"cause: {words[explained.cause]}", known]
     for k, change in enumerate(explained.changes):
         lines.append(("change first: " if k == 0 else "or: ") + change_text(loop, change))
+    if not explained.changes:
+        lines.append("change first: no single number calms it; measure the loop by steps")
     return lines
 
 

@@ -46,6 +46,7 @@ def draw_spectrum(axes: Any, joint: str, told: ToldJoint) -> None:
     pace = np.arange(len(power)) / (len(told.log.angle) * told.log.step)
     axes.semilogy(pace[1:], power[1:], color=COLOURS[0], linewidth=0.9, label="angle's changes")
     axes.semilogy(pace[1:], floor[1:], color=GREY, linewidth=1.2, label="local floor")
+    axes.yaxis.set_major_formatter("{x:.0e}")
     axes.axvline(told.shaking.frequency, color=COLOURS[1], linewidth=1.0)
     axes.set_title(f"{joint}: {told.shaking.frequency:.2f} Hz", loc="left", fontsize=10)
     axes.set_xlabel("frequency [Hz]")
@@ -89,4 +90,4 @@ def draw_change(axes: Any, told: ToldJoint) -> None:
     )
     axes.set_xlabel("time [s]")
     axes.set_ylabel("angle off its goal [deg]")
-    axes.legend(frameon=False, fontsize=8)
+    axes.legend(frameon=True, fontsize=8, loc="upper right")

@@ -8,8 +8,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of
-from tendon_newton.diagnosis.owner import with_owner
-from tendon_newton.diagnosis.report_words import cause_sentence, docstring_part
+from tendon_newton.diagnosis.report_words import cause_sentence, docstring_part, with_owner
 from tendon_newton.diagnosis.result import (
     ActuatorFound,
     Errors,

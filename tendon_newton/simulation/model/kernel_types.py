@@ -126,9 +126,11 @@ def memory_constants(structure: Structure) -> dict[Any, Any]:
     return {
         d.HAS_MEMORY: bool(effects) or bool(structure.touch.contacts),
         d.MEMORY_SIZE: structure.memory_count,
-        d.MEMORY_OFFSETS: tuple(at for effect in effects for at in structure.starts(effect.name)),
+        d.MEMORY_OFFSETS: tuple(
+            at + e.memory_parameter for e in effects for at in structure.starts(e.name)
+        ),
         d.MEMORY_NULLS: tuple(
-            e.parameters[0].null for e in effects for _ in structure.starts(e.name)
+            e.parameters[e.memory_parameter].null for e in effects for _ in structure.starts(e.name)
         ),
         d.EFFECT_COUNT: len(structure.effects),
         d.FIRST_OWN: min(structure.offsets.values(), default=0),

@@ -60,10 +60,11 @@ def tension_now(
     if wp.static(FREE_SPOOL):
         moves = contact.joint_held[LINKS + d] == real(0.0)
         if moves:
-            lead = string_stiffness(mechanism, here, d) * here.q[LINKS + d]
-            string = tendon_state(mechanism, p, here, d, contact.row_side[TENDONS + d])
-            line = line_effects(Jet(lead, real(0.0), real(0.0)), string, p)
-            tension = line[0]
+            tension = string_stiffness(mechanism, here, d) * here.q[LINKS + d]
+            if here.remembers > real(0.0):  # what a guide holds
+                string = tendon_state(mechanism, p, here, d, contact.row_side[TENDONS + d])
+                line = line_effects(Jet(tension, real(0.0), real(0.0)), string, p)
+                tension = line[0]
     if not moves:
         if contact.row_held[d] == real(0.0):
             tension = forces.tension[d]
