@@ -3,13 +3,14 @@
 import re
 import shlex
 from importlib import import_module
+from pathlib import Path
 from typing import Any, get_type_hints
 
 import tyro
 
 from tendon_newton.cli import VERBS
 
-COMMAND = re.compile(r"tendon-newton ([a-z].*)$", re.MULTILINE)
+COMMAND = re.compile(r"tendon-newton ([a-z].*?)(?: \(.*)?$", re.MULTILINE)
 READ = ("dataset", "diagnosis", "model", "policies", "source", "log")  # Options that name files
 
 
@@ -22,5 +23,5 @@ def proposed(said: str) -> list[list[str]]:
         )
         files = [getattr(config, key, None) for key in READ]
         files = [one for each in files for one in (each if isinstance(each, tuple) else (each,))]
-        assert all(file is None or file.exists() for file in files), (verb, words)
+        assert all(file is None or Path(file).exists() for file in files), (verb, words)
     return found

@@ -15,6 +15,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
 from tests.diagnosis.test_diagnosed_bench import diagnosis
 from tests.importers.logs import dataset, model, recording
+from tests.proposed import proposed
 
 Change = Callable[[Path], object]
 MAPPING = """bench = "finger"
@@ -214,4 +215,5 @@ def test_a_mistake_is_told_in_one_line_with_the_mend(
     assert main(shlex.split(mistake.words)) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert [words for words in mistake.said if words not in line] == []
+    proposed(line)
     assert not [path for path in folder.rglob("new/*") if path.is_file()]

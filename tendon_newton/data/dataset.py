@@ -297,8 +297,8 @@ def refuse_other_folder(path: Path) -> None:
     if (path / "diagnosis.json").is_file():
         raise InvalidDataset(
             f"{path}: a dataset is a folder with {FILE_NAME}; this one holds a diagnosis: name the "
-            f"dataset that it was made of. {shlex.join(['tendon-newton', 'explain', f'{path}'])} "
-            "says why its causes were named"
+            f"dataset that it was made of. Why its causes were named is told by "
+            f"{shlex.join(['tendon-newton', 'explain', f'{path}'])}"
         )
     if (path / "meta" / "info.json").is_file():
         command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])

@@ -8,6 +8,7 @@ from tendon_newton.cli import main
 from tests.doors.files import FILES
 from tests.doors.logs import Columns, Door, sound
 from tests.doors.mistakes import MISTAKES, Mistake
+from tests.proposed import proposed
 
 EVERY = (*MISTAKES, *FILES)
 
@@ -25,6 +26,7 @@ def lines_said(folder: Path, door: Door, runs: list[Columns]) -> list[str]:
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         main(door(folder, runs))
+    proposed(said.getvalue())
     return said.getvalue().replace(str(folder), ".").splitlines()
 
 

@@ -14,18 +14,20 @@ import pytest
 
 from tendon_newton.actuators import ACTUATORS, find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.errors import TendonNewtonError
-from tendon_newton.exports import EXPORTS
-from tendon_newton.exports.departure import Departure, command_range, sines
+from tendon_newton.exports import EXPORTS, model_numbers
+from tendon_newton.exports.departure import Departure, command_range, departure, sines
 from tendon_newton.exports.export_page import Fidelity, told_lines, write_page
 from tendon_newton.exports.export_target import Exported
-from tendon_newton.exports.mujoco.mjcf_spool import tension_name
+from tendon_newton.exports.mujoco.mjcf_spool import spool_name, tension_name
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.replay import bench_of
+from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from tests.exports.models import ACTUATORS as TYPICAL
 from tests.exports.models import model_of
@@ -135,3 +137,39 @@ def test_the_page_tells_what_the_replays_show(tmp_path: Path) -> None:
     close = Fidelity(runs=("a",), replays={"file": near}, costs={}, sines={})
     write_page(tmp_path, "finger", exported, close)
     assert (tmp_path / "README.md").read_text().endswith("file: no effect of this model.\n")
+
+
+@pytest.mark.parametrize(
+    ("bench", "servo"), [("finger", "ideal"), ("finger", "pwm_servo"), ("spring_weak", "pd_torque")]
+)
+def test_what_the_page_tells_of_a_sine_is_what_mujoco_does(bench, servo, tmp_path) -> None:
+    """A loop of MuJoCo's own steps strays from our simulation as far as the file's replay does."""
+    model = model_for(bench, servo)
+    mechanism = bench_of(bench, model)
+    exported = EXPORTS["mujoco"].write(tmp_path, named_apart(mechanism), model)
+    waves = sines(mechanism, spool_radius_of(model))
+    runs = [waves[name] for name in ("0.5 Hz", "2 Hz", "8 Hz")]
+    for run, ours in zip(runs, replay(runs, model), strict=True):
+        told = departure(mechanism, [exported.replays["model.xml alone"](run)], [ours]).angle
+        angle = plain_angle(tmp_path / "model.xml", mechanism, model, run)
+        away = angle - ours.motor_position[:, 0]
+        assert rms(away) == pytest.approx(told, rel=0.1, abs=1.0e-4), run.name
+
+
+def plain_angle(path: Path, mechanism: Mechanism, model: Model, run: Recording) -> Array:
+    """Hold each command until the next, from rest at the first; return motor angles [rad]."""
+    file = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(file)
+    (tendon,) = mechanism.tendons
+    spool = mujoco.mj_name2id(file, mujoco.mjtObj.mjOBJ_JOINT, spool_name(tendon.name))
+    radius, rows = model_numbers.spool_of(tendon, model), []
+    data.ctrl[0] = run.command[0, 0]
+    mujoco.mj_step(file, data, nstep=round(2.0 / file.opt.timestep))
+    data.time = 0.0
+    for time, command in zip(run.time, run.command[:, 0], strict=True):
+        mujoco.mj_step(file, data, nstep=max(round((time - data.time) / file.opt.timestep), 0))
+        mujoco.mj_forward(file, data)
+        way = data.qpos[file.jnt_qposadr[spool]] if spool >= 0 else data.ten_length[0]
+        rows.append(float(way) / radius)
+        data.ctrl[0] = command
+    return np.array(rows)
