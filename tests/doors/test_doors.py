@@ -133,13 +133,17 @@ def test_a_number_at_which_a_joint_rests_is_a_reading() -> None:
     assert not failed_rows(np.stack([angle, np.zeros_like(angle)], axis=1), 0).any()
 
 
-def test_a_motor_that_is_too_slow_for_its_goals_has_them() -> None:
-    """In 2.5 s it goes half of the way: its angle is unlike its goals, and its speed like them."""
+@pytest.mark.parametrize(("hold", "rate", "most"), [(128, 0.4, np.inf), (40, 0.6, 1.5)])
+def test_a_motor_that_is_too_slow_for_its_goals_has_them(
+    hold: int, rate: float, most: float
+) -> None:
+    """It goes half of the way, or reaches no goal: its speed is like them, and its angle is not."""
     time = np.arange(640) / 80.0
-    goal = np.repeat(np.random.default_rng(1).uniform(-3.0, 3.0, 5), 128)
+    goal = np.repeat(np.random.default_rng(11).uniform(-2.2, 2.2, 640 // hold), hold)
     angle = np.zeros_like(goal)
     for row in range(1, len(goal)):
-        angle[row] = angle[row - 1] + 0.4 / 80.0 * (goal[row - 1] - angle[row - 1])
+        far = float(np.clip(goal[row - 1] - angle[row - 1], -most, most))
+        angle[row] = angle[row - 1] + rate / 80.0 * far
     log = Recording(
         name="slow", bench="spring_weak", time=time, command=goal[:, None],
         motor_position=angle[:, None], motor_velocity=np.gradient(angle, time)[:, None],

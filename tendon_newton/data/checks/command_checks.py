@@ -23,6 +23,7 @@ MOVED = 0.1  # [rad] a shaft that keeps its command is pushed no farther
 SLOWEST = 0.4  # [s] a servo that takes longer for a way is rarer than a speed in another unit
 SHIFTS = range(-3, 4)  # Rows by which a copy may be moved
 COPIED = 0.9  # [1] of the rows in motion that are equal in a copy
+ALWAYS = 0.95  # [1] of an angle's way that goes toward its command: nothing says it is no goal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +171,8 @@ def seeks(recording: Recording, place: int, delays: range) -> bool:
     if 0.0 in (np.ptp(goal), np.ptp(goal - theta), np.ptp(speed)):
         return False
     along, toward = (float(np.corrcoef(x, speed)[0, 1]) for x in (goal, goal - theta))
-    return toward > max(UNLIKE, along)
+    way = float(np.sign(goal - theta) @ speed / np.abs(speed).sum())
+    return toward > max(UNLIKE, along) or way > ALWAYS
 
 
 def smoothed(recording: Recording, place: int, delays: range) -> tuple[Array, Array, Array]:
