@@ -58,7 +58,10 @@ class Recording:
     joint_position: Array | None = None
     """Angle or place of the only joint at an encoder of its own [rad, m], shape (T,)."""
     joint_load: Array | None = None
-    """Torque on that joint from outside [N m], positive the way its angle grows, shape (T,)."""
+    """Torque on that joint from outside [N m], positive the way its angle grows, shape (T,).
+
+    With it, and without commands, the measured shaft angle is the input and the force is compared.
+    """
     tip: Array | None = None
     """Finger tip (tip_x, tip_z) in the base frame [m], shape (T, 2)."""
     current: Array | None = None
@@ -237,13 +240,7 @@ def check_shapes(recording: Recording) -> None:
     if recording.command is None and recording.force is None:
         raise InvalidRecording(
             f"{recording.name}: theta_d or force must be there, else nothing drives a simulation; "
-            "neither is"
-        )
-    compared = (recording.force, recording.joint_position)
-    if recording.driven_by == "path" and any(signal is None for signal in compared):
-        raise InvalidRecording(
-            f"{recording.name}: where joint_load drives a simulation beside theta, force and "
-            "joint_angle must be there to be compared; one is not"
+            "neither is (a motor's current times its torque constant is its force)"
         )
     matrix = (rows, recording.tendon_count)
     promised = {

@@ -8,7 +8,10 @@ from tendon_newton.device_code.templates import device_template
 
 @device_template
 def share_kept(elapsed: real, time_constant: real) -> real:
-    """Return how much of its old value a lag keeps [1]; one without a time constant keeps none."""
+    """Return how much of its old value a lag keeps [1]; one without a time constant keeps none.
+
+    Way and travel may take the place of both times.
+    """
     share = real(0.0)
     if time_constant > real(0.0):
         share = wp.exp(-elapsed / time_constant)

@@ -205,6 +205,7 @@ MEMORY_SIZE: int = constant()  # Numbers S in a world's memory
 MEMORY_OFFSETS: tuple[int, ...] = constant()
 MEMORY_NULLS: tuple[float, ...] = constant()  # Null values of these parameters
 HAS_LOAD: bool = constant()  # Whether the load on the joint is an input
+LED: bool = constant()  # Whether the shaft's path is an input
 # Whether the actuator's force is decided outside the kernel and held
 HOLDS_FORCE: bool = constant()
 # Where the held forces stand in a world's memory; what each is reckoned from stands behind

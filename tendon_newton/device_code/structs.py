@@ -14,6 +14,7 @@ import warp as wp
 from tendon_newton.device_code.placeholders import (
     HAS_BODY,
     HAS_LOAD,
+    LED,
     PLANAR,
     ROUTED,
     SHARES_BODY,
@@ -175,6 +176,8 @@ class Commands:
     angle: DeviceArray[TendonVector]
     # Torque on the joint from outside [N m], positive the way its angle grows
     load: Annotated[DeviceArray[real], HAS_LOAD]
+    rate: Annotated[DeviceArray[real], LED]  # Rate of a shaft that is led [rad/s]
+    acceleration: Annotated[DeviceArray[real], LED]  # Its acceleration [rad/s2]
     voltage: DeviceArray[real]  # Supply [V]; 0 stands for the actuator's own
     enabled: DeviceArray[real]  # Whether the servos give torque (1) or hang loose (0)
     start: DeviceArray[int]  # Where each recording starts: see `simulation.dynamics.settling`

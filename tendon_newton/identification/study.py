@@ -191,7 +191,19 @@ class Study:
     @property
     def exact(self) -> frozenset[str]:
         """Return the effects that the model says exactly: they are no causes."""
-        return frozenset(name for name, own in self._model.tolerances.items() if own == 0.0)
+        stated = frozenset(name for name, own in self._model.tolerances.items() if own == 0.0)
+        return stated if self._tells_forces() else stated | {"load_cell_gain"}
+
+    def _tells_forces(self) -> bool:
+        """Tell whether anything but the cell says how large forces are: else they are in its unit.
+
+        On a path that is led these are a load, a spring or a mass that is known.
+        """
+        return (
+            "mass" not in self._model.fit
+            or any(r.driven_by != "path" or np.any(r.joint_load) for r in self.wholes)
+            or any(joint.stiffness for m in self.mechanisms for joint in m.joints)
+        )
 
     @property
     def known(self) -> tuple[str, ...]:
@@ -313,9 +325,9 @@ class Study:
             for n, row in enumerate(columns):
                 for f in np.flatnonzero(row >= 0):
                     vectors[n, :, row[f]] = values[n, members, f] if per_recording else values[n, f]
-            signals = dict.fromkeys((compared_signal(rollout), "force", "joints"))
-            if not any(self._gears[whole] for whole in members):
-                signals = dict.fromkeys((compared_signal(rollout), "force"))
+            signals = {compared_signal(self.wholes[whole]) for whole in members} | {"force"}
+            if any(self._gears[whole] for whole in members):
+                signals.add("joints")
             rows = rollout.run_rows(vectors, time_step, tuple(signals))
             return {
                 (whole, servo): self._compare((whole, servo), rollout, place, rows)
@@ -363,7 +375,7 @@ class Study:
         span = rollout.rows_of(place)
         if servo == self.servos:
             return self._compare_joint(recording, timeline, rows["joints"][:, span, 0], source[0])
-        theta = finite(rows[compared_signal(rollout)][:, span, servo])[:, timeline.measured]
+        theta = finite(rows[compared_signal(recording)][:, span, servo])[:, timeline.measured]
         force = None
         if compares_force(recording) and recording.force is not None:
             simulated = finite(rows["force"][:, span, servo])
@@ -461,9 +473,10 @@ def of_servo(recording: Recording, servo: int) -> Recording:
     return replace(recording, name=f"{recording.name}, servo {servo}", **signals)
 
 
-def compared_signal(rollout: Rollout) -> str:
+def compared_signal(recording: Recording) -> str:
     """Return the simulated signal that an angle is compared with: a joint's on a given path."""
-    return "joints" if rollout.driven_by == "path" else "angle"
+    on_joint = recording.driven_by == "path" and recording.joint_position is not None
+    return "joints" if on_joint else "angle"
 
 
 def joint_gear(recording: Recording, mechanism: Mechanism) -> float:

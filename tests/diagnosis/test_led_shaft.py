@@ -49,6 +49,7 @@ def plant(path: Array, load: Array, rng: np.random.Generator) -> Recording:
         motor_position=recording.motor_position,
         motor_velocity=np.gradient(recording.motor_position, recording.time, axis=0),
         joint_load=recording.joint_load,
+        bench_overrides=recording.bench_overrides,
         **{n: x + sizes[n] * rng.standard_normal(x.shape) for n, x in noisy.items()},
     )
 

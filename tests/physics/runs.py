@@ -7,6 +7,7 @@ import newton
 import numpy as np
 import warp as wp
 
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -17,6 +18,7 @@ from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 GAIN = 4.2  # N/rad
 RADIUS = 0.0125  # m
 ROWS = 80.0  # Hz
+QUASI_STATIC = BenchOverrides(mass=(1.0e-9,), damping=(0.0,))  # Only springs and loads show
 DATA_SHEET = {
     "duty_per_rad": 0.10,
     "max_duty": 0.90,
@@ -88,6 +90,7 @@ def led(path: Array, load: Array, *, bench: str = "spring_weak", rate: float = R
         force=blank[:, None],
         joint_position=blank,
         joint_load=load,
+        bench_overrides=QUASI_STATIC,
     )
 
 

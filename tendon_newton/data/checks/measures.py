@@ -8,6 +8,7 @@ from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
 ROUNDING = 1e-9  # Share of a column's size below which two of its values are one [1]
 NORMAL = 0.6745  # Median size of a normal variable in standard deviations [1]
+STILL = 1.0e-7  # Change of an angle [rad] that is rounding
 USUAL_COUNT = 2.0 * np.pi / 4096.0  # Of the encoders of most servos [rad]
 SUMS_ROUNDING = 1e-12  # Share of a channel's squares that sums of them are off by [1]
 SMOOTHING = 0.04  # [s] above it, differences of an encoder are mostly its resolution
@@ -77,14 +78,26 @@ def encoder_noise(angle: Array) -> float:
 
     It is that of its counts, or of its scatter if it has none.
     """
-    moves = np.abs(np.diff(angle))
-    moves = moves[moves > 1.0e-7]
-    if len(moves) == 0:  # an angle that never changes tells no count
+    if np.abs(np.diff(angle)).max(initial=0.0) <= STILL:  # an angle that never changes has no count
         return USUAL_COUNT / np.sqrt(12.0)
-    step = float(np.quantile(moves, 0.02))
-    few = moves[moves < 10.5 * step] / step
-    counted = np.mean(np.abs(few - np.round(few)) < 0.05) > 0.9
-    return step / np.sqrt(12.0) if counted else difference_noise(angle)
+    count = encoder_count(angle)
+    return count / np.sqrt(12.0) if count > 0.0 else difference_noise(angle)
+
+
+def encoder_count(angle: Array) -> float:
+    """Return what an angle changes by a multiple of [rad], shape (T,); 0 where it shows no such.
+
+    An even motion shows none: it changes by the same in every row.
+    """
+    moves = np.abs(np.diff(angle))
+    moving = moves[moves > STILL]
+    if len(moving) == 0:
+        return 0.0
+    step = float(np.quantile(moving, 0.02))
+    few = moving[moving < 10.5 * step] / step
+    counts = np.round(few)
+    even = len(moving) == len(moves) and np.ptp(counts) == 0.0
+    return step if not even and np.mean(np.abs(few - counts) < 0.05) > 0.9 else 0.0
 
 
 def difference_noise(signal: Array) -> float:

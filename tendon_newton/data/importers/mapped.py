@@ -32,6 +32,7 @@ from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonE
 
 NOMINAL_GAIN = 4.2  # Force of the paper's servo per angle [N/rad], where a mapping states no model
 SERVO = "servo"  # Bench of a servo whose load is not known
+LEADS = "measured_path"  # Actuator to which the shaft's path is given
 SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
 SAME_RADIUS = 1e-3  # Share by which two files may round a radius [1]
 ROS_SUFFIXES = (".mcap", ".db3")
@@ -62,7 +63,9 @@ def read_mapped(
     read = [read_log(folder, path, mapping, mend=mend) for path in paths]
     model = start_model(mapping, spool_radius)
     imported = Imported(
-        logs=tuple(log for logs, _ in read for log in logs),
+        logs=tuple(
+            led(log) if model.actuator.name == LEADS else log for logs, _ in read for log in logs
+        ),
         start_model=lambda _: model,
         limits={},
         findings=(*mapped_twice(mapping), *(one for _, found in read for one in found)),
@@ -70,6 +73,14 @@ def read_mapped(
     several = any(log.recording.tendon_count > 1 for log in imported.logs)
     alone = mapping.joints or (mapping.bench == SERVO and several)
     return by_joint(imported, mapping, mend=mend) if alone else imported
+
+
+def led(log: ImportedLog) -> ImportedLog:
+    """Return a log whose path is the input: where no load is mapped, nothing loads the joint."""
+    recording = log.recording
+    if recording.command is not None or recording.joint_load is not None:
+        return log
+    return replace(log, recording=replace(recording, joint_load=np.zeros_like(recording.time)))
 
 
 def mapped_twice(mapping: ColumnMapping) -> Iterator[Finding]:

@@ -48,7 +48,7 @@ class Panels:
             if self.changed
             else [(0, BEFORE, "model")]
         )
-        self.signals = [s for s in ("theta", "force") if len(pooled(comparisons, s, 0))]
+        self.signals = [s for s in ("theta", "force") if pooled(comparisons, s, 0).any()]
 
     def unit(self, signal: str) -> tuple[float, str]:
         """Return what a residual is multiplied with, and its unit then."""

@@ -31,6 +31,7 @@ from tendon_newton.simulation.dynamics.settling import AS_MEASURED, FROM_SPRINGS
 from tendon_newton.simulation.hosts.chain_layout import ChainLayout
 from tendon_newton.simulation.hosts.force_source import Equation, ForceSource
 from tendon_newton.simulation.hosts.launch import Launch
+from tendon_newton.simulation.hosts.measured_motion import motion_of
 from tendon_newton.simulation.hosts.query_rows import NONE_LEFT
 from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
@@ -137,9 +138,9 @@ class Rollout:
             refuse_load(mechanism, self.recordings, actuator)
         if (self.driven_by == "path") != find_actuator(actuator).leads:
             raise InvalidRecording(
-                f"{recordings[0].name}: a path under a load (joint_load without theta_d) and the "
-                f"actuator 'measured_path' go together; it is driven by {self.driven_by}, with "
-                f"{actuator!r}"
+                f"{recordings[0].name}: a path under a load (joint_load, 0 where nothing loads the "
+                "joint, without theta_d) and the actuator 'measured_path' go together; it is "
+                f"driven by {self.driven_by}, with {actuator!r}"
             )
         self._has_spring = tuple(has_spring(mechanism, r.bench_overrides) for r in recordings)
         self.force = force or Equation()
@@ -419,6 +420,11 @@ class Rollout:
         if self._kinematic:
             loads = [loads_of(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
             commands.load = self.array(np.concatenate(loads), types[real])
+        if self.driven_by == "path":
+            motions = [motion_of(t.time, t.command[:, 0]) for t in self.timelines]
+            rates, accelerations = (np.concatenate(each) for each in zip(*motions, strict=True))
+            commands.rate = self.array(rates, types[real])
+            commands.acceleration = self.array(accelerations, types[real])
         settles = NEAR_MEASURED if self.kernels.structure.tendon_count > 1 else FROM_SPRINGS
         # without a command there is no equilibrium that it asks for
         starts = np.array(

@@ -1,27 +1,33 @@
-r"""Kernels of a shaft that is led along a measured path against a measured load, without masses.
+r"""Kernels of a shaft that is led along a measured path: what it takes to hold it there.
 
-    path -> spool -> [string] -> transmission -> joint <- load, spring
+    path -> spool -> [string] -> transmission -> joint <- load, spring, damper, weight, inertia
     string -> spool force, tension -> cell
 
 Each name without brackets is a slot for effects. A string of stiffness k carries
 T = k (r theta - l(q)), and may push as well: the strings of both directions are one loop. The joint
 stays where it is while
 
-.. math:: a\,P(T, -1) + \tau(q) + \tau_f \ge 0 \ge a\,P(T, +1) + \tau(q) - \tau_f
+.. math:: a\,P(T, -1) + \tau + \tau_f \ge 0 \ge a\,P(T, +1) + \tau - \tau_f
 
-with P what the guides leave of T on the side to which the tendon slides, a the moment arm, tau load
-and spring, and tau_f the joint's dry friction. Else it slides to where its side is an equality. The
-force at the shaft is the string's and what friction takes there. A state's q is the joint's angle,
-its v the side z of the shaft's friction (`MeasuredPath`).
+with P what the guides leave of T on the side to which the tendon slides, a the moment arm, tau all
+that moves the joint besides, and tau_f the joint's dry friction. Else it slides to where its side
+is an equality. The force at the shaft is the string's and what friction takes there. A state's q is
+the joint's angle, its v the side z of the shaft's friction (`MeasuredPath`).
 
-Validity: motions so slow that masses do not show.
+Weight, damper and inertia, :math:`-M \ddot q`, are those of a joint that a rigid string would lead:
+q follows theta, and its rates are those of the path (`simulation.hosts.measured_motion`).
+
+Validity: strings so stiff that the joint's own swing on them does not show.
 Source: Kaneko, Yamashita, Tanie, Basic considerations on transmission characteristics for
-tendon-driven robots (1991), with one guide.
+tendon-driven robots (1991), with one guide; Featherstone, Rigid Body Dynamics Algorithms (2008),
+chapter 5, for the inverse of the equations of motion.
 """
 
 import warp as wp
 
+from tendon_newton.device_code.first_order_lag import share_kept
 from tendon_newton.device_code.placeholders import (
+    HAS_SLOW_CELL,
     Jet,
     JointVector,
     ParameterVector,
@@ -30,7 +36,8 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.slots import (
     cell_effects,
-    joint_friction_effects,
+    chain_terms,
+    damping_effects,
     offset_effects,
     radius_effects,
     spring_effects,
@@ -38,8 +45,9 @@ from tendon_newton.device_code.slots import (
     transmission_effects,
 )
 from tendon_newton.device_code.structs import (
+    Cell,
     Commands,
-    Joint,
+    Drive,
     Mechanism,
     Readout,
     Rows,
@@ -50,6 +58,10 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.gear import gear_line
 from tendon_newton.law.servo import HELD
+from tendon_newton.simulation.dynamics.sensors import INSTANT, cells_are_slow, report
+from tendon_newton.simulation.kernels.acting_command import log_of
+from tendon_newton.simulation.tendons.states import joint_state, tendon_state
+from tendon_newton.simulation.tendons.world_drive import world_drive
 
 # Effects that can act where a path is led
 PATH_EFFECTS = (
@@ -57,14 +69,22 @@ PATH_EFFECTS = (
     "position_offset",
     "viscous_friction",
     "coulomb_friction",
+    "asymmetric_friction",
+    "stribeck_friction",
     "load_dependent_friction",
     "tendon_compliance",
     "routing_friction",
     "joint_stiffness_error",
+    "joint_damping_error",
+    "inertia_error",
     "spring_stiffening",
     "joint_dry_friction",
+    "gravity_misalignment",
+    "load_cell_delay",
+    "load_cell_lag",
     "load_cell_gain",
     "load_cell_bias",
+    "load_cell_drift",
 )
 RIGID = 1.0e8  # Stiffness [N/m] from which a string does not stretch: 20 N move it by 0.2 um
 NEWTON_STEPS = 8  # Steps towards a balance at most; a law with one corner takes three
@@ -73,33 +93,40 @@ BALANCED = 1.0e-14  # Change of the joint's angle in such a step [rad] that ends
 
 @device_template
 def string_of(
-    mechanism: Mechanism, world: int, p: ParameterVector, angle: real, rate: real, side: real
+    mechanism: Mechanism, p: ParameterVector, drive: Drive, angle: real, rate: real, side: real
 ) -> Tendon:
     """Describe the string on a spool at an angle [rad] that turns [rad/s], sliding to a side."""
-    tendon = Tendon()
+    tendon = tendon_state(mechanism, p, drive, 0, side)
     tendon.least_tension = -real(HELD)
-    tendon.nominal_radius = mechanism.spool_radius[world][0]
-    tendon.spool_radius = radius_effects(tendon.nominal_radius, 0, p)
-    tendon.inverse_radius = real(1.0) / tendon.spool_radius
     tendon.wound = angle * tendon.spool_radius
     tendon.velocity = rate * tendon.spool_radius
     tendon.angle_rate = Jet(rate, real(0.0), real(0.0))
-    tendon.enabled = real(1.0)
-    tendon.side = side
-    tendon.direction = side
     return tendon
 
 
 @device_template
-def joint_at(mechanism: Mechanism, world: int, q: real) -> Joint:
-    """Describe the joint at an angle [rad] to the effects."""
-    joint = Joint()
-    joint.position = q
-    joint.stiffness = mechanism.stiffness[world][0]
-    joint.rest = mechanism.rest[world][0]
-    joint.lower = mechanism.lower[world][0]
-    joint.upper = mechanism.upper[world][0]
-    return joint
+def led(
+    mechanism: Mechanism, p: ParameterVector, commands: Commands, row: int, drive: Drive
+) -> Drive:
+    """Return the drive with its joint where a rigid string has it in a row of the commands."""
+    out = drive
+    gear = radius_effects(mechanism.spool_radius[drive.world][0], 0, p)
+    gear = gear / mechanism.arms[drive.world][0, 0]
+    zero = mechanism.excursion_offset[drive.world][0] / mechanism.arms[drive.world][0, 0]
+    out.q = JointVector(gear * commands.angle[row][0] - zero)
+    out.v = JointVector(gear * commands.rate[row])
+    out.acceleration = JointVector(gear * commands.acceleration[row])
+    return out
+
+
+@device_template
+def moving_torque(mechanism: Mechanism, p: ParameterVector, here: Drive) -> real:
+    """Return what weight, damper and inertia do to the joint [N m] while it is led."""
+    terms = chain_terms(mechanism, here)
+    joint = joint_state(mechanism, here, 0)
+    damper = Jet(-joint.damping * joint.velocity, real(0.0), real(0.0))
+    damper = damping_effects(damper, joint, p)
+    return terms.torque[0] + damper[0] - terms.mass_matrix[0, 0] * here.acceleration[0]
 
 
 @device_template
@@ -114,33 +141,35 @@ def tension_at(mechanism: Mechanism, world: int, p: ParameterVector, wound: real
 
 @device_template
 def net_torque(
-    mechanism: Mechanism, world: int, p: ParameterVector, string: Tendon, q: real, load: real
+    mechanism: Mechanism, p: ParameterVector, here: Drive, string: Tendon, q: real, load: real
 ) -> Jet:
     """Return what moves the joint at an angle [N m], sliding to the string's side, and its slope.
 
     On side 0 there is no friction.
     """
-    joint = joint_at(mechanism, world, q)
+    at = here
+    at.q = JointVector(q)
+    joint = joint_state(mechanism, at, 0)
     spring = spring_effects(
         Jet(-joint.stiffness * (q - joint.rest), -joint.stiffness, real(0.0)), joint, p
     )
-    arm = mechanism.arms[world][0, 0]
-    pull = transmission_effects(tension_at(mechanism, world, p, string.wound, q), string, p)
-    friction = joint_friction_effects(mechanism.friction[world][0], joint, p)
-    outside = load - string.side * wp.sign(arm) * friction
+    arm = mechanism.arms[here.world][0, 0]
+    tension = tension_at(mechanism, here.world, p, string.wound, q)
+    pull = transmission_effects(tension, string, p)
+    outside = load - string.side * wp.sign(arm) * here.friction[0]
     return pull * arm + spring + Jet(outside, real(0.0), real(0.0))
 
 
 @device_template
 def balanced(
-    mechanism: Mechanism, world: int, p: ParameterVector, string: Tendon, q: real, load: real
+    mechanism: Mechanism, p: ParameterVector, here: Drive, string: Tendon, q: real, load: real
 ) -> real:
     """Return the angle [rad] near q at which nothing is left that moves the joint."""
     at = q
     moved = real(1.0)
     for _ in range(NEWTON_STEPS):
         if wp.abs(moved) > real(BALANCED):
-            net = net_torque(mechanism, world, p, string, at, load)
+            net = net_torque(mechanism, p, here, string, at, load)
             moved = -net[0] / net[1]
             at = at + moved
     return at
@@ -148,26 +177,32 @@ def balanced(
 
 @device_template
 def followed(
-    mechanism: Mechanism, world: int, p: ParameterVector, string: Tendon, q: real, load: real
+    mechanism: Mechanism, p: ParameterVector, here: Drive, string: Tendon, q: real, load: real
 ) -> real:
     """Return where the joint [rad] that was at q is once its string is wound as it is."""
     out = q
-    way = wp.sign(mechanism.arms[world][0, 0])
+    way = wp.sign(mechanism.arms[here.world][0, 0])
     for turn in range(2):
         sliding = string
         sliding.side = real(1.0) - real(2.0) * real(turn)
         sliding.direction = sliding.side
-        net = net_torque(mechanism, world, p, sliding, q, load)
+        net = net_torque(mechanism, p, here, sliding, q, load)
         if net[0] * way * sliding.side > real(0.0):
-            out = balanced(mechanism, world, p, sliding, q, load)
+            out = balanced(mechanism, p, here, sliding, q, load)
     return out
 
 
 @device_template
 def shaft_force(tension: real, string: Tendon, p: ParameterVector) -> real:
-    """Return the force at the shaft [N] that leaves a tension [N] behind the shaft's friction."""
-    gear = gear_line(tension, string, p)
-    return tension + (tension - gear[0]) / gear[1]
+    """Return the force at the shaft [N] that leaves a tension [N] behind the shaft's friction.
+
+    The side that carries the load may be another one in front of the friction than behind it.
+    """
+    force = tension
+    for _ in range(2):
+        gear = gear_line(force, string, p)
+        force = force + (tension - gear[0]) / gear[1]
+    return force
 
 
 @device_template
@@ -177,11 +212,13 @@ def start_kernel(
     """Put each joint where it rests without friction in the first row."""
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
     first = commands.first[worlds.recording[i]]
-    world, p = worlds.mechanism[i], worlds.parameters[i]
-    angle = commands.angle[first][0]
-    string = string_of(mechanism, world, p, angle, real(0.0), real(0.0))
-    q = balanced(mechanism, world, p, string, real(0.0), commands.load[first])
-    states.q[i] = JointVector(q)
+    p = worlds.parameters[i]
+    angle, rate = commands.angle[first][0], commands.rate[first]
+    here = world_drive(mechanism, worlds.mechanism[i], p)
+    here = led(mechanism, p, commands, first, here)
+    string = string_of(mechanism, p, here, angle, rate, real(0.0))
+    load = commands.load[first] + moving_torque(mechanism, p, here)
+    states.q[i] = JointVector(balanced(mechanism, p, here, string, here.q[0], load))
     states.v[i] = JointVector()
 
 
@@ -196,32 +233,49 @@ def path_kernel(
     states: States,
     readout: Readout,
 ) -> None:
-    """Lead each world's shaft through its recording, a step a row."""
+    """Lead each world's shaft through all of its recording, a step a row."""
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
-    recording, world, p = worlds.recording[i], worlds.mechanism[i], worlds.parameters[i]
-    first = commands.first[recording]
+    recording, p = worlds.recording[i], worlds.parameters[i]
+    log = log_of(commands, recording, p)
+    drive = world_drive(mechanism, worlds.mechanism[i], p)
     q = states.q[i][0]
     side = states.v[i][0]
+    slow = wp.static(HAS_SLOW_CELL) and cells_are_slow(p)
+    cell = Cell()
     out = rows.out[i]
-    before = first + wp.max(rows.begin[recording] - 1, 0)
-    for row in range(rows.begin[recording], wp.min(rows.end[recording], commands.count[recording])):
-        here = first + row
+    before = real(0.0)
+    for row in range(log.count):
+        here = log.first + row
         now, angle, load = commands.time[here], commands.angle[here][0], commands.load[here]
-        way = angle - commands.angle[before][0]
-        rate = real(0.0)
+        rate = commands.rate[here]
+        way = rate * (now - before)
         if way != real(0.0):
-            rate = way / (now - commands.time[before])
             to = wp.sign(way)
-            side = to + (side - to) * wp.exp(to * way / -p[0])
-        string = string_of(mechanism, world, p, angle, rate, side)
-        q = followed(mechanism, world, p, string, q, load)
-        tension = tension_at(mechanism, world, p, string.wound, q)
+            side = to + (side - to) * share_kept(to * way, p[0])
+        drive = led(mechanism, p, commands, here, drive)
+        drive.time = now
+        string = string_of(mechanism, p, drive, angle, rate, side)
+        moved = load + moving_torque(mechanism, p, drive)
+        q = followed(mechanism, p, drive, string, q, moved)
+        tension = tension_at(mechanism, drive.world, p, string.wound, q)
         force = shaft_force(tension[0], string, p)
         joint = offset_effects(Jet(q + p[1] * load, real(0.0), real(0.0)), string, p)
         readout.joint_position[out + row] = JointVector(joint[0])
         readout.motor_position[out + row] = TendonVector(angle)
         readout.motor_velocity[out + row] = TendonVector(rate)
-        readout.force[out + row] = TendonVector(cell_effects(force, now, 0, p))
-        before = here
+        if not slow:
+            readout.force[out + row] = TendonVector(cell_effects(force, now, 0, p))
+        if wp.static(HAS_SLOW_CELL):
+            cell.before = cell.after
+            cell.after = TendonVector(force)
+            if row == 0:
+                cell.force = cell.after
+            if slow and row > 0:
+                cell = report(commands, log, p, cell, before, now - before, out, readout.force)
+            if slow and row + 1 == log.count:
+                cell.before = cell.after
+                last = real(2.0 * INSTANT)
+                cell = report(commands, log, p, cell, now, last, out, readout.force)
+        before = now
     states.q[i] = JointVector(q)
     states.v[i] = JointVector(side)

@@ -107,6 +107,7 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
         d.FREE_SPOOL: structure.free_spool,
         d.HAS_ROTOR: structure.has_rotor,
         d.HAS_LOAD: find_actuator(structure.actuator).kinematic,
+        d.LED: structure.driven_by == "path",
         d.MAY_HOLD: structure.may_hold,
         d.HAS_DUTY: structure.uses(Stage.DUTY),
         d.DRY_OFFSETS: structure.dry_offsets,
@@ -138,7 +139,7 @@ def memory_constants(structure: Structure) -> dict[Any, Any]:
         d.OWN_NULLS: tuple(null for _, null in own),
         d.HOLDS_FORCE: structure.holds_force,
         d.HELD_MEMORY: structure.held_memory,
-        d.HAS_SLOW_CELL: slow_cell and structure.driven_by == "command",
+        d.HAS_SLOW_CELL: slow_cell and structure.driven_by != "force",
         d.CELL_MEMORY: structure.cell_memory,
     }
 
