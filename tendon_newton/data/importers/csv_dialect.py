@@ -10,7 +10,8 @@ from pathlib import Path
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, open_text
 from tendon_newton.errors import InvalidRecording
 
-DELIMITERS = (",", ";", "\t", "|")
+DELIMITERS = (",", ";", "\t", "|", " ")
+"""What may separate cells; a space alone may stand inside one as well."""
 COMMENTS = ("#", "%", "//")
 """What lines without a row begin with, the most usual first."""
 LOOKED_AT = 100  # Rows from which the decimal mark is guessed
@@ -27,11 +28,13 @@ class CsvDialect:
     decimal: str | None = None  # ``.`` or ``,``; None where it is to be guessed
     comment: str | None = None  # What lines begin with that hold no row; None where there are none
     header: tuple[str, ...] = ()  # Names of the columns where no line has them
+    above: int = 0  # Lines above the header that are neither comments nor rows
 
     def rows(self, lines: Iterable[str]) -> Iterable[str]:
         """Return the lines without comments, a header first."""
         mark = self.comment
         kept = lines if mark is None else (x for x in lines if not x.lstrip().startswith(mark))
+        kept = islice(kept, self.above, None)
         return chain([(self.delimiter or ",").join(self.header)], kept) if self.header else kept
 
     def guessed(self, path: Path, wanted: Collection[str]) -> "CsvDialect":
@@ -46,6 +49,9 @@ class CsvDialect:
         try:
             seen = self if self.comment is not None else self.with_comments(first, wanted)
             lines = list(seen.rows(first))
+            if lines and not self.header and not shared_names(lines[0], wanted):
+                above = max(range(len(lines)), key=lambda k: shared_names(lines[k], wanted))
+                seen, lines = replace(seen, above=above), lines[above:]
             if not lines:
                 return replace(seen, delimiter=seen.delimiter or ",", decimal=seen.decimal or ".")
             delimiter = seen.delimiter or guess_delimiter(lines[0], wanted)
@@ -74,6 +80,8 @@ class CsvDialect:
         words: list[str] = []
         if given.comment is None and self.comment is not None:
             words.append(f"comments after {self.comment!r}")
+        if self.above:
+            words.append(f"{self.above} lines above its header")
         if given.delimiter is None and self.delimiter != ",":
             words.append(f"cells separated by {self.delimiter!r}")
         if given.decimal is None and self.decimal != ".":
@@ -88,15 +96,16 @@ def shared_names(line: str, wanted: Collection[str]) -> int:
 
 def cells_of(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line."""
-    return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
+    rows = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+    return [cell.strip() for row in rows for cell in row]
 
 
 def guess_delimiter(header: str, wanted: Collection[str]) -> str:
     """Return what separates the cells of a header line."""
 
-    def score(delimiter: str) -> tuple[int, int]:
+    def score(delimiter: str) -> tuple[int, bool, int]:
         cells = set(cells_of(header, delimiter))
-        return len(cells & set(wanted)), len(cells)
+        return len(cells & set(wanted)), delimiter != " ", len(cells)
 
     return max(DELIMITERS, key=score)
 

@@ -7,7 +7,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from datetime import UTC, datetime, time
-from itertools import chain
+from itertools import chain, zip_longest
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
 from tendon_newton.data.files.values import are_tables, is_list, is_table
-from tendon_newton.data.formats.mapped_column import MappedColumn
+from tendon_newton.data.formats.mapped_column import UNITS, MappedColumn
 from tendon_newton.data.importers.column_mapping import ColumnMapping
 from tendon_newton.data.importers.csv_dialect import COMMENTS, PROMISE, CsvDialect
 from tendon_newton.data.recording import Array
@@ -33,6 +33,10 @@ Row = Mapping[str, Any]
 
 EPOCH = datetime(2020, 1, 1, tzinfo=UTC)
 """Instant from which dates are counted: a log's own steps keep their digits."""
+DAY = 86400.0  # [s]
+LONGEST_NIGHT = 60.0  # Step over midnight [s] beyond which a clock has rather begun again
+IN_BRACKETS = re.compile(r"[\[(][^\[\]()]+[\])]$")
+"""The unit at the end of a column's name, as in `angle [deg]`."""
 REACH = 3.0  # Widths of a Gaussian beyond which its weights are none [1]
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Cells that say that there is no number."""
@@ -59,6 +63,7 @@ def read_mapped_columns(
                 "passed over; say unit in the mapping where it is another than ours",
             )
         )
+    told += other_units(name, wanted, units)
     count = 0
     for count, row in enumerate(rows, start=1):
         found = {
@@ -81,6 +86,13 @@ def read_mapped_columns(
     if "t" not in columns:
         assert mapping.rate is not None
         columns["t"] = np.frombuffer(places) / mapping.rate
+    columns["t"], nights = past_midnight(columns["t"])
+    if nights:
+        told.append(
+            Examined(name, "t").note(
+                f"passes midnight {nights} times", "a time of day: days are added behind it"
+            )
+        )
     if mapping.resample is not None:
         columns = resampled(columns, mapping.resample, path)
     return columns, [*told, *left_out(name, empty, places, count)]
@@ -99,6 +111,29 @@ def without_units(
     if len(worded) == len(cells) > 1 and not any(isinstance(list_in(w), list) for w in worded):
         return rows, worded
     return chain([first], rows), []
+
+
+def other_units(
+    name: str, wanted: Mapping[str, MappedColumn], units: Sequence[str]
+) -> Iterator[Finding]:
+    """Tell of columns whose unit, by the file itself, is not the one that the mapping says."""
+    for (ours, column), below in zip_longest(wanted.items(), units, fillvalue=""):
+        beside = IN_BRACKETS.search(column.source or "")
+        unit = (below or (beside[0] if beside else "")).strip("[]() ")
+        size = UNITS[re.sub(r"_\d+$", "", ours)].get(unit, 1.0)
+        if size != 1.0 and abs(column.scale) == 1.0:
+            yield Examined(name, ours).defect(
+                f"its unit is {unit!r} by the file", f'say unit = "{unit}" for it in the mapping'
+            )
+
+
+def past_midnight(time: Array) -> tuple[Array, int]:
+    """Return times of a day [s] that go on behind midnight, shape (T,), and how often they do."""
+    steps = np.diff(time)
+    night = (steps < 0.0) & (steps > -DAY) & (steps + DAY < LONGEST_NIGHT)
+    if not night.any() or time.min() < 0.0 or time.max() > DAY:
+        return time, 0
+    return time + DAY * np.concatenate([[0], np.cumsum(night)]), int(night.sum())
 
 
 def resampled(columns: Mapping[str, Array], rate: float, path: Path) -> dict[str, Array]:
@@ -221,8 +256,10 @@ def number_of(
     if found is None and place == 0 and column.source not in row:
         first = next(iter(STEP.findall(column.source)), ("", ""))[0]
         if first not in row:
+            bare = all(key is None or number_in(key) is not None for key in row)
             raise InvalidRecording(
                 f"{path}: no column named {shown(column.source)}; there are {listed(map(str, row))}"
+                + ": a file without a header has its columns' names in header = [...]" * bare
             )
     if is_missing(found):
         return None
@@ -233,6 +270,8 @@ def number_of(
     if number is None:
         mark = next((m for m in COMMENTS if str(found).startswith(m)), None)
         mend = f' (comment = "{mark}" in the mapping passes over such lines)' if mark else ""
+        if dated and ":" in str(found):
+            mend = " (a date and a time of day are read as ISO writes them: 2026-03-04 23:59:55.25)"
         raise InvalidRecording(
             f"{path}: {column.source} must be a number; row {place} has {shown(found)}{mend}"
         )
