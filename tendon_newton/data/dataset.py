@@ -90,7 +90,9 @@ def read_aside(
 FILE_NAME = "dataset.toml"
 Split = Literal["train", "test"]
 SPLITS: tuple[Split, ...] = ("train", "test")
-LOG_SUFFIXES = (".csv", ".json", ".jsonl", ".ndjson", ".mcap", ".db3")
+LOG_SUFFIXES = (
+    ".csv", ".json", ".jsonl", ".ndjson", ".mcap", ".db3", ".txt", ".tsv", ".dat", ".log", ".xlsx"
+)  # fmt: skip
 """Endings of logs that a mapping explains."""
 
 
@@ -259,7 +261,7 @@ def listed_files(path: Path) -> tuple[str, ...]:
 def read_entries(path: Path) -> list[ListedRecording]:
     """Read and check ``dataset.toml`` without opening the recordings."""
     where = path / FILE_NAME
-    if os.path.isdir(path) and not where.exists():  # noqa: PTH112 - takes names of no file
+    if os.path.exists(path) and not where.exists():  # noqa: PTH110 - takes names of no file
         refuse_other_folder(path)
     table = read_toml(where, InvalidDataset, f"a dataset is a folder with {FILE_NAME}")
     refuse_unknown_keys(table, ("recordings",), str(where), InvalidDataset)
@@ -286,7 +288,7 @@ def dataset_folders(path: Path) -> tuple[Path, ...]:
 
 
 def refuse_other_folder(path: Path) -> None:
-    """Refuse a folder of datasets, logs, a diagnosis or LeRobot with commands that take it."""
+    """Refuse a log, or a folder of datasets, logs, a diagnosis or LeRobot, with what takes it."""
     if parts := dataset_folders(path):
         command = ["tendon-newton", "diagnose", f"{path}", "--out", f"{path}_diagnosis"]
         raise InvalidDataset(
@@ -303,11 +305,13 @@ def refuse_other_folder(path: Path) -> None:
     if (path / "meta" / "info.json").is_file():
         command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])
         raise InvalidDataset(f"{path}: is a LeRobotDataset, to be imported first: {command}")
-    if log := next((file for file in path.iterdir() if file.suffix in LOG_SUFFIXES), None):
-        words = ["tendon-newton", "import", "mapped", f"{path}", "--mapping", "mapping.toml"]
+    folder, files = (path, path.iterdir()) if path.is_dir() else (path.parent, [path])
+    if log := next((file for file in files if file.suffix in LOG_SUFFIXES), None):
+        words = ["tendon-newton", "import", "mapped", f"{folder}", "--mapping", "mapping.toml"]
+        came = f"this one holds logs ({log.name})" if folder == path else "this is a log"
         raise InvalidDataset(
-            f"{path}: a dataset is a folder with {FILE_NAME}; this one holds logs ({log.name}), to "
-            f"be imported first: {shlex.join([*words, '--out', 'dataset'])} (docs/your_logs.md)"
+            f"{path}: a dataset is a folder with {FILE_NAME}; {came}, to be imported first: "
+            f"{shlex.join([*words, '--out', 'dataset'])} (docs/your_logs.md)"
         )
 
 

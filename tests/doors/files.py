@@ -79,7 +79,7 @@ FILES: tuple[Mistake, ...] = (
     in_file("lines above the header", "2 lines above its header", lambda text: f"Rig\n1,2\n{text}"),
     in_file("cells between spaces", "cells separated by ' '", edit(",", "  ")),
     in_file("a date as Germans write it", "as ISO writes them", edit("\n0.05,", "\n4.3.26 1:02,")),
-    of_kind("a time of day at midnight", "passes midnight",
+    of_kind("a time of day at midnight", "midnights that pass: 1",
         lambda run: run.update(t=(run["t"] + 86398.0) % 86400.0)),
     in_file("a row that ends early", "rows without a number", ragged),
     in_file("a word for a number", "must be a number", edit("\n0.05,", "\nfast,")),

@@ -37,6 +37,7 @@ class Asked:
 
 def examine_data(config: Asked) -> bool:
     """Examine datasets one after the other; tell whether all are sound."""
+    from tendon_newton.data.dataset import refuse_other_folder
     from tendon_newton.data.importers.lerobot.hub import local_folder
 
     tables: list[dict[str, Any]] = []
@@ -44,6 +45,8 @@ def examine_data(config: Asked) -> bool:
     for folder in folders:
         if len(folders) > 1 and not config.json:
             print(f"{folder}:")
+        if not any((folder / mark).is_file() for mark in MARKS):
+            refuse_other_folder(folder)
         examine = examine_own if (folder / OWN_FILE).is_file() else examine_joints
         tables.append({"dataset": str(folder), **examine(config, folder)})
     if config.json:

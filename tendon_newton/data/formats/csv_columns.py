@@ -188,7 +188,8 @@ def require(present: Iterable[str], columns: tuple[str, ...], name: str) -> None
     if missing:
         raise InvalidRecording(
             f"{name}: column {missing[0]!r} is missing; there are {listed(present)} "
-            f"(known columns: {', '.join(KNOWN_COLUMNS)})"
+            f"(known columns: {', '.join(KNOWN_COLUMNS)}); logs with other columns are taken in by "
+            "import mapped, docs/your_logs.md"
         )
 
 

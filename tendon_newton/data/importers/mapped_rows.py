@@ -7,7 +7,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from datetime import UTC, datetime, time
-from itertools import chain, zip_longest
+from itertools import chain
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -90,7 +90,7 @@ def read_mapped_columns(
     if nights:
         told.append(
             Examined(name, "t").note(
-                f"passes midnight {nights} times", "a time of day: days are added behind it"
+                f"midnights that pass: {nights}", "a time of day: a day is added behind each"
             )
         )
     if mapping.resample is not None:
@@ -117,9 +117,9 @@ def other_units(
     name: str, wanted: Mapping[str, MappedColumn], units: Sequence[str]
 ) -> Iterator[Finding]:
     """Tell of columns whose unit, by the file itself, is not the one that the mapping says."""
-    for (ours, column), below in zip_longest(wanted.items(), units, fillvalue=""):
+    for k, (ours, column) in enumerate(wanted.items()):
         beside = IN_BRACKETS.search(column.source or "")
-        unit = (below or (beside[0] if beside else "")).strip("[]() ")
+        unit = (units[k] if units else beside[0] if beside else "").strip("[]() ")
         size = UNITS[re.sub(r"_\d+$", "", ours)].get(unit, 1.0)
         if size != 1.0 and abs(column.scale) == 1.0:
             yield Examined(name, ours).defect(
@@ -256,7 +256,7 @@ def number_of(
     if found is None and place == 0 and column.source not in row:
         first = next(iter(STEP.findall(column.source)), ("", ""))[0]
         if first not in row:
-            bare = all(key is None or number_in(key) is not None for key in row)
+            bare = all(number_in(key) is not None for key in row)
             raise InvalidRecording(
                 f"{path}: no column named {shown(column.source)}; there are {listed(map(str, row))}"
                 + ": a file without a header has its columns' names in header = [...]" * bare
