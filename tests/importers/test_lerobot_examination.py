@@ -155,6 +155,22 @@ def test_a_calibration_that_drifts_is_seen_in_its_episode(tmp_path, rng) -> None
     assert "in the episode in place 8, " in joint.faults[0].evidence
 
 
+@pytest.mark.parametrize("spread", [0.2, 0.6])  # within the joint's range, and beyond it [rad]
+def test_an_episode_that_follows_nothing_is_told_and_the_others_examined(
+    spread, tmp_path, rng
+) -> None:
+    """One of three holds noise: delay and play are those of the other two."""
+    command = teleoperated(rng)
+    position = servo(command, 0.03, 0.06, 1.0 * DEGREE, 0.0)
+    position[600:] = rng.normal(0.0, spread, 300)
+    time, episode = np.tile(np.arange(300) / RATE, 3), np.repeat(np.arange(3), 300)
+    joints = {"elbow_flex": np.stack([command, position], 1)}
+    joint = only(write_arm(tmp_path / "arm", joints, time, episode=episode))
+    assert {fault.recording for fault in joint.faults} == {"episode_002.csv"}
+    assert joint.following.delay + joint.following.lag == pytest.approx(0.09, abs=0.01)
+    assert joint.following.play == pytest.approx(1.0 * DEGREE, abs=0.3 * DEGREE)
+
+
 def test_what_is_no_goal_of_the_joint_is_said(tmp_path: Path, rng: np.random.Generator) -> None:
     """Where action holds something else, no delay and no play are told as if they were."""
     joint = examined(tmp_path / "arm", teleoperated(rng), teleoperated(rng))

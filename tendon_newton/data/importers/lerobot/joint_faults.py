@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.following import Following
+from tendon_newton.data.checks.following import FollowedMotion, Following, follow
 from tendon_newton.data.importers.lerobot.units import DEGREE, GRIPPER
 
 ANGLE_LIMIT = 5.0 * DEGREE
@@ -23,6 +23,42 @@ SPREAD = 3.0
 of a sound SO-101 has 2.0 times their play, and 1.6 times their delay and lag."""
 LEAST_PLAY = 1.0 * DEGREE  # What a joint must have more than its siblings, at least
 LEAST_LATENESS = 0.03  # [s] likewise; a row of LeRobot, to which its stamps hold
+MOTION_LIMIT = 2.0 * DEGREE  # Motion of a command below which nothing can be told of its joint
+MOTION_ROWS = 4000
+"""Rows of a joint that are fitted, from the episodes in which it moves most; two minutes."""
+LEAST_EPISODES = 3  # Episodes of which most may follow where one does not
+
+
+def follow_most(
+    episodes: Mapping[str, FollowedMotion],
+) -> tuple[Following | None, list[Finding]]:
+    """Tell how a joint follows; where a few of its episodes alone do not, say so without them."""
+    fitted = moving(list(episodes.values()))
+    following = follow(fitted) if fitted else None
+    if following is None or follows(following) or len(fitted) < LEAST_EPISODES:
+        return following, []
+    alone = {name: follow([motion]) for name, motion in episodes.items() if moving([motion])}
+    wrong = {name: found for name, found in alone.items() if not follows(found)}
+    if not 0 < 2 * len(wrong) < len(alone):
+        return following, []
+    rest = [motion for name, motion in episodes.items() if name not in wrong]
+    return follow(moving(rest)), [
+        Examined(name, "theta").defect(
+            f"does not follow its command, by {found.residual / DEGREE:.1f} deg RMS",
+            "the other episodes do: leave this one out, or record it anew",
+        )
+        for name, found in wrong.items()
+    ]
+
+
+def moving(motions: Sequence[FollowedMotion]) -> list[FollowedMotion]:
+    """Return the episodes in which a joint moves most, up to so many rows."""
+    usable = [motion for motion in motions if np.ptp(motion.command) > MOTION_LIMIT]
+    chosen: list[FollowedMotion] = []
+    for motion in sorted(usable, key=lambda motion: -float(np.ptp(motion.command))):
+        if sum(len(other.time) for other in chosen) < MOTION_ROWS:
+            chosen.append(motion.until(MOTION_ROWS))
+    return chosen
 
 
 def following_faults(following: Following, offsets: Sequence[float]) -> Iterator[Finding]:

@@ -1,6 +1,6 @@
 """What is wrong with the joints of a LeRobotDataset, before anybody trains on it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,7 +10,6 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.following import (
     FollowedMotion,
     Following,
-    follow,
     held_rows,
     offset_of,
 )
@@ -24,6 +23,7 @@ from tendon_newton.data.importers.lerobot.episodes import read_episodes
 from tendon_newton.data.importers.lerobot.info import JointPlace
 from tendon_newton.data.importers.lerobot.joint_faults import (
     beside_siblings,
+    follow_most,
     following_faults,
     follows,
     row_faults,
@@ -38,9 +38,6 @@ from tendon_newton.data.importers.lerobot.reading import (
 from tendon_newton.data.importers.lerobot.units import DEGREE, LeRobotUnits, angle_sizes
 from tendon_newton.data.recording import Array, Mask, Recording
 
-MOTION_LIMIT = 2.0 * DEGREE  # Motion of a command below which nothing can be told of its joint
-MOTION_ROWS = 4000
-"""Rows of a joint that are fitted, from the episodes in which it moves most; two minutes."""
 LEAST_ROWS = 60  # Rows of an episode below which it is not looked at; two seconds
 HEADINGS = "    offset   delay     lag      play    held  missing  late rows"
 """Columns of a joint's line."""
@@ -127,7 +124,10 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> Examination
         examine_joint(
             joint,
             size,
-            [motion_of(*one, place) for one in zip(signed, stood, strict=True)],
+            {
+                whole.name: motion_of(whole, frozen, place)
+                for whole, frozen in zip(signed, stood, strict=True)
+            },
             [named_joints(one, info.joints) for one in seen if place_of(one.channel) == place],
             [whole.motor_position[:, place] for whole in wholes],
         )
@@ -180,28 +180,33 @@ def motion_of(whole: Recording, frozen: Mask, place: int) -> FollowedMotion:
 def examine_joint(
     joint: JointPlace,
     size: float,
-    motions: Sequence[FollowedMotion],
+    episodes: Mapping[str, FollowedMotion],
     found: Sequence[Finding],
     angles: Sequence[Array],
 ) -> JointExamination:
     """Examine one joint, whose unit has a size [rad].
 
     Args:
-        found: What the checks of recordings say of it. Where that is no reading of this joint, no
-            advice follows from how it seems to move.
+        episodes: Its motion in each, by the episode's name.
+        found: What the checks of recordings say of it. Where that is no reading of this joint, in
+            most episodes, no advice follows from how it seems to move; else from the others.
         angles: Its angle in each episode as it was recorded [rad], shape (T,).
     """
-    count = sum(len(motion.time) for motion in motions)
-    stamps = [stamp_faults(motion.time) for motion in motions]
+    count = sum(len(motion.time) for motion in episodes.values())
+    stamps = [stamp_faults(motion.time) for motion in episodes.values()]
     dropped = sum(missing for missing, _ in stamps)
     late = sum(late for _, late in stamps)
     again = sum(int(repeated_rows(theta).sum()) for theta in angles)
-    strange = any(finding.check not in ROWS_ALONE for finding in found)
-    fitted = [] if strange else moving(motions)
-    following = follow(fitted) if fitted else None
+    strange = {finding.recording for finding in found if finding.check not in ROWS_ALONE}
+    usable = {name: motion for name, motion in episodes.items() if name not in strange}
+    if not strange <= episodes.keys() or 2 * len(strange) >= max(len(episodes), 2):
+        usable = {}
+    following, apart = follow_most(usable)
+    found = [*found, *apart]
+    motions = [m for name, m in usable.items() if name not in {one.recording for one in apart}]
     offsets = [] if following is None else [offset_of(motion, following) for motion in motions]
     held = 0.0
-    if not strange and (following is None or follows(following)):
+    if following is None or follows(following):
         held = sum(int((held_rows(m) & m.good).sum()) for m in motions) / count
     faults = [*found, *row_faults(joint.name, held, dropped, late, count)]
     if following is not None:
@@ -227,16 +232,6 @@ def pauses(whole: Recording) -> Iterator[Finding]:
             f"{whole.time[row + 1] - whole.time[row]:.4g} s before row {row + 1}",
             "it was set, or the recording paused: cut the episode there",
         )
-
-
-def moving(motions: Sequence[FollowedMotion]) -> list[FollowedMotion]:
-    """Return the episodes in which a joint moves most, up to so many rows."""
-    usable = [motion for motion in motions if np.ptp(motion.command) > MOTION_LIMIT]
-    chosen: list[FollowedMotion] = []
-    for motion in sorted(usable, key=lambda motion: -float(np.ptp(motion.command))):
-        if sum(len(other.time) for other in chosen) < MOTION_ROWS:
-            chosen.append(motion.until(MOTION_ROWS))
-    return chosen
 
 
 def stamp_faults(time: Array) -> tuple[int, int]:
