@@ -44,6 +44,7 @@ NO_DATASET = {
     "experiment": "reads a diagnosis",
     "oscillation": "looks at all rows of a log and learns nothing for another",
     "plan": "reads a model",
+    "servo": "copies a model",
     "view": "draws one log",
     "explain": "reads a diagnosis",
     "asset": "reads an asset",

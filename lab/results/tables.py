@@ -11,6 +11,7 @@ from lab.results.readme_table import readme
 from lab.results.record import Record
 from lab.studies.comparison.table import ratios, shares_of_arm
 from lab.studies.comparison.table import tables as tables_of_comparison
+from lab.studies.known_servos import table as known_servos
 
 RATES = {
     "deserved": "named, and deserved",
@@ -286,6 +287,11 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         "docs/comparison.md",
         lambda kept: tables_of_comparison(kept["comparison"].figures),
     ),
+    "known servos": (
+        "docs/known_servos.md",
+        lambda kept: known_servos.table(kept["comparison"].figures),
+    ),
+    "numbers of known servos": ("docs/known_servos.md", lambda kept: known_servos.numbers()),
     "losses": ("docs/comparison.md", lambda kept: ratios(kept["comparison"].figures)),
     "arm": ("docs/lab/so101.md", lambda kept: shares_of_arm(kept["comparison"].figures)),
     "turning": ("docs/policies.md", turning),

@@ -16,8 +16,8 @@ class ExportConfig:
     """What to carry where."""
 
     model: Annotated[Path, tyro.conf.Positional]
-    """Model file, or a diagnosis: its folder or its diagnosis.json; of an arm, that of
-    `diagnose --arm` or its arm.json."""
+    """Model file, a diagnosis (its folder or its diagnosis.json), or a known servo; of an arm, that
+    of `diagnose --arm` or its arm.json."""
     to: str
     """Target: mujoco, newton, isaaclab, mjlab, networks, bam, usd or urdf; docs/export.md says what
     each can hold."""

@@ -24,7 +24,9 @@ class SimulateConfig:
     """Which recordings, which model, and where to."""
 
     dataset: Annotated[Path, tyro.conf.Positional]  # Folder with dataset.toml and its recordings.
-    model: Path  # Model file (.toml) that moves the benches, or a diagnosis of them: its folder.
+    model: Path
+    """What moves the benches: a model file (.toml), a diagnosis of them (its folder), or a known
+    servo."""
     out: Path  # Folder for the results; made if it is not there.
     seconds: float = 20.0  # Beginning of each recording that is simulated [s]; inf takes all.
     time_step: float | None = None
@@ -46,7 +48,6 @@ def main(config: SimulateConfig) -> None:
     """Simulate and write trajectories and pictures."""
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter
 
@@ -58,13 +59,14 @@ def main(config: SimulateConfig) -> None:
         raise InvalidParameter(f"--seconds must be above 0; it is {config.seconds:g}")
     quiet_warp()
 
-    from tendon_newton.diagnosis.diagnosed_bench import model_path, refuse_other_bench
+    from tendon_newton.diagnosis.diagnosed_bench import open_model
     from tendon_newton.identification.cutting import beginning
+    from tendon_newton.mechanisms.loading import load_mechanism
 
     dataset = load_dataset(config.dataset, require_train=False, require_test=False)
     whole = (*dataset.train, *dataset.test)
-    refuse_other_bench(config.model, [recording.bench for recording in whole])
-    model = load_model(model_path(config.model))
+    benches = dict.fromkeys(recording.bench for recording in whole)
+    model = open_model(config.model, [load_mechanism(bench) for bench in benches])
     out = make_folder(config.out, config.dataset)
 
     from tendon_newton.cli.duration import TimeLeft

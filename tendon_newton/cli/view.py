@@ -32,8 +32,8 @@ class ViewConfig:
     logs: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """Logs of collect and deploy (.mcap), recordings (.csv), or folders of them."""
     model: Path | None = None
-    """Model file, or a diagnosis: what it makes of the commands is shown beside what was
-    measured."""
+    """Model file, a diagnosis, or a known servo: what it makes of the commands is shown beside what
+    was measured."""
     to: Literal["window", "file"] = "window"
     """Whether a window opens, or files (.rrd) are written beside the logs to be opened later."""
     follow: float | None = None
@@ -47,8 +47,6 @@ def main(config: ViewConfig) -> None:
     from tendon_newton.errors import InvalidParameter
 
     quiet_warp()
-    from tendon_newton.data.model_file import load_model
-    from tendon_newton.diagnosis.diagnosed_bench import model_path
     from tendon_newton.workflows.viewing import (
         end_of_input,
         follow,
@@ -67,9 +65,9 @@ def main(config: ViewConfig) -> None:
         print(READY, flush=True)
         follow(folder, config.to, config.follow, end_of_input())
         return
-    model = None if config.model is None else load_model(model_path(config.model))
     for log in logs_of(config.logs):
-        scene = show_log(log, config.to) if model is None else show_model(log, model, config.to)
+        named = config.model
+        scene = show_log(log, config.to) if named is None else show_model(log, named, config.to)
         target = scene.target
         print(f"{log}: {'shown in a window' if target is None else target}")
 

@@ -1,24 +1,82 @@
 """Which bench a diagnosis is of: whoever uses its model takes that bench.
 
 A diagnosis is named by its folder or its ``diagnosis.json``, and then holds for its own benches.
-The ``model.toml`` alone is a servo for any bench; unless a bench is named it stays on its own.
+The ``model.toml`` alone is a servo for any bench; unless a bench is named it stays on its own. A
+known servo is named by a word, and is carried over to the spool of any bench.
 """
 
 from collections.abc import Collection
 from pathlib import Path
 
 from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.diagnosis.diagnosis_file import diagnosis_table
-from tendon_newton.errors import InvalidParameter, listed
-
-FILE, MODEL = "diagnosis.json", "model.toml"
+from tendon_newton.diagnosis.known_servos import (
+    ANSWER,
+    MODEL,
+    known_servo,
+    known_servos,
+    servo_alone,
+    worlds_alone,
+)
+from tendon_newton.diagnosis.posterior import Posterior, read_posterior
+from tendon_newton.errors import InvalidParameter, listed, unknown_name
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 
 def model_path(path: Path) -> Path:
-    """Return the model file of a diagnosis, or the path itself."""
+    """Return the model file of a diagnosis or of a known servo, or the path itself.
+
+    Raises:
+        UnknownName: A word is neither a file nor a known servo.
+    """
+    path = known_servo(path) or path
+    if path.name == str(path) and not path.suffix and not path.exists():
+        raise unknown_name("servo, file or folder", path, known_servos())
     if path.is_dir():
         return path / MODEL
     return path.with_name(MODEL) if path.suffix == ".json" else path
+
+
+def open_model(path: Path, benches: Collection[Mechanism]) -> Model:
+    """Return the model that a user names, for benches that it may be used on.
+
+    Args:
+        path: Model file, a diagnosis (its folder or its ``diagnosis.json``), or a known servo.
+        benches: A known servo is carried over to their spool.
+
+    Raises:
+        InvalidParameter: A diagnosis is of another bench, or the benches have several spools.
+        TendonNewtonError: The file is damaged or missing.
+    """
+    refuse_other_bench(path, [bench.name for bench in benches])
+    model = load_model(model_path(path))
+    return model if known_servo(path) is None else servo_alone(model, common_spool(path, benches))
+
+
+def open_worlds(path: Path, bench: Mechanism) -> Posterior:
+    """Return what a diagnosis or a known servo leaves open, on a bench.
+
+    Raises:
+        InvalidDiagnosis: It has no such file, or the file is broken.
+    """
+    if (home := known_servo(path)) is None:
+        refuse_other_bench(path, [bench.name])
+        return read_posterior(path)
+    stated = load_model(home / MODEL).actuator.values["spool_radius"]
+    return worlds_alone(read_posterior(home / ANSWER), common_spool(path, [bench]) / float(stated))
+
+
+def common_spool(path: Path, benches: Collection[Mechanism]) -> float:
+    """Return the radius of the spool that benches have in common [m]."""
+    radii = {tendon.spool_radius for bench in benches for tendon in bench.tendons}
+    if len(radii) != 1:
+        raise InvalidParameter(
+            f"{path}: a known servo is carried over to one spool; the benches "
+            f"{listed(bench.name for bench in benches)} have radii of "
+            f"{listed(f'{radius:g}' for radius in sorted(radii))} m: use them one at a time"
+        )
+    return radii.pop()
 
 
 def recorded_benches(path: Path) -> tuple[str, ...]:
@@ -39,7 +97,7 @@ def recorded_numbers(path: Path, bench: str) -> tuple[str, ...]:
 
 def recorded_rows(path: Path) -> list[CheckedTable]:
     """Return how the benches of a diagnosis were set up; empty for a model without one."""
-    file = model_path(path).with_name(FILE)
+    file = model_path(path).with_name(ANSWER)
     if model_path(path).name != MODEL or not file.is_file():
         return []
     table = diagnosis_table(file)
@@ -77,7 +135,7 @@ def refuse_other_bench(path: Path, benches: Collection[str]) -> None:
         InvalidParameter: The diagnosis is of none of them, or not of all.
     """
     own = recorded_benches(path)
-    if model_path(path) == path or not own:
+    if model_path(path) == path or known_servo(path) is not None or not own:
         return
     for bench in benches:
         if Path(bench).stem not in own:

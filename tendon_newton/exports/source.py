@@ -6,13 +6,14 @@ from math import inf
 from pathlib import Path
 
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.model_file import Model, load_model
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnosed_bench import bench_for, model_path
+from tendon_newton.diagnosis.diagnosed_bench import bench_for, open_model
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.departure import sines, standard_runs
 from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
@@ -35,7 +36,7 @@ def read_source(
     """Read what a user names.
 
     Args:
-        model: Model file, or a diagnosis: its folder or its diagnosis.json.
+        model: Model file, a diagnosis (its folder or its diagnosis.json), or a known servo.
         bench: Name of the bench, None where dataset or diagnosis say it.
         dataset: Recordings with the commands to replay, None for the standard ones.
         seconds: Time of the dataset's commands that is taken [s].
@@ -47,7 +48,6 @@ def read_source(
     """
     if not seconds > 0.0:
         raise InvalidParameter(f"--seconds must be above 0; it is {seconds:g}")
-    read = load_model(model_path(model))
     recordings: list[Recording] = []
     if dataset is not None:
         found = load_dataset(dataset, require_train=False, require_test=False)
@@ -58,6 +58,7 @@ def read_source(
             f"--bench must name one of the dataset's benches: {', '.join(benches)}"
         )
     name = bench_for(model, bench or next(iter(benches), None), FINGER)
+    read = open_model(model, [load_mechanism(name)])
     mechanism = bench_of(name, read)
     runs = [run for run in recordings if run.bench == name]
     if dataset is not None and not runs:

@@ -22,9 +22,10 @@ from tendon_newton.data.formats.topic_mapping import (
     STATE_TOPIC,
     TIP_TOPIC,
 )
-from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.diagnosed_bench import open_model
 from tendon_newton.errors import InvalidParameter, listed
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.workflows.scene import BenchScene, View
@@ -134,10 +135,11 @@ def show_message(scene: BenchScene, topic: str, message: Any) -> None:
                 scene.say(f"{status.name}: {status.message}", LEVELS[number])
 
 
-def show_model(path: Path, model: Model, to: View) -> BenchScene:
-    """Show a log or a recording beside what a model makes of its commands."""
+def show_model(path: Path, model: Path, to: View) -> BenchScene:
+    """Show a log or a recording beside what a model, as `open_model` reads it, makes of it."""
     recording = load_recording(path)
-    (trajectory,) = replay([recording], model)
+    own = open_model(model, [load_mechanism(recording.bench)])
+    (trajectory,) = replay([recording], own)
     return show_recording(recording, to, path, trajectory)
 
 

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from tendon_newton.data.dataset import Dataset
+    from tendon_newton.data.model_file import Model
     from tendon_newton.diagnosis.result import Diagnosis
     from tendon_newton.workflows.diagnosing import DiagnosisAnswer
 
@@ -59,7 +60,7 @@ class DiagnoseConfig:
     test recordings only report the error."""
     out: Path  # Folder for the results; made if it is not there.
     model: Path | None = None
-    """Model file to start from; by default model.toml beside the recordings."""
+    """Model file or known servo to start from; by default model.toml beside the recordings."""
     against: Path | None = None
     """Earlier day, as its dataset or the folder of its diagnosis: say what has changed since. The
     dataset may be a folder of datasets then, one a day."""
@@ -82,10 +83,9 @@ class DiagnoseConfig:
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.duration import read_duration
-    from tendon_newton.cli.heap import load_newton, share_heap
+    from tendon_newton.cli.heap import share_heap
     from tendon_newton.data.dataset import dataset_folders
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter
 
@@ -107,9 +107,8 @@ def main(config: DiagnoseConfig) -> None:
             f"--arm needs a folder with a dataset of each joint; {config.dataset} has none in it"
         )
     dataset = read_dataset(config)
-    model = load_model(model_file(config))
+    model = start_model(config, dataset)
     out = make_folder(config.out, config.dataset, config.model)
-    load_newton()
 
     from tendon_newton.diagnosis.reporting.report import Origin
     from tendon_newton.workflows.diagnosing import diagnose_into
@@ -172,7 +171,6 @@ def diagnose_joints(
 ) -> None:
     """Diagnose each joint's servo, and print what was found."""
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.data.model_file import load_model
     from tendon_newton.mechanisms.loading import load_mechanism
     from tendon_newton.workflows.diagnosing_arm import (
         arm_lines,
@@ -192,7 +190,7 @@ def diagnose_joints(
     answer = diagnose_arm_into(
         config.out,
         datasets,
-        {joint: load_model(model_file(own)) for joint, own in each.items()},
+        {joint: start_model(own, datasets[joint]) for joint, own in each.items()},
         None if config.arm is None else load_mechanism(config.arm),
         shlex.join(["tendon-newton", *sys.argv[1:]]),
         progress=progress,
@@ -281,6 +279,20 @@ def model_file(config: DiagnoseConfig) -> Path:
             "write this file: the verbs collect and import do, docs/model_file.md tells how"
         )
     return beside
+
+
+def start_model(config: DiagnoseConfig, dataset: Dataset) -> Model:
+    """Return the model to start from, for the benches of a dataset."""
+    from tendon_newton.cli.heap import load_newton
+
+    file = model_file(config)
+    load_newton()
+
+    from tendon_newton.diagnosis.diagnosed_bench import open_model
+    from tendon_newton.mechanisms.loading import load_mechanism
+
+    benches = dict.fromkeys(recording.bench for recording in dataset.train)
+    return open_model(file, [load_mechanism(bench) for bench in benches])
 
 
 def read_dataset(config: DiagnoseConfig) -> Dataset:

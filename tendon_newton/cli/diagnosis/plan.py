@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 class PlanConfig:
     """Which model, which benches, how long."""
 
-    model: Annotated[Path, tyro.conf.Positional]  # Model file with the effects that are suspected.
+    model: Annotated[Path, tyro.conf.Positional]
+    """Model file with the effects that are suspected, or a known servo."""
     out: Path  # Folder for the commands; made if it is not there.
     benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")  # Benches that you have.
     task: Path | None = None
@@ -42,11 +43,11 @@ def main(config: PlanConfig) -> None:
     """Design the runs, write them and say what they tell."""
     from tendon_newton.cli.duration import read_duration
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.diagnosis.diagnosed_bench import open_model
     from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length
     from tendon_newton.errors import InvalidModelFile, InvalidParameter
-    from tendon_newton.mechanisms.asset_library import asset_path
+    from tendon_newton.mechanisms.loading import load_mechanism
 
     check_run_length(config.run_length)
     runs = int(read_duration(config.budget, "--budget") / config.run_length)
@@ -59,10 +60,8 @@ def main(config: PlanConfig) -> None:
         raise InvalidParameter("--benches must name the benches that you have; it names none")
     if not config.force_limit > 0.0:
         raise InvalidParameter(f"--force-limit must be above 0; it is {config.force_limit:g}")
-    for bench in config.benches:
-        asset_path(bench)
-    model = load_model(config.model)
     quiet_warp()
+    model = open_model(config.model, [load_mechanism(bench) for bench in config.benches])
 
     import numpy as np
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.diagnosed_bench import FILE, MODEL
 from tendon_newton.diagnosis.diagnosis_file import diagnosis_table, state_diagnosis
 from tendon_newton.diagnosis.identifiability import Confounded
+from tendon_newton.diagnosis.known_servos import ANSWER, MODEL
 from tendon_newton.diagnosis.next_experiment.open_sets_file import read_scale, read_setting
 from tendon_newton.diagnosis.posterior import read_posterior
 from tendon_newton.diagnosis.result import (
@@ -39,7 +39,7 @@ def load_diagnosis(path: str | Path) -> Diagnosis:
         InvalidModelFile: The model is.
     """
     path = Path(path)
-    file = path / FILE if path.is_dir() else path
+    file = path / ANSWER if path.is_dir() else path
     table = diagnosis_table(file)
     state_diagnosis(table)
     noise, scale = table.table("noise_floor"), read_scale(table)

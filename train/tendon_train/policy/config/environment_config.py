@@ -25,12 +25,13 @@ class EnvironmentConfig:
     """Finger with a tip and tendons that close it: a name under assets/, or a USD file. A hand that
     turns a ball has a ball with a mass; by default hand_ball."""
     force: str = "ideal"
-    """Force model of the servo: ideal, a model file (.toml), or a force network (.safetensors)."""
+    """Force model of the servo: ideal, a model file (.toml), a known servo (its name), or a force
+    network (.safetensors)."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
     """Numbers that differ between worlds and are drawn anew for each episode. Names are those of
     the default, or effects, whose numbers are drawn about the model's own (gain_error: the force
-    times a factor about 1). Of a diagnosis.json, whole sets of causes are drawn with their numbers
-    together; none draws nothing."""
+    times a factor about 1). Of a diagnosis.json or a known servo, whole sets of causes are drawn
+    with their numbers together; none draws nothing."""
     spread: float = 0.3
     """Most that a randomised number differs from its nominal value, as a share of it."""
     joint_friction: float = 0.1

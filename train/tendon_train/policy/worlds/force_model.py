@@ -10,7 +10,7 @@ from tendon_newton.actuators.networks.query import network_file
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes
 from tendon_newton.data.model_file import Model, NamedValues, load_model
-from tendon_newton.diagnosis.diagnosed_bench import model_path, refuse_other_bench
+from tendon_newton.diagnosis.diagnosed_bench import model_path, open_model
 from tendon_newton.effects import Stage, law_of
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.force_networks.weights_file import SUFFIX
@@ -40,7 +40,8 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
     sees neither.
 
     Args:
-        force: ``ideal``, a model file, a diagnosis (its folder), or a force network (``.pt``).
+        force: ``ideal``, a model file, a diagnosis (its folder), a known servo, or a force network
+            (``.pt``).
         mechanism: Its spool is wound by the ideal source and by a network without a model file.
 
     Raises:
@@ -56,9 +57,8 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
         values = {"file": str(path.resolve()), "spool_radius": radius}
         model = Model(actuator=NamedValues(name="learned", values=values))
         return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))
-    refuse_other_bench(path, [mechanism.name])
+    model = open_model(path, [mechanism])
     path = model_path(path)
-    model = load_model(path)
     files = hashes(path, *([network_file(model)] if "file" in model.actuator.values else []))
     kept = tuple(effect for effect in model.effects if moves_finger(effect.name))
     return ForceModel(

@@ -8,8 +8,9 @@ import torch
 from torch import Tensor
 
 from tendon_newton.data.model_file import Model
-from tendon_newton.diagnosis.diagnosed_bench import recorded_benches, refuse_other_bench
-from tendon_newton.diagnosis.posterior import Posterior, read_posterior
+from tendon_newton.diagnosis.diagnosed_bench import open_worlds, recorded_benches
+from tendon_newton.diagnosis.known_servos import known_servo, known_servos
+from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, listed, unknown_name
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -83,9 +84,8 @@ def differences_of(config: EnvironmentConfig, model: Model) -> Differences:
         if word in BENCH_NUMBERS:
             low, high = 1.0 - config.spread, 1.0 + config.spread
             ranges.append(NumberRange(owner=BENCH, name=word, low=low, high=high))
-        elif word.endswith(".json"):
-            refuse_other_bench(Path(word), [config.finger])
-            posteriors.append(read_posterior(Path(word)))
+        elif word.endswith(".json") or known_servo(word):
+            posteriors.append(open_worlds(Path(word), load_mechanism(config.finger)))
             if not causes_of(posteriors[-1]):
                 raise InvalidDiagnosis(
                     f"{word}: worlds differ by the causes that a diagnosis names; this one names "
@@ -97,7 +97,7 @@ def differences_of(config: EnvironmentConfig, model: Model) -> Differences:
             raise unknown_name(
                 "number to randomise",
                 word,
-                [*BENCH_NUMBERS, NONE, *EFFECTS, "a diagnosis.json file"],
+                [*BENCH_NUMBERS, NONE, *EFFECTS, *known_servos(), "a diagnosis.json file"],
             )
     return Differences(ranges=tuple(ranges), posteriors=tuple(posteriors))
 
