@@ -65,7 +65,7 @@ def tell_joint_of(joint: str, place: int, wholes: Sequence[Recording]) -> JointO
         followed=examine_joint(
             JointPlace(name=joint, command=place, state=place),
             1.0,
-            [motion_of(whole, frozen_rows(whole), place) for whole in wholes],
+            {w.name: motion_of(w, frozen_rows(w), place) for w in wholes},
             [],
             [whole.motor_position[:, place] for whole in wholes],
         ),
