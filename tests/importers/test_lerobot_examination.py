@@ -218,6 +218,10 @@ def test_a_folder_of_joints_names_one_command_for_all(tmp_path, rng, capsys) -> 
     assert f'{out / "lift" / "dataset.toml"}: some recording must have split = "test"' in (
         capsys.readouterr().err
     )
+    main(["doctor", str(out), "--mend", str(tmp_path / "mended")])
+    assert (tmp_path / "mended" / "lift" / "dataset.toml").is_file()
+    said = capsys.readouterr().out
+    assert all(f"{out / joint}: 1 recordings" in said for joint in ("pan", "lift"))
 
 
 def sound_arm(folder: Path, rng: np.random.Generator, **spoiled: np.ndarray) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,18 +37,21 @@ class Asked:
 
 def examine_data(config: Asked) -> bool:
     """Examine datasets one after the other; tell whether all are sound."""
-    from tendon_newton.data.dataset import refuse_other_folder
+    from tendon_newton.data.dataset import dataset_folders, refuse_other_folder
     from tendon_newton.data.importers.lerobot.hub import local_folder
 
     tables: list[dict[str, Any]] = []
-    folders = list(dict.fromkeys(folder_of(local_folder(name)) for name in config.names))
+    named = dict.fromkeys(folder_of(local_folder(name)) for name in config.names)
+    folders = [part for folder in named for part in dataset_folders(folder) or (folder,)]
     for folder in folders:
         if len(folders) > 1 and not config.json:
             print(f"{folder}:")
         if not any((folder / mark).is_file() for mark in MARKS):
             refuse_other_folder(folder)
         examine = examine_own if (folder / OWN_FILE).is_file() else examine_joints
-        tables.append({"dataset": str(folder), **examine(config, folder)})
+        part = None if config.mend is None or folder in named else config.mend / folder.name
+        asked = config if part is None else replace(config, mend=part)
+        tables.append({"dataset": str(folder), **examine(asked, folder)})
     if config.json:
         print(json.dumps({"schema": 1, "datasets": tables}, indent=1))
     return all(table["sound"] for table in tables)
