@@ -36,6 +36,7 @@ from scipy.stats import ttest_rel
 from lab.studies.policy_transfer import climb, file_of
 from lab.studies.units import timed
 from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
@@ -47,6 +48,7 @@ from tendon_train.policy.config.policy_training_config import PolicyTrainingConf
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
 from tendon_train.policy.worlds.force_model import moves_finger
+from tendon_train.refresh.drift import tune
 
 Array = NDArray[np.float64]
 Climb = tuple[Path, int, Path]  # Policy, unit, folder of the results
@@ -57,7 +59,7 @@ RANGES = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
 NEAR = ("gain_error", "spool_radius", "joint_spring")
 ARMS = ("posterior", "diagnosed", "ranges", "truth", "near", "nominal", "intervals")
 """A diagnosis with its posterior, and with nothing drawn; a data sheet with the default ranges; the
-unit's own numbers, and drawn about them by a tenth; a data sheet with nothing drawn; a diagnosis
+unit's own causes, and drawn about them by a tenth; a data sheet with nothing drawn; a diagnosis
 with the intervals of its causes each by itself."""
 SHARED = ("nominal", "ranges")  # Arms that know no unit
 KNOWN = ("truth", "near")  # Arms that need no diagnosis
@@ -131,11 +133,13 @@ class Study:
 
 
 def record(unit: int, out: Path) -> str:
-    """Record a unit, and write its own numbers."""
+    """Record a unit, and write its own causes."""
     recordings = out / f"recordings_{unit}"
     port = ("--port", f"virtual::{unit}:new", "--faster-than-real-time")
     words = ("collect", "--plan", "quick", *port, "--out", str(recordings))
-    timed(words, out / f"collect_{unit}.log")
+    if not (recordings / "dataset.toml").exists():
+        timed(words, out / f"collect_{unit}.log")
+    quiet_warp()
     write_truth(recordings, out / f"truth_{unit}.toml")
     return f"unit {unit} is recorded"
 
@@ -153,7 +157,11 @@ def diagnose(unit: int, out: Path, threads: int) -> str:
 
 
 def write_truth(recordings: Path, path: Path) -> None:
-    """Write a unit's own numbers as a model, as far as the catalogue has them."""
+    """Write a unit's own causes as a model, their numbers tuned to all runs of its finger.
+
+    Where a plant's law is not the catalogue's, its number alone holds the finger a tenth of a
+    radian elsewhere, and a policy that trains on it is no bound.
+    """
     plant = tomllib.loads((recordings / "plant_finger.toml").read_text())
     model = load_model(recordings / "model.toml")
     servo = {name: plant["servo"][name] for name in ("torque_constant", "resistance")}
@@ -167,10 +175,12 @@ def write_truth(recordings: Path, path: Path) -> None:
     }
     effects = tuple(NamedValues(name=n, values=v) for n, v in by_direction(stated, plant).items())
     truth = replace(
-        model, actuator=replace(model.actuator, values=own), effects=effects, fit=(),
+        model, actuator=replace(model.actuator, values=own), effects=effects,
         bench_overrides={"finger": BenchOverrides(**links)},
     )  # fmt: skip
-    write_model(path, truth)
+    dataset = load_dataset(recordings)
+    runs = [run for run in (*dataset.train, *dataset.test) if run.bench == "finger"]
+    write_model(path, tune(runs, truth).model)
 
 
 def by_direction(
@@ -204,7 +214,9 @@ def by_themselves(posterior: Posterior) -> Posterior:
 
 def inputs(training: Training) -> Path:
     """Return the file without which a training cannot begin."""
-    if training.arm in (*SHARED, *KNOWN):
+    if training.arm in SHARED:
+        return training.out / f"recordings_{training.unit}" / "dataset.toml"
+    if training.arm in KNOWN:
         return training.out / f"truth_{training.unit}.toml"
     return training.out / f"answer_{training.unit}" / "intervals.json"
 

@@ -51,6 +51,20 @@ def test_a_row_that_was_not_made_waits() -> None:
     assert "repeats" not in text
 
 
+def test_a_search_that_has_not_ended_is_in_brackets() -> None:
+    """It says so, or a model that it contains fits the training logs better."""
+    made = {"held_out": 12.34, "trained": 5.0, "numbers": 1, "seconds": 1.0, "says": ""}
+    rows = {
+        "bam m1": made,
+        "bam m2": made | {"says": "64 trials in 6 searches, not converged"},
+        "bam m3": made | {"trained": 5.1},
+    }
+    text = tables({"xl330: test kp 100": rows, "xl330: test kp 200": {**rows, "bam m2": made}})
+    assert "| Rhoban/bam m1 | 12.3 | 12.3 |" in text
+    assert "| Rhoban/bam m2 | (12.3) | 12.3 |" in text
+    assert "| Rhoban/bam m3 | (12.3) | (12.3) |" in text
+
+
 def cells(**left: float) -> dict[str, dict[str, Any]]:
     """Return rows that leave some errors."""
     return {

@@ -5,10 +5,13 @@ import shlex
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 import tyro
 
+from lab.studies.diagnosed_policies import by_direction
 from lab.studies.turning_seeds import RECIPE
 from tendon_newton.cli.training.train_policy import TrainPolicyConfig
+from tendon_newton.data.gear_friction import quasi_static_gear
 
 
 def test_the_page_has_the_command_of_the_hand_that_comes_along() -> None:
@@ -21,3 +24,17 @@ def test_the_page_has_the_command_of_the_hand_that_comes_along() -> None:
     turning = config.environment.turning
     assert [turning.rate_window, turning.catch_up_time] == list(map(float, windows.groups()))
     assert config == replace(RECIPE, environment=replace(RECIPE.environment, turning=turning))
+
+
+def test_a_gear_pressed_from_both_sides_keeps_its_force_either_way() -> None:
+    """((1 - s c_m) F_m - s C) / (1 + s c_e) at both signs of the speed, of a motor that pulls."""
+    motor, load, dry, force = 0.3, 0.2, 1.4, 9.0
+    mu, gain = quasi_static_gear(motor, load)
+    middle = dry / (1.0 + motor * load)
+    stribeck = {"coulomb_force": middle, "static_force": middle, "stribeck_velocity": 0.1}
+    found = by_direction({"stribeck_friction": stribeck}, {"servo": {"motor_load_friction": motor}})
+    for side, own in ((1.0, "winding"), (-1.0, "unwinding")):
+        level = found["stribeck_friction"]["coulomb_force"] + found["asymmetric_friction"][own]
+        left = (gain * force - side * level) / (1.0 + side * mu)
+        exact = ((1.0 - side * motor) * force - side * dry) / (1.0 + side * load)
+        assert left == pytest.approx(exact, rel=1e-12)

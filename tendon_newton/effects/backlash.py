@@ -12,7 +12,8 @@ class Backlash(Effect):
     Source: Nordin and Gutman, Controlling mechanical systems with backlash, a survey (2002), eq.
     2: the play of a drive that has no inertia of its own.
     Validity: benches without a preloaded tendon (a string under tension closes every gap); a drive
-    whose inertia inside the gap does not matter.
+    whose inertia inside the gap does not matter. Behind a rotor the force jumps at a flank, where
+    no step ends: angles are off by up to 10 mrad at steps of 2 ms, and 0.6 at 0.125 ms.
     Signature: position lags by the same angle at every reversal, at any speed.
     Confused with: coulomb_friction, whose hysteresis grows with the compliance around it;
     deadband, which leaves theta where it is while the command moves.

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.model_file import load_model
+from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
@@ -104,6 +105,34 @@ def closing_error(effects: dict[str, dict[str, float]], duration: float, step: f
         simulate([run], model, time_step=h)[0].joint_position[-1] for h in (step, REFERENCE)
     )
     return float(np.abs(coarse - fine).max())
+
+
+GAP_STEPS = {2.0e-3: 10.5e-3, 2.5e-4: 1.5e-3, TIME_STEP: 0.6e-3}
+"""Step [s] -> how far a rotor behind a gap may be off, RMS [rad]: what docs/lab/method.md tells."""
+
+
+@pytest.mark.slow
+def test_a_rotor_behind_a_gap_is_off_by_what_is_told() -> None:
+    """No step ends where the motor's force jumps, at the flanks of the gap."""
+    time = np.arange(240) / 80.0
+    chirp = 0.9 * np.sin(2.0 * np.pi * (0.3 + 0.12 * time) * time)
+    arms = [BenchOverrides(mass=(mass,), length=(0.1,)) for mass in (0.05, 0.3)]
+    runs = [run_of(chirp, bench="pendulum", bench_overrides=arm) for arm in arms]
+    for constant in (0.4, 0.8):
+        servo = {
+            "duty_per_rad": 4.0, "max_duty": 1.0, "supply_voltage": 5.0, "resistance": 3.4,
+            "torque_constant": constant, "armature": 0.002, "spool_radius": RADIUS,
+        }  # fmt: skip
+        effects = {"coulomb_friction": {"force": 0.02}, "backlash": {"width": 0.04}}
+        model = Model(
+            actuator=NamedValues(name="pwm_servo", values=servo),
+            effects=tuple(NamedValues(name=name, values=v) for name, v in effects.items()),
+        )
+        fine = simulate(runs, model, time_step=2.0e-5)
+        for step, bound in GAP_STEPS.items():
+            for out, best in zip(simulate(runs, model, time_step=step), fine, strict=True):
+                off = out.motor_position - best.motor_position
+                assert np.sqrt(np.mean(off**2)) < bound, (constant, step)
 
 
 STEP = 5.0e-4  # s

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from statistics import mean, median
 from typing import Any
 
+import numpy as np
+
 REPEATS, OURS, TOLD, ARM = "repeats", "ours, diagnosed", "told", "so101"
 LEVEL = 1.05  # Ratio of errors up to which two models are level
 ROWS = {
     REPEATS: "repeats of the same motion: no model can do better",
     "data sheet": "data sheet, nothing fitted",
     "four numbers": "lag, delay, deadband and offset, no physics",
-    **{f"bam {m}": f"Rhoban/bam {m}" for m in
-       ("m1", "m2", "m3", "m4", "m5", "m6")},
-}  # fmt: skip
+    **{f"bam m{k}": f"Rhoban/bam m{k}" for k in range(1, 7)},
+}
 """Rows, in order, with their words; then come plain models of ours, by their names."""
 
 HERE = "lab/studies/comparison"
@@ -63,8 +64,8 @@ def errors(results: Results, keys: Sequence[str]) -> str:
         cost = (
             [str(found["numbers"]), f"{found['seconds']:.0f} s"] if "seconds" in found else [""] * 2
         )
-        left = [error([results[key].get(row)]) for key in single]
-        left += [error([results[key].get(row) for key in pairs])] if pairs else []
+        left = [error(results, [key], row) for key in single]
+        left += [error(results, pairs, row)] if pairs else []
         lines.append([words, *left, *cost])
     if (fits := distinct_fits(results, keys)) == len(keys):
         return as_table(lines)
@@ -159,7 +160,21 @@ def as_table(lines: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def error(found: Sequence[Mapping[str, Any] | None]) -> str:
-    """Return the mean held-out error of some splits in words."""
-    made = [cells["held_out"] for cells in found if cells is not None]
-    return f"{mean(made):.1f}" if len(made) == len(found) else "waits"
+def error(results: Results, keys: Sequence[str], row: str) -> str:
+    """Return the mean held-out error of some splits; in brackets where a search has not ended."""
+    made = [results[key][row]["held_out"] for key in keys if row in results[key]]
+    if len(made) < len(keys):
+        return "waits"
+    text = f"{mean(made):.1f}"
+    return f"({text})" if any(is_unfinished(results[key], row) for key in keys) else text
+
+
+def is_unfinished(rows: Mapping[str, Mapping[str, Any]], row: str) -> bool:
+    """Tell whether a row's search was stopped, or fits worse than a model that it contains."""
+    from lab.studies.comparison.bam import CONTAINS, ROUNDING  # it reads logs, which needs tables
+
+    if not row.startswith("bam "):
+        return False
+    contained = [f"bam {model}" for model in CONTAINS[row.removeprefix("bam ")]]
+    least = min((rows[each]["trained"] for each in contained if each in rows), default=np.inf)
+    return "not converged" in rows[row]["says"] or rows[row]["trained"] > least + ROUNDING
