@@ -58,6 +58,9 @@ def shown(node: ast.AST) -> str | None:
 
 def messages() -> Iterator[tuple[str, str]]:
     """Yield each string of the program that names a command or an option, with its place."""
+    for page in sorted(file for folder in CODE for file in (ROOT / folder).rglob("*.jinja")):
+        filled = re.sub(r"{{.*?}}", PLACE, page.read_text(encoding="utf-8"))
+        yield from ((page.name, said) for said in re.findall(r"<code>(.*?)</code>", filled, re.S))
     for file in sorted(file for folder in CODE for file in (ROOT / folder).rglob("*.py")):
         text = file.read_text(encoding="utf-8")
         spoken = "--" in text or "tendon-newton" in text
