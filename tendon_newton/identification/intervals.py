@@ -24,7 +24,7 @@ LEAST_SHARE = 1.5e-2
 whatever the noise: numbers of planted causes that are known best miss by 1 to 3 %."""
 
 
-def half_widths(point: Linearisation, where: Layout, spread: Array) -> Array:
+def half_widths(point: Linearisation, where: Layout, spread: Array, form: float = 1.0) -> Array:
     """Return half the 95 % intervals of a fit's numbers, given its model, shape (F,).
 
     Their scatter is that from block to block of time: rows inside a block may be correlated, and
@@ -37,11 +37,12 @@ def half_widths(point: Linearisation, where: Layout, spread: Array) -> Array:
         where: Says which rows belong together.
         spread: Standard deviation of what states each number, in its coordinate; infinite where
             nothing does, shape (F,).
+        form: Share of the residuals' squares that is no noise: it is what widens intervals [1].
     """
     if point.jacobian.shape[1] == 0:
         return np.zeros(0)
     together = rows_together(point, where)
-    by_block = WIDENING * half_width(point, where.block, spread, together)
+    by_block = (1.0 + (WIDENING - 1.0) * form) * half_width(point, where.block, spread, together)
     by_recording = half_width(point, where.recording, spread, together)
     return np.maximum(by_block, np.minimum(by_recording, MOST_BY_RECORDING * by_block))
 

@@ -223,7 +223,12 @@ class Study:
     @property
     def takes_commands(self) -> bool:
         """Whether one servo could be told something else: an experiment can be designed."""
-        return self.servos == 1 and not find_actuator(self.table.actuator).leads
+        return self.servos == 1 and not self.is_led
+
+    @property
+    def is_led(self) -> bool:
+        """Whether shafts are where they were measured: no row depends on what others were."""
+        return find_actuator(self.table.actuator).leads
 
     def shows(self, effect: str) -> bool:
         """Tell whether an effect can act in any of the recordings."""

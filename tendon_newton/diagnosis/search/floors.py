@@ -15,6 +15,7 @@ from tendon_newton.diagnosis.search.rule import (
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
 from tendon_newton.effects import law_of, special_cases
 from tendon_newton.identification.objective import Scales
+from tendon_newton.identification.study import Study
 
 
 def floors_of(
@@ -39,10 +40,22 @@ def floors_of(
 
 def form_of(worlds: SearchWorlds, names: Sequence[str], share: float = SEARCHED) -> Scales:
     """Return by how much a model's laws miss where nothing jumps, some causes in the model."""
-    form = form_scales(worlds.study.scale)
+    form = usual_form(worlds.study)
     laws = (*worlds.study.known, *names)
     share *= 1.0 if is_dry(laws) or any(law_of(n).undamped for n in laws) else 1.0 / LADDER
     return Scales(theta=share * form.theta, force=share * form.force)
+
+
+def usual_form(study: Study) -> Scales:
+    """Return by how much laws of dry friction usually miss; on a path, what noise would hide.
+
+    Where a shaft is led, nothing that a law misses in a row is carried on to the next: what it
+    misses is what is left.
+    """
+    form = form_scales(study.scale)
+    if not study.is_led:
+        return form
+    return Scales(theta=form.theta, force=min(form.force, SEARCHED * (study.noise.force or 0.0)))
 
 
 def form_scales(scale: BenchScale) -> Scales:

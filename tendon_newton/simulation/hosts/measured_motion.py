@@ -1,43 +1,75 @@
-"""Rate and acceleration of a shaft whose angle was measured, by cubics through its rows."""
+"""Rate and acceleration of a shaft whose angle was measured, by quintics through its rows."""
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from tendon_newton.data.checks.measures import encoder_count
-from tendon_newton.data.recording import Array
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
+from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 
-REACHES = (2, 3, 4, 6, 8, 11, 16, 22, 32)
+REACHES = (3, 4, 6, 8, 11, 16, 22, 32)
 """Rows on either side of a window's own: by their power 5/2 the noise of an acceleration falls."""
-ORDER = 3
+ORDER = 5
 WIDER = 1.05
-"""Growth of what cubics leave beyond which they cut off corners of the path, not only noise [1]."""
+"""Growth of what a width leaves beyond which it cuts off corners and not only noise [1]."""
+LEAST_PART = 0.01  # Share of an interval by which a turn keeps away from the rows around it [1]
+INSTANT = 1.0e-3  # The same by which a shaft is before and behind its turn [1]
+
+
+def led_timeline(recording: Recording) -> Timeline:
+    """Return the rows of a path that a shaft is led along, with its rates and accelerations.
+
+    Where it turns back between two rows there are two more: dry friction jumps there.
+    """
+    path = make_timeline(replace(recording, command=recording.motor_position))
+    rate, acceleration = motion_of(path.time, path.command[:, 0])
+    (turns,) = np.nonzero(rate[:-1] * rate[1:] < 0.0)
+    parts = np.clip(rate[turns] / (rate[turns] - rate[turns + 1]), LEAST_PART, 1.0 - LEAST_PART)
+    steps = np.diff(path.time)[turns]
+    about = [path.time[turns] + (parts + side * INSTANT) * steps for side in (-1.0, 1.0)]
+    time = np.sort(np.concatenate([path.time, *about]))
+    angle, *motion = (
+        np.interp(time, path.time, values) for values in (path.command[:, 0], rate, acceleration)
+    )
+    return Timeline(
+        time=time,
+        command=angle[:, None],
+        measured=np.searchsorted(time, path.time[path.measured]),
+        trusted=path.trusted,
+        motion=np.column_stack(motion),
+    )
 
 
 def motion_of(time: Array, angle: Array) -> tuple[Array, Array]:
     """Return the rate [rad/s] and the acceleration [rad/s2] of an angle [rad], shapes (T,).
 
-    They are those of a cubic through the rows around each, as many as leave no more of the angle
-    than its own noise, or its encoder's counts. Nothing is shifted in time.
+    They are those of a quintic through the rows around each, as many as leave no more of the angle
+    than fewer do, or than its encoder's counts, less one step, since noise averages out over
+    rows and what is cut off does not. Nothing is shifted in time.
+
+    Source: Savitzky and Golay, Smoothing and differentiation of data (1964), with as many rows.
     """
     fitting = [reach for reach in REACHES if 2 * reach + 1 <= len(time)]
     if not fitting:
         return np.gradient(angle, time), np.zeros_like(angle)
-    rate, acceleration, left = cubics(time, angle, fitting[0])
-    counted = encoder_count(angle) / np.sqrt(12.0)
-    for reach in fitting[1:]:
-        wider = cubics(time, angle, reach)
-        if wider[2] > WIDER * max(left, counted):
-            break
-        rate, acceleration, left = *wider[:2], min(left, wider[2])
+    tried = [quintics(time, angle, reach) for reach in fitting]
+    counted, left = encoder_count(angle) / np.sqrt(12.0), [own[2] for own in tried]
+    passing = [
+        k for k in range(1, len(left))
+        if left[k] <= WIDER * max(counted, float(np.median(left[:k])))
+    ]  # fmt: skip
+    rate, acceleration, _ = tried[max(passing, default=1) - 1]
     return rate, acceleration
 
 
-def cubics(time: Array, angle: Array, reach: int) -> tuple[Array, Array, float]:
-    """Fit a cubic to each row and those within a reach; near the ends, to as many.
+def quintics(time: Array, angle: Array, reach: int) -> tuple[Array, Array, float]:
+    """Fit a quintic to each row and those within a reach; near the ends, to as many.
 
     Returns:
-        Rates and accelerations in the rows, shapes (T,), and the noise [rad] that the cubics leave.
+        Rates and accelerations in the rows, shapes (T,), and the noise [rad] that is left.
     """
     rows, width = np.arange(len(time)), 2 * reach + 1
     windows = np.clip(rows - reach, 0, len(time) - width)

@@ -31,7 +31,7 @@ from tendon_newton.simulation.dynamics.settling import AS_MEASURED, FROM_SPRINGS
 from tendon_newton.simulation.hosts.chain_layout import ChainLayout
 from tendon_newton.simulation.hosts.force_source import Equation, ForceSource
 from tendon_newton.simulation.hosts.launch import Launch
-from tendon_newton.simulation.hosts.measured_motion import motion_of
+from tendon_newton.simulation.hosts.measured_motion import led_timeline
 from tendon_newton.simulation.hosts.query_rows import NONE_LEFT
 from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
@@ -421,10 +421,9 @@ class Rollout:
             loads = [loads_of(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
             commands.load = self.array(np.concatenate(loads), types[real])
         if self.driven_by == "path":
-            motions = [motion_of(t.time, t.command[:, 0]) for t in self.timelines]
-            rates, accelerations = (np.concatenate(each) for each in zip(*motions, strict=True))
-            commands.rate = self.array(rates, types[real])
-            commands.acceleration = self.array(accelerations, types[real])
+            motion = np.concatenate([t.motion for t in self.timelines if t.motion is not None])
+            commands.rate = self.array(motion[:, 0], types[real])
+            commands.acceleration = self.array(motion[:, 1], types[real])
         settles = NEAR_MEASURED if self.kernels.structure.tendon_count > 1 else FROM_SPRINGS
         # without a command there is no equilibrium that it asks for
         starts = np.array(
@@ -454,7 +453,7 @@ def distinct(rows: Array) -> tuple[Indices, Indices]:
 def timeline_of(recording: Recording, stiffness: float, actuator: str) -> Timeline:
     """Return the rows that the simulation of a recording visits."""
     if recording.driven_by == "path":
-        return make_timeline(replace(recording, command=recording.motor_position))
+        return led_timeline(recording)
     timeline = make_timeline(recording, stiffness)
     if find_actuator(actuator).kinematic:
         return without_blocked(timeline, recording)

@@ -42,6 +42,7 @@ class Timeline:
     measured: Indices  # Index of each recorded row among the simulated ones, shape (T,)
     # Whether the command's past is known well enough at each recorded row, shape (T,)
     trusted: Mask
+    motion: Array | None = None  # Rate and acceleration of a led shaft [rad/s, rad/s2], (S, 2)
 
     def without_past(self) -> "Timeline":
         """Return the timeline from its first measured row on."""

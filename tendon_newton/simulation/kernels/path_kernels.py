@@ -69,7 +69,6 @@ PATH_EFFECTS = (
     "position_offset",
     "viscous_friction",
     "coulomb_friction",
-    "asymmetric_friction",
     "stribeck_friction",
     "load_dependent_friction",
     "tendon_compliance",
@@ -209,7 +208,10 @@ def shaft_force(tension: real, string: Tendon, p: ParameterVector) -> real:
 def start_kernel(
     first_world: int, mechanism: Mechanism, worlds: Worlds, commands: Commands, states: States
 ) -> None:
-    """Put each joint where it rests without friction in the first row."""
+    """Put each joint where it rests without friction in the first row.
+
+    What acts on the shaft then is known only where its friction turns over at once.
+    """
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
     first = commands.first[worlds.recording[i]]
     p = worlds.parameters[i]
@@ -220,6 +222,8 @@ def start_kernel(
     load = commands.load[first] + moving_torque(mechanism, p, here)
     states.q[i] = JointVector(balanced(mechanism, p, here, string, here.q[0], load))
     states.v[i] = JointVector()
+    if p[0] == real(0.0):
+        states.v[i] = JointVector(wp.sign(rate))
 
 
 @device_template

@@ -12,7 +12,7 @@ from tendon_newton.diagnosis.search.decide.plain_models import (
     compare_plain_models,
     fit_plain_models,
 )
-from tendon_newton.diagnosis.search.floors import floors_of, form_scales
+from tendon_newton.diagnosis.search.floors import floors_of, usual_form
 from tendon_newton.diagnosis.search.held_out_gain import terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import (
@@ -515,7 +515,7 @@ def new_name(fit: Fit, rival: Fit) -> str:
 
 def sharp(pool: Pool) -> Floors:
     """Return the floors at which rivals are compared: noise, and little else."""
-    noise, form = pool.worlds.study.noise, form_scales(pool.worlds.study.scale)
+    noise, form = pool.worlds.study.noise, usual_form(pool.worlds.study)
     return Floors(
         theta=float(np.hypot(noise.theta, form.theta / LADDER**2)),
         force=float(np.hypot(noise.force or 0.0, form.force / LADDER**2)),

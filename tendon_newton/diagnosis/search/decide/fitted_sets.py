@@ -54,7 +54,8 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
     spread = worlds.spreads(fit.columns, fit.names)
-    half = half_widths(point, worlds.where, spread)
+    form = share_of_form(worlds, fit)
+    half = half_widths(point, worlds.where, spread, form)
     among, fit = [in_seconds(worlds, other) for other in among], in_seconds(worlds, fit)
     values = values_of(worlds, fit.columns, fit.place)
     whole = np.hypot(half, [between(worlds.study, fit, c, among) for c in fit.columns])
@@ -64,13 +65,13 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
         coordinate = worlds.coordinate(column)
         ends = (max(low[f], fit.place[f] - whole[f]), min(high[f], fit.place[f] + whole[f]))
         found = sorted(coordinate.value(float(u)) for u in ends)
-        slack = LEAST_SHARE * abs(value) if np.isfinite(value) else 0.0
+        slack = form * LEAST_SHARE * abs(value) if np.isfinite(value) else 0.0
         parameter = worlds.study.parameter(column)
         intervals[column] = (
             max(found[0] - slack, min(parameter.lower, value)),
             min(found[1] + slack, max(parameter.upper, value)),
         )
-        half[f] += abs(coordinate.place((1.0 + LEAST_SHARE) * value) - fit.place[f])
+        half[f] += abs(coordinate.place((1.0 + form * LEAST_SHARE) * value) - fit.place[f])
         own = replace(coordinate, lower=float(low[f]), upper=float(high[f]))
         owner, name = worlds.study.table.owners[column][0], parameter.name
         numbers.append(
@@ -85,6 +86,22 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
         numbers=tuple(numbers),
         covariance=correlations(point, worlds.where, spread) * np.outer(spreads, spreads),
     )
+
+
+def share_of_form(worlds: SearchWorlds, fit: Fit) -> float:
+    """Return the share of a fit's squared residuals that is error of form and no noise [1].
+
+    On a path that is led all of an error of form is among the residuals of its own row. Where
+    motions are simulated its size is not known, and what is left says nothing against one.
+    """
+    if not worlds.study.is_led:
+        return 1.0
+    noise, shares = worlds.study.noise, [0.0]
+    for force, rows in worlds.where.signals:
+        floor = (noise.force or 0.0) if force else noise.theta
+        left = float(np.mean(fit.residual[rows] ** 2)) if rows.any() else 0.0
+        shares.append(1.0 - floor**2 / left if left > 0.0 else 0.0)
+    return max(shares)
 
 
 def two_sided(worlds: SearchWorlds, fit: Fit) -> Array:
