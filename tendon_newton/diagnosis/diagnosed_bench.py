@@ -17,6 +17,7 @@ from tendon_newton.diagnosis.known_servos import (
     known_servo,
     known_servos,
     servo_alone,
+    stated_radius,
     worlds_alone,
 )
 from tendon_newton.diagnosis.posterior import Posterior, read_posterior
@@ -63,8 +64,8 @@ def open_worlds(path: Path, bench: Mechanism) -> Posterior:
     if (home := known_servo(path)) is None:
         refuse_other_bench(path, [bench.name])
         return read_posterior(path)
-    stated = load_model(home / MODEL).actuator.values["spool_radius"]
-    return worlds_alone(read_posterior(home / ANSWER), common_spool(path, [bench]) / float(stated))
+    ratio = common_spool(path, [bench]) / stated_radius(load_model(home / MODEL))
+    return worlds_alone(read_posterior(home / ANSWER), ratio)
 
 
 def common_spool(path: Path, benches: Collection[Mechanism]) -> float:

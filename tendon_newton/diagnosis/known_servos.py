@@ -27,8 +27,9 @@ from tendon_newton.diagnosis.posterior import (
     Posterior,
 )
 from tendon_newton.effects import law_of
-from tendon_newton.errors import InvalidDiagnosis, InvalidParameter
+from tendon_newton.errors import InvalidDiagnosis, InvalidModelFile, InvalidParameter
 from tendon_newton.mechanisms.asset_library import asset_folders
+from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 FOLDER = "servos"
 MODEL, ANSWER, EVIDENCE = "model.toml", "diagnosis.json", "evidence.json"
@@ -101,7 +102,7 @@ def servo_alone(model: Model, radius: float) -> Model:
         model: Model of a stand whose shaft has a spool as large as its model states [m].
         radius: Radius of the other spool [m]; a shaft counts as 1 m.
     """
-    ratio = radius / float(model.actuator.values["spool_radius"])
+    ratio = radius / stated_radius(model)
     values = {**on_spool(model.actuator, ratio).values, "spool_radius": radius}
     if isinstance(limit := values.get("force_limit"), float):
         values["force_limit"] = limit / ratio
@@ -111,6 +112,20 @@ def servo_alone(model: Model, radius: float) -> Model:
         effects=tuple(on_spool(e, ratio) for e in model.effects if is_of_servo(e.name, ratio)),
         fit=tuple(name for name in model.fit if name in own),
     )
+
+
+def stated_radius(model: Model) -> float:
+    """Return the radius of the spool at which a known servo was identified [m].
+
+    Raises:
+        InvalidModelFile: The model does not say it.
+    """
+    if (radius := spool_radius_of(model)) is None:
+        raise InvalidModelFile(
+            "the model of a known servo must state the spool_radius of its stand, 1.0 for a shaft; "
+            "there is none"
+        )
+    return radius
 
 
 def worlds_alone(posterior: Posterior, ratio: float) -> Posterior:

@@ -15,7 +15,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosed_bench import open_model, open_worlds
 from tendon_newton.diagnosis.known_servos import known_servos, servo_alone
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidParameter, UnknownName
+from tendon_newton.errors import InvalidModelFile, InvalidParameter, UnknownName
 from tendon_newton.exports.source import read_source
 from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE
@@ -164,6 +164,8 @@ def test_other_words_and_benches_of_several_spools_are_refused() -> None:
     finger = load_mechanism("finger")
     with pytest.raises(UnknownName, match=f"did you mean '{SERVOS[0]}'"):
         open_model(Path(SERVOS[0] + "0"), [finger])
+    with pytest.raises(InvalidModelFile, match="must state the spool_radius"):
+        servo_alone(Model(actuator=NamedValues(name="ideal", values={"gain": 4.2})), 0.0125)
     with pytest.raises(InvalidParameter, match="one at a time"):
         open_model(Path(SERVOS[0]), [finger, load_mechanism("pendulum")])
 

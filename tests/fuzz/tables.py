@@ -1,6 +1,7 @@
 """Sound settings and answers to spoil, and how they are read."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from random import Random
@@ -21,6 +22,7 @@ from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.diagnosed_bench import recorded_benches
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
+from tendon_newton.diagnosis.known_servos import known_servos, told, write_servo
 from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
 from tendon_newton.diagnosis.posterior import read_posterior, write_posterior
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -166,6 +168,22 @@ def draw_worlds(path: Path) -> None:
     drawn = read_posterior(path.with_name("diagnosis.json"))
     if drawn.sets:
         assert not any(np.isnan(values).any() for values in drawn.sample(16, 0).values())
+
+
+def servo_folder(folder: Path) -> Path:
+    """Copy a servo that ships, whose evidence is spoilt."""
+    for file in next(iter(known_servos().values())).iterdir():
+        shutil.copyfile(file, folder / file.name)
+    return folder / "evidence.json"
+
+
+def read_servo(path: Path) -> None:
+    """Tell what a servo's evidence says, and write the servo with another gain."""
+    told(path.parent)
+    out = path.parent / "own"
+    out.mkdir(exist_ok=True)
+    write_servo(path.parent, out, gain=100.0, supply=None)
+    assert np.isfinite(load_model(out / "model.toml").actuator.values["duty_per_rad"])
 
 
 def earlier_folder(folder: Path) -> Path:

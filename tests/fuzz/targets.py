@@ -93,6 +93,7 @@ def settings() -> dict[str, Target]:
             share=0.3,
         ),
         "posterior": Target(tables.posterior_folder, tables.change_json_text, tables.draw_worlds),
+        "servo": Target(tables.servo_folder, tables.change_json_text, tables.read_servo),
         "against": Target(
             tables.earlier_folder, table_changer(tables.OPEN, json.dumps), tables.read_earlier
         ),
