@@ -203,6 +203,8 @@ MISTAKES: dict[str, Mistake] = {
         said=("must hold a run of --run-length",)),
     "an asset": Mistake(words="asset check fingr", said=("did you mean 'finger'?", OWN_ASSETS)),
     "a name that is taken": Mistake(words="asset new finger", said=("an asset's name is its own",)),
+    "a log in another coding": Mistake(words=IMPORT, said=("iconv -f utf-16 -t utf-8",),
+        change=lambda f: (f / "raw" / "run_1.csv").write_bytes("t,goal,q\n".encode("utf-16"))),
     "a name that is no text": Mistake(words="plot 'p\udcff.mcap'", said=("must be UTF-8",)),
 }  # fmt: skip
 

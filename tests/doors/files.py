@@ -85,6 +85,8 @@ FILES: tuple[Mistake, ...] = (
     in_file("a word for a number", "must be a number", edit("\n0.05,", "\nfast,")),
     in_file("an empty file", "two rows or more", lambda text: ""),
     in_file("a spreadsheet", "save it as CSV", str, suffix=".xlsx"),
+    in_file("a packed log", "unpack it", str, suffix=".csv.gz"),
+    in_file("a bag of ROS 1", "rosbags-convert", str, suffix=".bag"),
     in_file("a comment in the middle", "comments after '#'",
         edit("\n0.05,", "\n# the motor was warm\n0.05,")),
     in_file("a row of units", "a row of units below the header",

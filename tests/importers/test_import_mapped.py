@@ -72,8 +72,8 @@ def test_units_signs_and_offsets_are_applied(logs: Path, tmp_path: Path) -> None
     assert load_model(tmp_path / "out" / "model.toml").actuator.name == "ideal"
 
 
-def test_json_paths_rates_and_derived_speeds(tmp_path: Path) -> None:
-    """Rows below a key, a number inside lists and objects, no time and no speed."""
+def test_json_paths_rates_and_derived_speeds(tmp_path: Path, capsys) -> None:
+    """Rows below a key, which is named where nobody said it, numbers in lists, no time or speed."""
     folder = tmp_path / "logs"
     folder.mkdir()
     rows = [{"goal": [0.0, float(a)], "state": {"q": [0.0, float(a)]}} for a in np.sin(TIME)]
@@ -92,6 +92,9 @@ theta_dot = {derive = "theta"}
     # central differences of a sine at 100 Hz; one-sided at the ends
     np.testing.assert_allclose(run.motor_velocity[:, 0], np.cos(TIME), atol=1e-2)
     assert load_model(tmp_path / "out" / "model.toml").actuator.name == "ideal_position"
+    unsaid = mapping(tmp_path, columns, head.replace('rows = "log"\n', ""))
+    assert run_import(folder, unsaid, tmp_path / "new") == 2
+    assert 'say rows = "log" in the mapping' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ SIZE_LIMIT = 4_000_000
 """Bytes of a settings file that we read. The largest of ours, a dataset of thousands of recordings,
 has a tenth of them; parsing more would look like a hang."""
 LOG_SIZE_LIMIT = 1 << 28  # Bytes of a log of rows that we read: seven hours of ten columns at 80 Hz
+UTF16 = (b"\xff\xfe", b"\xfe\xff")  # What a text of that kind begins with
 BLOCK = 1 << 20  # Bytes that are looked at together
 LINE_LIMIT = 1 << 19
 """Bytes of a line of a log: thousands of columns. Parsing takes ten times as much for each cell."""
@@ -37,7 +38,8 @@ def read_text(
     try:
         text = read_bytes(path, fault, promise, size_limit=size_limit).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise fault(f"{path}: {promise}, which must be UTF-8; byte {error.start} is not") from error
+        mend = f"byte {error.start} is not{coding_mend(error.object)}"
+        raise fault(f"{path}: {promise}, which must be UTF-8; {mend}") from error
     if "\0" in text:
         raise fault(f"{path}: {promise}; it holds a zero byte at character {text.index(chr(0))}")
     return text
@@ -146,7 +148,10 @@ def refuse_bytes(file: BinaryIO, path: Path, fault: type[TendonNewtonError], pro
             text = decoder.decode(block, final=len(block) < BLOCK)
         except UnicodeDecodeError as error:
             at = place - kept + error.start
-            raise fault(f"{path}: {promise}, which must be UTF-8; byte {at} is not") from error
+            mend = coding_mend(block)
+            raise fault(
+                f"{path}: {promise}, which must be UTF-8; byte {at} is not{mend}"
+            ) from error
         if "\0" in text:
             at = characters + text.index("\0")
             raise fault(f"{path}: {promise}; it holds a zero byte at character {at}")
@@ -156,6 +161,14 @@ def refuse_bytes(file: BinaryIO, path: Path, fault: type[TendonNewtonError], pro
         if max(lengths) > LINE_LIMIT:
             raise fault(f"{path}: {promise}; a line has at most {LINE_LIMIT} bytes, one has more")
         place, characters = place + len(block), characters + len(text)
+
+
+def coding_mend(content: bytes) -> str:
+    """Say how a text of another coding becomes UTF-8; nothing of bytes that are no text."""
+    if content[:2] in UTF16:
+        return ": save it so, as iconv -f utf-16 -t utf-8 does"
+    plain = min(content[:BLOCK]) >= ord("\t")
+    return ": save it so, as iconv -f latin1 -t utf-8 does" if plain else ""
 
 
 def absence(path: Path) -> str:

@@ -1,7 +1,7 @@
 """Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -33,7 +33,18 @@ from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonE
 NOMINAL_GAIN = 4.2  # Force of the paper's servo per angle [N/rad], where a mapping states no model
 SERVO = "servo"  # Bench of a servo whose load is not known
 LEADS = "measured_path"  # Actuator to which the shaft's path is given
-SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
+SAVED_BY = 'save it as CSV there (File, Save As, "CSV UTF-8"), one run a file'
+TO_CSV = "write it as CSV, with pandas by DataFrame.to_csv"
+FOREIGN: Mapping[str, str] = {
+    **dict.fromkeys((".xlsx", ".xls", ".xlsm", ".ods"), f"this is a spreadsheet: {SAVED_BY}"),
+    **dict.fromkeys((".gz", ".zip", ".xz", ".bz2", ".7z"), "this one is packed: unpack it"),
+    **dict.fromkeys((".parquet", ".feather", ".h5", ".hdf5"), f"this is a table: {TO_CSV}"),
+    **dict.fromkeys((".pkl", ".pickle"), f"this is a Python object: {TO_CSV}"),
+    **dict.fromkeys((".npz", ".npy"), "these are arrays of numpy: write them by numpy.savetxt"),
+    ".mat": "this is MATLAB's: write it as CSV there by writetable",
+    ".bag": "this is a bag of ROS 1: make one of ROS 2 of it by rosbags-convert",
+}
+"""Suffix of a file that is no log here -> what it is, and how it becomes one."""
 SAME_RADIUS = 1e-3  # Share by which two files may round a radius [1]
 ROS_SUFFIXES = (".mcap", ".db3")
 """Files of ROS 2 recordings; a folder with ``metadata.yaml`` is one as well."""
@@ -116,12 +127,10 @@ def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
             f"{mapping.path}: {foreign[0].name} is a recording of ROS 2: its columns come from a "
             "topic and a field"
         )
-    sheets = [p for p in (found or folder.iterdir()) if p.suffix.lower() in SPREADSHEETS]
-    if sheets and len(sheets) == len(found or sheets):
-        raise InvalidRecording(
-            f"{sheets[0]}: logs are CSV files, and this is a spreadsheet: save it as CSV there "
-            '(File, Save As, "CSV UTF-8"), one run a file'
-        )
+    foreign = [p for p in (found or sorted(folder.iterdir())) if p.suffix.lower() in FOREIGN]
+    if foreign and len(foreign) == len(found or foreign):
+        what = FOREIGN[foreign[0].suffix.lower()]
+        raise InvalidRecording(f"{foreign[0]}: logs are CSV files, and {what}")
     if not found:
         kind = "log" if mapping.topics is None else f"ROS 2 recording ({METADATA_FILE}, .mcap)"
         raise InvalidRecording(f"{folder}: no {kind} matches files = {mapping.files!r}")

@@ -218,7 +218,8 @@ def json_rows(path: Path, key: str | None) -> Sequence[Row]:
         )
     except (ValueError, RecursionError) as error:
         raise InvalidRecording(f"{path}: a log must be JSON: {error}") from error
-    rows = content if key is None else content.get(key) if is_table(content) else None
+    table = is_table(content)
+    rows = content if key is None else content.get(key) if table else None
     if is_table(rows) and (columns := lists_of(rows)):
         lengths = {name: len(values) for name, values in columns.items()}
         if len(set(lengths.values())) > 1:
@@ -229,8 +230,16 @@ def json_rows(path: Path, key: str | None) -> Sequence[Row]:
         ]
     if not are_tables(rows) or not rows:
         place = "it" if key is None else f"its key {key!r}"
+        parts = content.items() if table else ()
+        named = [
+            name
+            for name, part in parts
+            if (part and are_tables(part)) or (is_table(part) and lists_of(part))
+        ]
+        mend = f': say rows = "{named[0]}" in the mapping' if named else ""
         raise InvalidRecording(
             f"{path}: {place} must hold a list of objects, one per row, or one list per column"
+            + mend
         )
     return rows
 
