@@ -51,17 +51,13 @@ def servo(name: str) -> Callable[[Records], Row]:
     return cells
 
 
-def units(kept: Records) -> Row:
-    """Return the faults of virtual benches that are named, the names, and the error removed."""
-    figures = kept["units"].figures
-    total = figures["summary"]
-    gone = about([100.0 * row["gone"] for row in figures["units"]], 0)
-    matter = total["material_faults_named"]
-    return (
-        f"{matter['hits']} of {matter['of']} faults",
-        f"squared error removed: {gone} %",
-        constant(total, "material_faults_named"),
+def stairs(kept: Records) -> Row:
+    """Return what policies of diagnoses miss on their units, and those of the data sheet."""
+    errors = kept["diagnosed_policies"].figures["tip_error_mm"]
+    own, sheet = (
+        about([mean(seeds) for seeds in errors[arm].values()]) for arm in ("diagnosed", "ranges")
     )
+    return f"{own} mm", f"policies of data sheets: {sheet}", ""
 
 
 def ball(kept: Records) -> Row:
@@ -94,8 +90,8 @@ README: dict[str, tuple[str, Callable[[Records], Row]]] = {
         ("comparison", servo("xl330")),
     "[Real SO-101 arm](docs/lab/so101.md): held-out RMS error, six joints":
         ("comparison", servo("so101")),
-    "[Virtual fingers](docs/lab/exams.md#benches-with-twenty-faults), twenty faults: named":
-        ("units", units),
+    "[Ten virtual fingers on stairs](docs/lab/policies.md#from-a-diagnosis): tip error":
+        ("diagnosed_policies", stairs),
     "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), asked for 30, 60, 90 rad/min":
         ("turning_hands", ball),
     "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`":

@@ -73,7 +73,9 @@ def heeded(kept: Records) -> str:
 
 TRAINED_ON = {
     "posterior": "what its diagnosis leaves open",
-    "truth": "the unit's own numbers, nothing drawn",
+    "diagnosed": "its diagnosis, nothing drawn",
+    "near": "the plant file's numbers, drawn by a tenth",
+    "truth": "the plant file's numbers, nothing drawn",
     "ranges": "data sheet, default ranges",
     "nominal": "data sheet, nothing drawn",
 }
@@ -83,17 +85,21 @@ TRAINED_ON = {
 def diagnosed(kept: Records) -> str:
     """Return what policies miss on units, by what they were trained on."""
     errors, rows = kept["diagnosed_policies"].figures["tip_error_mm"], []
-    means = {arm: {u: mean(own) for u, own in units.items()} for arm, units in errors.items()}
-    first = means["posterior"]
+    means = {arm: [mean(own) for own in errors[arm].values()] for arm in TRAINED_ON}
+    sheet = means["ranges"]
     for arm, words in TRAINED_ON.items():
         own, told = means[arm], ("", "", "")
-        both = sorted(own.keys() & first.keys())
-        if arm != "posterior" and len(both) > 1:
-            pair = [first[u] for u in both], [own[u] for u in both]
-            told = (len(both), f"{sum(pair[0]) / sum(pair[1]):.2f}", f"{ttest_rel(*pair)[1]:.1g}")
-        rows.append((words, len(own), about([*own.values()]), *told))
-    heads = ("policy trained on", "units", "tip error [mm]: mean of units (range)")
-    return table((*heads, "units of both", "first row's share of it", "p, paired"), rows)
+        if arm != "ranges":
+            shares = [one / other for one, other in zip(own, sheet, strict=True)]
+            told = (
+                f"{sum(own) / sum(sheet):.2f}", f"{min(shares):.2f} to {max(shares):.2f}",
+                f"{ttest_rel(own, sheet)[1]:.1g}",
+            )  # fmt: skip
+        rows.append((words, about(own), *told))
+    heads = ("policy trained on", "tip error [mm]: mean of units (range)")
+    return table(
+        (*heads, "share of the data sheet's, default ranges", "of a unit", "p, paired"), rows
+    )
 
 
 def mechanics(record: Record, worlds: Sequence[int]) -> str:
