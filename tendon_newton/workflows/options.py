@@ -136,7 +136,7 @@ class ClimbOptions(BenchPorts):
     along."""
     out: Path  # Folder for the results; made if it is not there.
     force: tuple[str, ...] = ("ideal",)
-    """What pulls the simulated finger: ideal, model files (.toml) or force networks
+    """What pulls the simulated finger: ideal, model files (.toml), known servos or force networks
     (.safetensors)."""
     finger: str | None = None
     """Finger of the policies: a name under assets/, a USD file or an asset's folder; unless given

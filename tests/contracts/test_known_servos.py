@@ -21,7 +21,7 @@ from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_train.policy.config.environment_config import EnvironmentConfig
-from tendon_train.policy.worlds.force_model import open_force_model
+from tendon_train.policy.worlds.force_model import open_force_model, trust_force
 from tendon_train.policy.worlds.randomisation import differences_of
 
 SERVOS = sorted(known_servos())
@@ -103,6 +103,7 @@ def test_a_name_stands_wherever_a_model_does(name: str) -> None:
     assert open_force_model(name, finger).model.effects == model.effects
     assert read_source(Path(name), "finger", None).model.actuator == model.actuator
     assert read_source(Path(name), None, None).mechanism.name == "pendulum"
+    trust_force(name)  # nothing of it is a program
     (drawn,) = differences_of(EnvironmentConfig(randomise=(name,)), model).posteriors
     assert drawn.sets
 

@@ -17,6 +17,7 @@ from tendon_newton.force_networks.weights_file import SUFFIX
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 IDEAL = "ideal"
+NETWORKS = (SUFFIX, ".pt")  # Endings of force networks; all else is a model
 IDEAL_GAIN = 4.2  # Gain of the ideal source [N/rad]; Yuryev and Hughes (2026), section II-E
 
 
@@ -53,7 +54,7 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
         ideal = NamedValues(name="ideal", values={"gain": IDEAL_GAIN, "spool_radius": radius})
         return ForceModel(name=IDEAL, model=Model(actuator=ideal), sha256=None, files={})
     path = Path(force)
-    if path.suffix in (SUFFIX, ".pt"):
+    if path.suffix in NETWORKS:
         values = {"file": str(path.resolve()), "spool_radius": radius}
         model = Model(actuator=NamedValues(name="learned", values=values))
         return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))
@@ -69,13 +70,14 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
 def trust_force(force: str) -> None:
     """Trust the force network that a training names, if it names one, from now on."""
     path = Path(force)
-    if path.suffix == ".toml":
-        model = load_model(path)
+    if force == IDEAL:
+        return
+    if path.suffix not in NETWORKS:
+        model = load_model(model_path(path))
         if "file" not in model.actuator.values:
             return
         path = network_file(model)
-    if force != IDEAL:
-        load_network(path, trust=True)
+    load_network(path, trust=True)
 
 
 def moves_finger(effect: str) -> bool:
