@@ -186,7 +186,13 @@ def test_the_mappings_of_the_documentation_are_mappings(tmp_path: Path) -> None:
     for block in whole:
         path = tmp_path / "mapping.toml"
         path.write_text(block)
-        assert read_mapping(path).bench in ("pendulum", "servo", "cable_tool", "lab_finger")
+        assert read_mapping(path).bench in (
+            "pendulum",
+            "servo",
+            "cable_tool",
+            "lab_finger",
+            "elbow",
+        )
 
 
 LAB = """Zeit [ms];Soll [°];Ist [°];n [rpm];Kraft [N];Notiz
@@ -303,6 +309,11 @@ joint_load = {column = "load", unit = "mN m"}
     assert np.diff(run.time) == pytest.approx(np.full(len(run.time) - 1, 0.01))
     assert run.compared_angle == pytest.approx(0.5 * np.sin(np.pi * run.time), abs=3e-3)
     assert run.joint_load == pytest.approx(np.full(len(run.time), -1e-4))
+    columns = columns.split("joint_angle")[0] + '[model]\nkind = "measured_path"\n'
+    assert run_import(logs, mapping(tmp_path, columns, head), tmp_path / "alone") == 0
+    alone = load_dataset(tmp_path / "alone").train[0]
+    assert alone.driven_by == "path"
+    assert not np.any(alone.joint_load)
     assert run.force is not None
     assert run.force[:, 0] == pytest.approx(2.0 * run.motor_position[:, 0])
 

@@ -366,7 +366,7 @@ def summary(diagnosis: Diagnosis) -> str:
         (f"{force.force_name}, RMS", "force_rmse", 1.0, force.force_unit),
     ):
         before, after = getattr(diagnosis.baseline, name), getattr(diagnosis.extended, name)
-        if before is not None and after is not None:
+        if before and after is not None:  # an angle that was given leaves nothing
             lines.append(f"  {label:22s} {scale * before:8.4g}   {scale * after:8.4g} {unit}")
     if diagnosis.next_steps:
         lines += ["", "  what came closest, and what to do next:"]

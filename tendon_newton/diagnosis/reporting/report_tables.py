@@ -44,7 +44,7 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
         (diagnosis.angle_name, 1e3, "mrad", theta),
         (diagnosis.scale.force_name, 1.0, diagnosis.scale.force_unit, force),
     ):
-        if top is None or left is None:
+        if not top or left is None:  # an angle that was given leaves nothing
             continue
         change = f"{number(scale * top)} → {number(scale * left)}" if named else number(scale * top)
         note = "" if floor is None else f"noise of the sensor {number(scale * floor, 2)} {unit}"
