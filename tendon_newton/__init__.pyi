@@ -9,6 +9,7 @@ from tendon_newton.data.model_file import write_model as write_model
 from tendon_newton.data.recording import Recording as Recording
 from tendon_newton.diagnosis.accounts.saved import load_diagnosis as load_diagnosis
 from tendon_newton.diagnosis.diagnose import diagnose as diagnose
+from tendon_newton.diagnosis.diagnosed_bench import open_model as open_model
 from tendon_newton.diagnosis.result import Diagnosis as Diagnosis
 from tendon_newton.effects import EFFECTS as EFFECTS
 from tendon_newton.errors import TendonNewtonError as TendonNewtonError

@@ -39,7 +39,7 @@ def model_path(path: Path) -> Path:
     return path.with_name(MODEL) if path.suffix == ".json" else path
 
 
-def open_model(path: Path, benches: Collection[Mechanism]) -> Model:
+def open_model(path: str | Path, benches: Collection[Mechanism]) -> Model:
     """Return the model that a user names, for benches that it may be used on.
 
     Args:
@@ -50,6 +50,7 @@ def open_model(path: Path, benches: Collection[Mechanism]) -> Model:
         InvalidParameter: A diagnosis is of another bench, or the benches have several spools.
         TendonNewtonError: The file is damaged or missing.
     """
+    path = Path(path)
     refuse_other_bench(path, [bench.name for bench in benches])
     model = load_model(model_path(path))
     return model if known_servo(path) is None else servo_alone(model, common_spool(path, benches))
