@@ -84,22 +84,16 @@ TRAINED_ON = {
 
 def diagnosed(kept: Records) -> str:
     """Return what policies miss on units, by what they were trained on."""
-    errors, rows = kept["diagnosed_policies"].figures["tip_error_mm"], []
-    means = {arm: [mean(own) for own in errors[arm].values()] for arm in TRAINED_ON}
-    sheet = means["ranges"]
+    figures, rows = kept["diagnosed_policies"].figures, []
     for arm, words in TRAINED_ON.items():
-        own, told = means[arm], ("", "", "")
-        if arm != "ranges":
-            shares = [one / other for one, other in zip(own, sheet, strict=True)]
-            told = (
-                f"{sum(own) / sum(sheet):.2f}", f"{min(shares):.2f} to {max(shares):.2f}",
-                f"{ttest_rel(own, sheet)[1]:.1g}",
-            )  # fmt: skip
-        rows.append((words, about(own), *told))
-    heads = ("policy trained on", "tip error [mm]: mean of units (range)")
-    return table(
-        (*heads, "share of the data sheet's, default ranges", "of a unit", "p, paired"), rows
-    )
+        cells: list[str] = []
+        for errors in (figures["tip_error_mm"], figures["settled_error_mm"]):
+            own, sheet = ([mean(u) for u in errors[each].values()] for each in (arm, "ranges"))
+            told = f"{sum(own) / sum(sheet):.2f} ({ttest_rel(own, sheet)[1]:.1g})"
+            cells += [about(own), "" if arm == "ranges" else told]
+        rows.append((words, *cells))
+    heads = ("policy trained on", "tip error [mm]: mean of units (range)", "share (p, paired)")
+    return table((*heads, "at the end of a stair [mm]", "share (p)"), rows)
 
 
 def mechanics(record: Record, worlds: Sequence[int]) -> str:

@@ -329,15 +329,21 @@ def run(study: Study, devices: Sequence[str], each: int, until: float) -> None:
     write_table(study)
 
 
-def write_table(study: Study) -> None:
-    """Write the errors of all climbs [mm], and how the posterior does beside each other arm."""
+def errors_of(study: Study, figure: str) -> Errors:
+    """Return a number of all climbs that there are [mm]."""
     errors: Errors = {}
     for training in study.trainings:
         for what in study.climbs(training):
             if (path := file_of(*what)).exists():
-                rmse = 1e3 * float(json.loads(path.read_text())["rmse"])
+                error = 1e3 * float(json.loads(path.read_text())[figure])
                 own = errors.setdefault(training.arm, {}).setdefault(what[1], {})
-                own[training.seed] = round(rmse, 3)
+                own[training.seed] = round(error, 3)
+    return errors
+
+
+def write_table(study: Study) -> None:
+    """Write the errors of all climbs [mm], and how the posterior does beside each other arm."""
+    errors = errors_of(study, "rmse")
     rows = {arm: row_of(arm, errors) for arm in errors}
     lines = [HEAD, "|---|---|---|---|---|---|"]
     lines += [
@@ -348,7 +354,8 @@ def write_table(study: Study) -> None:
     ]
     origin = {"command": " ".join(["python -m lab.studies.diagnosed_policies", *sys.argv[1:]]),
               "commit": git_commit(), "units": list(study.units)}  # fmt: skip
-    write_json(study.out / "table.json", {**origin, "arms": rows, "errors_mm": errors})
+    kept = {"tip_error_mm": errors, "settled_error_mm": errors_of(study, "settled_error")}
+    write_json(study.out / "table.json", {**origin, "arms": rows, **kept})
     (study.out / "table.md").write_text("\n".join(lines) + "\n")
 
 
