@@ -29,7 +29,7 @@ VERBS: dict[str, str] = {
     "plan": "tendon_newton.cli.diagnosis.plan",
     "experiment": "tendon_newton.cli.diagnosis.experiment",
     "asset": "tendon_newton.cli.asset",
-    "servo": "tendon_newton.cli.servo",
+    "servo": "tendon_newton.cli.known_servo",
     "export": "tendon_newton.cli.export",
     "compare": "tendon_newton.cli.compare",
     "train-force": "tendon_newton.cli.training.train_force",
