@@ -35,12 +35,13 @@ class Departure:
     # Force at the load cell [N]; of a shaft, a torque [N m]; None where no cell is
     force: float | None
     tip: float | None  # Place of the tip [m]; None where the bench has none
+    force_unit: str = "N"  # Unit of the force, ``N m`` on a shaft
 
     @property
     def text(self) -> str:
         """Say it in the units of a bench."""
         tip = "-" if self.tip is None else f"{1e3 * self.tip:.3f} mm"
-        force = "-" if self.force is None else f"{self.force:.4f} N"
+        force = "-" if self.force is None else f"{self.force:.4f} {self.force_unit}"
         return f"{1e3 * self.angle:.2f} mrad | {force} | {tip}"
 
 
@@ -56,7 +57,13 @@ def departure(
         angle=pooled([a.motor_position - b.motor_position for a, b in pairs]),
         force=pooled([a.force - b.force for a, b in pairs]),
         tip=tip,
+        force_unit="N m" if turns_shafts(mechanism) else "N",
     )
+
+
+def turns_shafts(mechanism: Mechanism) -> bool:
+    """Tell whether the forces of a bench are torques: each drive turns a joint itself."""
+    return all(t.direct for t in mechanism.tendons) and mechanism.joints[0].kind == "revolute"
 
 
 def pooled(differences: Sequence[Array]) -> float:

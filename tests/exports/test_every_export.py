@@ -28,6 +28,7 @@ from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, replay
+from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from tests.exports.models import ACTUATORS as TYPICAL
 from tests.exports.models import model_of
@@ -137,6 +138,18 @@ def test_the_page_tells_what_the_replays_show(tmp_path: Path) -> None:
     close = Fidelity(runs=("a",), replays={"file": near}, costs={}, sines={})
     write_page(tmp_path, "finger", exported, close)
     assert (tmp_path / "README.md").read_text().endswith("file: no effect of this model.\n")
+
+
+@pytest.mark.parametrize(("bench", "unit"), [("pendulum", "N m"), ("thumb", "N")])
+def test_what_turns_a_shaft_is_told_as_a_torque(bench: str, unit: str) -> None:
+    """A string pulls in newtons."""
+    mechanism = load_mechanism(bench)
+    still = np.zeros((2, len(mechanism.tendons)))
+    run = Trajectory(
+        time=np.arange(2.0), motor_position=still, motor_velocity=still, force=still,
+        joint_position=np.zeros((2, len(mechanism.joints))),
+    )  # fmt: skip
+    assert f"| 0.0000 {unit} |" in departure(mechanism, [run], [run]).text
 
 
 @pytest.mark.parametrize(
