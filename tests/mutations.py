@@ -202,7 +202,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("angles-alone-settle-a-cause", "tendon_newton/diagnosis/search/decide/decision.py",
         "return not (has_force and ", "return not (", f"{SETS} plain_models_are_asked"),
     Mutation("rows-alone-settle-a-cause", "tendon_newton/diagnosis/search/decide/decision.py",
-        "leaves_nothing(fit, anywhere=True, share=1.0))", "leaves_nothing(fit, share=1.0))",
+        "leaves_nothing(fit, anywhere=True, usual=True))", "leaves_nothing(fit, usual=True))",
         f"{SETS} plain_models_are_asked"),
     Mutation("only-what-is-named-is-written", "tendon_newton/diagnosis/search/decide/decision.py",
         "found.sum() + cost(fit) < predicts", "found.sum() + cost(fit) > predicts",

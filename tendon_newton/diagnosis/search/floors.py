@@ -18,19 +18,17 @@ from tendon_newton.identification.objective import Scales
 from tendon_newton.identification.study import Study
 
 
-def floors_of(
-    worlds: SearchWorlds, names: Sequence[str], *, jumping: bool = True, share: float = SEARCHED
-) -> Floors:
+def floors_of(worlds: SearchWorlds, names: Sequence[str], *, usual: bool = False) -> Floors:
     """Return what noise and errors of form leave with some causes in the model.
 
     Args:
         worlds: Have the noise, the bench's size and the effects of the starting model.
         names: Causes besides.
-        jumping: Whether what jumps misses more than what only sticks.
-        share: Share of the errors of form that laws usually have.
+        usual: Whether laws may miss as much as they usually do, and those that jump more than those
+            that only stick: that is for a verdict. What hides there must not hide from a search.
     """
-    noise, form = worlds.study.noise, form_of(worlds, names, share)
-    rung = LADDER if jumping and any(map(breaks_away, (*worlds.study.known, *names))) else 1.0
+    noise, form = worlds.study.noise, form_of(worlds, names, 1.0 if usual else SEARCHED)
+    rung = LADDER if usual and any(map(breaks_away, (*worlds.study.known, *names))) else 1.0
     return Floors(
         theta=float(np.hypot(noise.theta, rung * form.theta)),
         force=float(np.hypot(noise.force or 0.0, rung * form.force)),

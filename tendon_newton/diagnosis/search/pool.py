@@ -97,22 +97,13 @@ class Pool:
             self.fits = dict(zip(self.fits, new, strict=True))
 
     def renew(self, fit: Fit) -> Fit:
-        """Score all sets at the floors of one and follow that one there; return it.
-
-        The floors are first those of laws that do not jump. The larger floors of a law that jumps
-        count only if something is left above the first ones. If they always counted, a breakaway
-        force that hardly differs from the sliding one would hide other causes.
-        """
-        for jumping in (False, True):
-            floors = floors_of(self.worlds, fit.names, jumping=jumping)
-            if floors != self.floors:
-                self.rescore(floors)
-                own = self.fits[frozenset(fit.names)]
-                self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
-                fit = self.fits[frozenset(fit.names)]
-            if self.leaves_nothing(fit, jumping=jumping):
-                break
-        return fit
+        """Score all sets at the floors of one and follow that one there; return it."""
+        floors = floors_of(self.worlds, fit.names)
+        if floors != self.floors:
+            self.rescore(floors)
+            own = self.fits[frozenset(fit.names)]
+            self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
+        return self.fits[frozenset(fit.names)]
 
     def bar(self, name: str) -> float:
         """Return the gain in score that a cause must bring: each of its numbers has a price."""
@@ -146,9 +137,7 @@ class Pool:
                 out = max(out, float(np.sqrt(max(0.0, mean))) / unit)
         return out
 
-    def leaves_nothing(
-        self, fit: Fit, *, anywhere: bool = False, jumping: bool = True, share: float = SEARCHED
-    ) -> bool:
+    def leaves_nothing(self, fit: Fit, *, anywhere: bool = False, usual: bool = False) -> bool:
         """Tell whether a fit leaves nothing to explain.
 
         Residuals are as likely as normal ones at the floors, and no larger in the mean than by
@@ -158,17 +147,15 @@ class Pool:
         Args:
             fit: The fit.
             anywhere: Whether the mean counts where something sticks, too.
-            jumping: Whether what jumps may miss more than what only sticks.
-            share: Share of the errors of form that laws usually have: 1 asks whether a fit leaves
-                no more than these usually miss.
+            usual: Whether all that laws usually miss counts as nothing.
         """
-        floors = floors_of(self.worlds, fit.names, jumping=jumping, share=share)
+        floors = floors_of(self.worlds, fit.names, usual=usual)
         (judged,) = rescored(self.worlds, [fit], floors)
         if self.excess(judged) >= self.dearest:
             return False
         if not anywhere and is_dry((*self.worlds.study.known, *fit.names)):
             return True
-        return self.mean_excess(judged, floors, share) < 1.0
+        return self.mean_excess(judged, floors, 1.0 if usual else SEARCHED) < 1.0
 
     def gain(self, fit: Fit, less: Fit) -> float:
         """Return by how much a fit is more likely than another [nat per row]."""

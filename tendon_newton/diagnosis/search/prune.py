@@ -20,13 +20,10 @@ only whether to drop it. `decision` takes rivals below the second to all rows, a
 below the first."""
 FOLLOWED, AHEAD = 5, 2
 """Steps of such a set at most, and steps that show first which sets will stay clearly worse."""
-TURNS = 3
-"""Times that causes are pruned and exchanged, and further times only if the last one brought what a
-number must."""
 
 
 def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
-    """Drop causes that do not pay and exchange those that another explains better.
+    """Drop causes that do not pay and exchange those that another explains better, while it pays.
 
     Args:
         pool: Takes all fits.
@@ -35,30 +32,17 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
     """
     settled: set[frozenset[str]] = set()
     gain = np.inf
-    while frozenset(fit.names) not in settled and (len(settled) < TURNS or gain >= pool.price):
+    while True:
         fit = prune(pool, fit)
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
-        if not fit.names or frozenset(fit.names) in settled or pool.is_late:
-            break
+        is_end = not fit.names or frozenset(fit.names) in settled or gain < pool.price
+        if is_end or pool.is_late:
+            return fit
         settled.add(frozenset(fit.names))
         before = pool.renew(fit)
         exchange(pool, before, names)
-        for rival in near_sets(pool, before):
-            prune(pool, rival)
         fit = simplest(pool, pool.best())
         gain = pool.cost(before) - pool.cost(fit)
-    return fit
-
-
-def near_sets(pool: Pool, fit: Fit) -> list[Fit]:
-    """Return the best sets as large as one that are behind by less than a number must bring.
-
-    With another cause in the place of one, a third may bring nothing any more.
-    """
-    near = [f for f in pool.fits.values()
-            if len(f.names) == len(fit.names) > 1 and frozenset(f.names) != frozenset(fit.names)
-            and pool.cost(f) - pool.cost(fit) < pool.price]  # fmt: skip
-    return sorted(near, key=pool.cost)[:RIVALS]
 
 
 def prune(pool: Pool, fit: Fit) -> Fit:

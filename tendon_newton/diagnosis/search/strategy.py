@@ -114,20 +114,15 @@ def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> 
         starts = new_starts(pool, view, chooser.singles(SINGLES))
         singles = follow(pool, view, starts, coarse=2, last=SETTLED)
         alike = [s for fit in singles[:RIVALS] for s in related_starts(pool, fit, names)]
-        if alike and not suffices(pool, singles[0]):
+        if alike and not pool.leaves_nothing(singles[0]):
             found = follow(pool, view, alike, coarse=1, last=SETTLED)
             singles = sorted([*singles, *found], key=pool.cost)
-        if any(suffices(pool, fit) for fit in singles[:1]):
+        if any(pool.leaves_nothing(fit) for fit in singles[:1]):
             return
     trials = choose(chooser, SETS)
     starts = related_starts(pool, current, names)
     starts += new_starts(pool, view, trials if first else [*trials, *exchanges(chooser, RIVALS)])
     follow(pool, view, starts, coarse=2 if first else 1)
-
-
-def suffices(pool: Pool, fit: Fit) -> bool:
-    """Tell whether a cause leaves no more than the error of form of a law that does not jump."""
-    return pool.leaves_nothing(fit, jumping=False)
 
 
 def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:

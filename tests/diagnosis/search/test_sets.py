@@ -49,7 +49,7 @@ from tendon_newton.diagnosis.search.decide.told import (
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms, untold
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import CLEAR, leave_out, near_sets, settle
+from tendon_newton.diagnosis.search.prune import CLEAR, leave_out, settle
 from tendon_newton.diagnosis.search.refit import (
     Fit,
     refit,
@@ -260,12 +260,11 @@ def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(monkeypatc
 
     def prune_to_one(_pool: Any, fit: Any) -> Any:
         pruned.append(fit)
-        assert len(pruned) <= pruning.TURNS
+        assert len(pruned) <= 2
         return one
 
     monkeypatch.setattr(pruning, "prune", prune_to_one)
     monkeypatch.setattr(pruning, "exchange", lambda *_: None)
-    monkeypatch.setattr(pruning, "near_sets", lambda *_: [])
     monkeypatch.setattr(pruning, "simplest", lambda *_: more)
     pool: Any = SimpleNamespace(
         worlds=SimpleNamespace(count=0), is_late=False, best=lambda: more, price=PRICE,
@@ -419,17 +418,6 @@ def test_a_law_that_may_be_its_special_case_leaves_both(shortest: float, left: b
     assert [rival.names for rival in rivals] == [special.names] * left
 
 
-def test_a_set_that_is_as_good_may_need_a_cause_less(worlds: SearchWorlds) -> None:
-    """Only sets of the same size that cost hardly more are pruned as well, the best first."""
-    pool = pool_of(worlds)
-    fit = started(pool, coulomb_friction=0.5, viscous_friction=1.0)
-    near = replace(fit, names=("stribeck_friction", "viscous_friction"), score=fit.score - 0.15)
-    far = replace(fit, names=("coulomb_friction", "stribeck_friction"), score=fit.score + 9.0)
-    small = replace(fit, names=("viscous_friction",))
-    pool.fits = {frozenset(f.names): f for f in (fit, near, far, small)}
-    assert [f.names for f in near_sets(pool, fit)] == [near.names]
-
-
 def test_without_a_wrong_clock_times_are_the_logs_own() -> None:
     """A lag of 60 ms beside seconds a fifth too long is one of 50 ms; a shape stays."""
     names = ("actuator_lag", "sample_period_error", "stribeck_friction")
@@ -473,23 +461,13 @@ def test_a_smaller_set_is_compared_at_its_best() -> None:
     assert far.score > fit.score + 1.0
 
 
-def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: SearchWorlds) -> None:
-    """What jumps may miss more: only the model that leaves something is given that."""
-    pool, plain = pool_of(worlds), floors_of(worlds, ("coulomb_friction",))
-    first, rest, speed = worlds.study.table.columns("stribeck_friction")
-    law = {first: 0.6, rest: 0.61, speed: 1.0}
-    (viscous,) = worlds.study.table.columns("viscous_friction")
-    starts = [
-        (("stribeck_friction", "viscous_friction"), {**law, viscous: 1.2}),
-        (("stribeck_friction",), law),
-    ]
-    fits = start_fits(worlds, starts, plain)
-    pool.add(fits)
-    pool.renew(fits[0])
-    assert pool.floors == plain
-    pool.renew(fits[1])
-    assert pool.floors == floors_of(worlds, fits[1].names)
-    assert pool.floors.theta > plain.theta
+def test_a_breakaway_force_is_granted_more_by_a_verdict_alone(worlds: SearchWorlds) -> None:
+    """What jumps misses more: that must not hide another cause from the search."""
+    dry, jumping = ("coulomb_friction",), ("stribeck_friction",)
+    assert floors_of(worlds, jumping) == floors_of(worlds, dry)
+    missed = LADDER * form_of(worlds, jumping, 1.0).theta
+    usual = floors_of(worlds, jumping, usual=True)
+    assert usual.theta == pytest.approx(np.hypot(worlds.study.noise.theta, missed))
 
 
 def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(worlds) -> None:
@@ -747,8 +725,8 @@ def test_plain_models_are_asked_where_something_may_be_left(
 ) -> None:
     """Of a named cause the mean counts too, and angles alone do not settle it."""
 
-    def leaves_nothing(_: Fit, *, share: float, anywhere: bool = False) -> bool:
-        assert share == 1.0  # of what laws usually miss
+    def leaves_nothing(_: Fit, *, usual: bool, anywhere: bool = False) -> bool:
+        assert usual
         return not (left_in_rows or (anywhere and left_in_mean))
 
     signals = ((False, np.ones(3, dtype=bool)), (True, np.full(3, has_force)))

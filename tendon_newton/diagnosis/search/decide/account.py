@@ -69,7 +69,7 @@ def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: 
     else:
         usual = 1.0 if is_dry((*decisive.worlds.study.known, *fit.names)) else SEARCHED
     change *= SEARCHED
-    least = 0.0 if decisive.leaves_nothing(fit, share=1.0) else SURE * decisive.price
+    least = 0.0 if decisive.leaves_nothing(fit, usual=True) else SURE * decisive.price
     is_open = holds_null(decisive.worlds.study, found, name)
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),

@@ -149,7 +149,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     plain = plain or fit_plain_models(decisive, names)
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
-    is_left = not decisive.leaves_nothing(decided.fit, share=1.0)
+    is_left = not decisive.leaves_nothing(decided.fit, usual=True)
     rivals = [m for m in compared if is_left or m.name in PLAIN_MODELS]
     if rivals and rivals[0].held_out < predicts:
         other = tested(decisive, prune(decisive, plain[rivals[0].name]), names)
@@ -198,9 +198,9 @@ def asks_plain_models(decisive: Pool, fit: Fit) -> bool:
     Angles alone leave more open, so a cause that was named from them is held against plain models.
     """
     if not fit.names:
-        return not decisive.leaves_nothing(fit, share=1.0)
+        return not decisive.leaves_nothing(fit, usual=True)
     has_force = any(force and rows.any() for force, rows in decisive.worlds.where.signals)
-    return not (has_force and decisive.leaves_nothing(fit, anywhere=True, share=1.0))
+    return not (has_force and decisive.leaves_nothing(fit, anywhere=True, usual=True))
 
 
 def predicted(decisive: Pool, fit: Fit) -> float:
@@ -328,7 +328,7 @@ def fit_replacements(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
                 found = values_of(decisive.worlds, source.columns, source.place)
                 own = {c: found[c] for c in table.columns(other)}
                 starts.append(((*rest, other), {**values, **own}))
-        if decisive.leaves_nothing(fit, share=1.0):
+        if decisive.leaves_nothing(fit, usual=True):
             continue
         for other in names:
             is_new = frozenset((*rest, other)) not in decisive.fits

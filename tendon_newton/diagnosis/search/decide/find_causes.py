@@ -217,7 +217,7 @@ def verdict_of(decisive: Pool, final: Fit, share: float) -> Verdict:
 
 def leaves_nothing_at_any_step(pool: Pool, fit: Fit) -> bool:
     """Tell whether a fit leaves nothing, at the search's step or at the finest one."""
-    if pool.leaves_nothing(fit, share=1.0):
+    if pool.leaves_nothing(fit, usual=True):
         return True
     values = values_of(pool.worlds, fit.columns, fit.place)
-    return pool.leaves_nothing(replace(fit, residual=pool.worlds.finest(values)), share=1.0)
+    return pool.leaves_nothing(replace(fit, residual=pool.worlds.finest(values)), usual=True)
