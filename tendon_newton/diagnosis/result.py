@@ -242,9 +242,13 @@ class Diagnosis:
 
     @property
     def change(self) -> str:
-        """How the held-out error of the motor angle changes, in words."""
-        before, after = self.baseline.theta_rmse, self.extended.theta_rmse
-        return f"held-out angle error {number(1e3 * before)} to {number(1e3 * after)} mrad RMS"
+        """How the held-out error of the angle changes, or that of the force on a given path."""
+        before, after = self.baseline, self.extended
+        if before.theta_rmse or before.force_rmse is None or after.force_rmse is None:
+            told = f"{number(1e3 * before.theta_rmse)} to {number(1e3 * after.theta_rmse)} mrad"
+            return f"held-out angle error {told} RMS"
+        told = f"{number(before.force_rmse)} to {number(after.force_rmse)} {self.scale.force_unit}"
+        return f"held-out error of the {self.scale.force_name} {told} RMS"
 
     def plot(self) -> Figure:
         """Draw held-out errors: of the model as given, without each cause, and with all causes."""
@@ -253,7 +257,8 @@ class Diagnosis:
             *((f"without {effect.name}", effect.without) for effect in reversed(self.effects)),
             ("as given", self.baseline),
         ]
-        sides = [("motor angle [mrad RMS]", [1e3 * errors.theta_rmse for _, errors in models])]
+        angles = [1e3 * errors.theta_rmse for _, errors in models]
+        sides = [("motor angle [mrad RMS]", angles)] if any(angles) else []
         forces = [errors.force_rmse for _, errors in models if errors.force_rmse is not None]
         if len(forces) == len(models):
             label = f"{self.scale.force_name} [{self.scale.force_unit} RMS]"

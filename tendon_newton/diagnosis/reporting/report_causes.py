@@ -82,8 +82,7 @@ def rival_rows(rivals: Sequence[Rival], scale: BenchScale) -> list[Row]:
 
 
 def errors_text(errors: Errors, scale: BenchScale) -> str:
-    """Return pooled errors in words."""
-    theta = f"{number(1e3 * errors.theta_rmse)} mrad"
-    if errors.force_rmse is None:
-        return theta
-    return f"{theta}, {number(errors.force_rmse)} {scale.force_unit}"
+    """Return pooled errors in words; an angle that was given has none."""
+    force = errors.force_rmse
+    told = [f"{number(1e3 * errors.theta_rmse)} mrad"] if errors.theta_rmse or not force else []
+    return ", ".join([*told, *([] if force is None else [f"{number(force)} {scale.force_unit}"])])

@@ -29,12 +29,14 @@ def moving_fingers(
 ) -> Mapping[str, Any] | None:
     """Draw a finger in the first window of a bench that has a tip; None where none has.
 
+    Neither is one drawn that was led: all models move as it was measured.
+
     Args:
         model: The extended model, for the bench's own numbers.
         windows: Telling seconds, the most telling first.
         found: Whether causes were named, so that the models differ.
     """
-    for window in windows:
+    for window in windows if not evidence.test.is_led else ():
         recording = window.comparison.recording
         mechanism = override_mechanism(bench_of(recording.bench, model), recording.bench_overrides)
         if mechanism.tip is not None and len(mechanism.tendons) == 1:

@@ -173,12 +173,13 @@ def detail_rows(
     """Return the numbers for the curious."""
     pair = (diagnosis.baseline, diagnosis.extended) if diagnosis.effects else (diagnosis.baseline,)
     mean = " → ".join(number(1e3 * errors.theta_mae) for errors in pair)
+    angle = [("mean absolute error of the angle", f"{mean} mrad")]
+    angle += regime_rows(diagnosis, comparisons)
     packages = [f"{name} {version(name)}" for name in PACKAGES]
     rows = [
         ("verdict", diagnosis.verdict.replace("_", " ")),
         ("effects tried", str(len(diagnosis.candidates))),
-        ("mean absolute error of the angle", f"{mean} mrad"),
-        *regime_rows(diagnosis, comparisons),
+        *(angle if diagnosis.baseline.theta_mae else []),
         ("recordings to learn from", ", ".join(r.name for r in evidence.train.wholes)),
         ("recordings held out", ", ".join(r.name for r in evidence.test.wholes)),
         ("wall time", f"{diagnosis.wall_time_s:.0f} s"),

@@ -9,6 +9,7 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import diagnose
+from tendon_newton.diagnosis.reporting.report import write_report
 
 START = Model(
     actuator=NamedValues(name="measured_path", values={}),
@@ -49,7 +50,9 @@ def run(rng: np.random.Generator) -> tuple[Recording, Array]:
     return recording, parts
 
 
-def test_an_arm_without_commands_tells_what_a_regression_tells(rng: np.random.Generator) -> None:
+def test_an_arm_without_commands_tells_what_a_regression_tells(
+    rng: np.random.Generator, tmp_path: Path
+) -> None:
     """Frictions, inertia and drift are named, and nothing else, with a regression's intervals.
 
     The regression knows the true motion. Its intervals are 1.96 deviations; a diagnosis's at most
@@ -57,7 +60,7 @@ def test_an_arm_without_commands_tells_what_a_regression_tells(rng: np.random.Ge
     """
     runs = [run(rng) for _ in range(4)]
     train, test = [r for r, _ in runs[:3]], [r for r, _ in runs[3:]]
-    found, _ = diagnose(Dataset(path=Path(), train=tuple(train), test=tuple(test)), START)
+    found, evidence = diagnose(Dataset(path=Path(), train=tuple(train), test=tuple(test)), START)
     table = np.concatenate([parts for _, parts in runs[:3]])
     least = 1.96 * NOISE * np.sqrt(np.diag(np.linalg.inv(table.T @ table)))
     numbers = {e.name: x for e in found.effects for x in e.parameters.values()}
@@ -78,3 +81,8 @@ def test_an_arm_without_commands_tells_what_a_regression_tells(rng: np.random.Ge
         low, high = numbers[name].ci95
         assert low <= value <= high, name
         assert high - low < 8.0 * half, name
+    write_report(tmp_path / "report.html", found, evidence)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert " mrad" not in page  # an angle that was given has no error, and the arm no other motion
+    assert "As the finger moves" not in page
+    assert "mrad" not in found.change
