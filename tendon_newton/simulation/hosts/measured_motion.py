@@ -15,6 +15,7 @@ REACHES = (3, 4, 6, 8, 11, 16, 22, 32)
 ORDER = 5
 WIDER = 1.05
 """Growth of what a width leaves beyond which it cuts off corners and not only noise [1]."""
+LEAST_STEP = 0.5  # Share of the usual step within which a row tells little more than another [1]
 LEAST_PART = 0.01  # Share of an interval by which a turn keeps away from the rows around it [1]
 INSTANT = 1.0e-3  # The same by which a shaft is before and behind its turn [1]
 
@@ -48,21 +49,34 @@ def motion_of(time: Array, angle: Array) -> tuple[Array, Array]:
 
     They are those of a quintic through the rows around each, as many as leave no more of the angle
     than fewer do, or than its encoder's counts, less one step, since noise averages out over
-    rows and what is cut off does not. Nothing is shifted in time.
+    rows and what is cut off does not. Nothing is shifted in time. Of rows that follow each other
+    much faster than most, one in a while is taken, so that a window is as long everywhere.
 
     Source: Savitzky and Golay, Smoothing and differentiation of data (1964), with as many rows.
     """
-    fitting = [reach for reach in REACHES if 2 * reach + 1 <= len(time)]
-    if not fitting:
+    kept = rows_apart(time, LEAST_STEP * float(np.median(np.diff(time))))
+    if len(kept) < 2 * REACHES[0] + 1:
         return np.gradient(angle, time), np.zeros_like(angle)
-    tried = [quintics(time, angle, reach) for reach in fitting]
-    counted, left = encoder_count(angle) / np.sqrt(12.0), [own[2] for own in tried]
-    passing = [
-        k for k in range(1, len(left))
-        if left[k] <= WIDER * max(counted, float(np.median(left[:k])))
-    ]  # fmt: skip
-    rate, acceleration, _ = tried[max(passing, default=1) - 1]
-    return rate, acceleration
+    counted = encoder_count(angle) / np.sqrt(12.0)
+    passing: list[tuple[Array, Array, float]] = []
+    for reach in REACHES:
+        if 2 * reach + 1 > len(kept):
+            break
+        tried = quintics(time[kept], angle[kept], reach)
+        usual = [left for *_, left in passing]
+        if not usual or tried[2] <= WIDER * max(counted, float(np.median(usual))):
+            passing.append(tried)
+    rate, acceleration, _ = passing[max(len(passing) - 2, 0)]
+    return np.interp(time, time[kept], rate), np.interp(time, time[kept], acceleration)
+
+
+def rows_apart(time: Array, least: float) -> list[int]:
+    """Return the first row and each that is so long [s] after the last of them."""
+    kept = [0]
+    for row, instant in enumerate(time):
+        if instant - time[kept[-1]] >= least:
+            kept.append(row)
+    return kept
 
 
 def quintics(time: Array, angle: Array, reach: int) -> tuple[Array, Array, float]:

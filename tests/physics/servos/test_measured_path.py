@@ -22,6 +22,7 @@ from tendon_newton.errors import InvalidModelFile, InvalidParameter, InvalidReco
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.measured_motion import led_timeline
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_newton.simulation.simulators import simulate
 from tests.physics.runs import RADIUS, led
@@ -143,6 +144,31 @@ def test_a_swing_asks_for_weight_inertia_and_damping() -> None:
     expected = (weight + inertia + friction)[inner]
     assert found.force is not None
     assert found.force[inner, 0] == pytest.approx(expected, abs=0.0025 * np.abs(inertia).max())
+
+
+@pytest.mark.parametrize(
+    ("time", "frequency"),
+    [
+        (np.arange(600) / 20.0, 3.0),
+        (np.arange(2400) / 80.0, 12.0),
+        (np.arange(2400) / 80.0, 1.0),  # whose counts repeat: one width leaves more than its like
+        (np.r_[np.arange(300) / 10.0, 30.0 + np.arange(200) / 1000.0], 0.5),
+    ],
+)
+def test_a_measured_motion_has_the_rate_of_its_oscillation(
+    time: np.ndarray, frequency: float
+) -> None:
+    """Also of one of less than seven rows, and where some rows are a hundred times as close.
+
+    A quintic through seven rows of such a sine misses 1.3 % of its rate, 8 % of its acceleration.
+    """
+    w, count = 2.0 * np.pi * frequency, 2.0 * np.pi / 4096.0
+    path = count * np.round(0.3 * np.sin(w * time) / count)
+    found = led_timeline(replace(led(path, np.zeros_like(time)), time=time))
+    rate, acceleration = found.motion[found.measured].T
+    scored = found.trusted
+    assert np.std((rate - 0.3 * w * np.cos(w * time))[scored]) < 0.03 * 0.3 * w
+    assert np.std((acceleration + 0.3 * w**2 * np.sin(w * time))[scored]) < 0.1 * 0.3 * w**2
 
 
 def test_a_late_cell_reports_what_the_path_asked_for_before() -> None:
