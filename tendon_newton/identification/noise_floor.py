@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.data.checks.measures import difference_noise, encoder_noise
+from tendon_newton.data.checks.measures import difference_noise, encoder_count, encoder_noise
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.identification.load_cell import reading_stride
 
@@ -18,6 +18,7 @@ QUIET_LEAD = 0.3
 """Time [s] of rest before such a window: behind a stuck tendon the mechanism comes to rest late."""
 MIN_WINDOWS = 5  # Windows without which the scatter at rest is not trusted
 MIN_READINGS = 8  # Readings of the cell without which a window says nothing
+MIN_LEVELS = 4  # Values of a force in counts: dry friction alone has one each way and one at rest
 LEAST_FORCE_NOISE = 1.0e-6  # A noiseless (simulated) force still has rounding [N]
 
 
@@ -34,7 +35,8 @@ def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
 
     The encoder's is that of its step (a twelfth of its square). The load cell's is its scatter
     while command and encoder rest, so that slow (coloured) noise counts; failing that, of its
-    second differences.
+    second differences. On a path that is led, where no error of form hides it, it is at least that
+    of the force's counts.
     """
     theta = [
         encoder_noise(r.motor_position[:, d] if r.driven_by != "path" else r.compared_angle)
@@ -44,12 +46,13 @@ def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
     with_force = [r for r in recordings if r.force is not None]
     force = None
     if with_force:
-        estimates = [float(np.median([difference_noise(cell_readings(r)) for r in with_force]))]
+        estimates = [float(np.median([difference_noise(new_readings(r)) for r in with_force]))]
+        counted = float(np.median([force_count(r) for r in with_force]) / np.sqrt(12.0))
         for length in QUIET_WINDOWS:
             quiet = [v for r in with_force for v in quiet_variances(r, length)]
             if len(quiet) >= MIN_WINDOWS:
                 estimates = [*estimates[1:], float(np.sqrt(np.median(quiet)))]
-        force = max(*estimates, LEAST_FORCE_NOISE)
+        force = max(*estimates, counted, LEAST_FORCE_NOISE)
     return NoiseFloor(theta=float(np.median(theta)), force=force)
 
 
@@ -63,6 +66,25 @@ def cell_readings(recording: Recording) -> Array:
     """Return the force at the rows on which the cell was read, or one in so many, shape (T',)."""
     assert recording.force is not None
     return recording.force[:: cell_stride(recording), 0]
+
+
+def new_readings(recording: Recording) -> Array:
+    """Return the readings of the cell, without those that a led path's slow sensor held.
+
+    Such a sensor's values hardly recur; those of counts and of dry friction do.
+    """
+    readings = cell_readings(recording)
+    new = readings[np.diff(readings, prepend=np.inf) != 0.0]
+    is_held = len(np.unique(new)) > max(MIN_READINGS, 0.5 * len(new))
+    return new if is_held and recording.driven_by == "path" else readings
+
+
+def force_count(recording: Recording) -> float:
+    """Return the count of a force on a path that is led [N]; 0 elsewhere, and where it has none."""
+    readings = cell_readings(recording)
+    if recording.driven_by != "path" or (count := encoder_count(readings)) == 0.0:
+        return 0.0
+    return count if len(np.unique(np.round(readings / count))) >= MIN_LEVELS else 0.0
 
 
 def quiet_variances(recording: Recording, window: float) -> list[float]:

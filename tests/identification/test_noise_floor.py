@@ -53,6 +53,31 @@ def test_a_load_cells_noise_is_its_scatter_at_rest(rng: np.random.Generator, col
     assert floor.force == pytest.approx(0.05, rel=0.15 if colour < 0.9 else 0.45)
 
 
+HUM = 0.1 * np.sin(np.arange(2000) / 50.0)  # N m
+WHITE = 0.01 * np.random.default_rng(0).standard_normal(2000)  # N m
+
+
+@pytest.mark.parametrize(
+    ("torque", "noise"),
+    [
+        (0.0065 * np.round(HUM / 0.0065), 0.0065 / np.sqrt(12.0)),
+        (0.0065 * np.round(HUM / 0.0065) * (np.arange(2000) > 1000), 0.0065 / np.sqrt(12.0)),
+        (0.002 * np.round((HUM + WHITE) / 0.002), 0.01),
+        (np.repeat((HUM + WHITE)[::3], 3)[:2000], 0.01),
+        (0.1 * np.sign(HUM), 1e-6),  # dry friction alone has two values, and these are no counts
+        (np.where(np.arange(2000) < 3, 0.0, 0.1 * np.sign(HUM)), 1e-6),
+    ],
+)
+def test_a_led_shafts_torque_is_no_better_than_its_counts(torque: np.ndarray, noise: float) -> None:
+    """Coarse counts hardly change from row to row, nor does what is held for three rows."""
+    angle = COUNT * np.round(np.sin(np.arange(2000) / 50.0) / COUNT)[:, None]
+    shaft = Recording(
+        name="led", bench="pendulum", time=np.arange(2000) / 100.0, motor_position=angle,
+        motor_velocity=0.0 * angle, force=torque[:, None], joint_load=np.zeros(2000),
+    )  # fmt: skip
+    assert estimate_noise_floor([shaft]).force == pytest.approx(noise, rel=0.15)
+
+
 def test_without_a_load_cell_there_is_no_noise_to_tell(rng: np.random.Generator) -> None:
     """A recording without force gives None."""
     whole = log(rng, 0.0)
