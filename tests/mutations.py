@@ -411,7 +411,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "    return benches[0] if benches else default\n", "    return default\n",
         "tests/diagnosis/test_diagnosed_bench.py -k export_is"),
     Mutation("diagnosis-on-another-bench", "tendon_newton/diagnosis/diagnosed_bench.py",
-        "if model_path(path) == path or known_servo(path) is not None or not own:", "if own:",
+        "if model_path(path) == path or not own:", "if own:",
         "tests/diagnosis/test_diagnosed_bench.py -k another_bench"),
     Mutation("torque-of-a-shaft-pulls-a-string", "tendon_newton/diagnosis/known_servos.py",
         "BenchScale(force=1.0 / ratio,", "BenchScale(force=1.0,",

@@ -29,13 +29,13 @@ def main(config: ServoConfig) -> None:
     """List, show or write."""
     from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.diagnosis.diagnosed_bench import model_path
-    from tendon_newton.diagnosis.known_servos import known_servos, told, write_servo
+    from tendon_newton.diagnosis.known_servos import known_servo, known_servos, told, write_servo
     from tendon_newton.errors import InvalidParameter, look_up
 
     if config.servo is None:
         print("\n".join(f"{name:10s} {told(home)}" for name, home in known_servos().items()))
         return
-    home = look_up("servo", config.servo, known_servos())
+    home = known_servo(config.servo) or look_up("servo", config.servo, known_servos())
     print(f"{config.servo}: {told(home)}\n  {model_path(home)}")
     if config.out is None:
         if config.gain is not None or config.supply is not None:

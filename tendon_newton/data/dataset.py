@@ -306,7 +306,8 @@ def refuse_other_folder(path: Path) -> None:
         command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])
         raise InvalidDataset(f"{path}: is a LeRobotDataset, to be imported first: {command}")
     folder, files = (path, path.iterdir()) if path.is_dir() else (path.parent, [path])
-    if log := next((file for file in files if file.suffix in LOG_SUFFIXES), None):
+    logs = (file for file in files if file.suffix in LOG_SUFFIXES and file.is_file())
+    if log := next(logs, None):
         words = ["tendon-newton", "import", "mapped", f"{folder}", "--mapping", "mapping.toml"]
         came = f"this one holds logs ({log.name})" if folder == path else "this is a log"
         raise InvalidDataset(

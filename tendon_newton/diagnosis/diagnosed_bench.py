@@ -98,7 +98,12 @@ def recorded_numbers(path: Path, bench: str) -> tuple[str, ...]:
 
 
 def recorded_rows(path: Path) -> list[CheckedTable]:
-    """Return how the benches of a diagnosis were set up; empty for a model without one."""
+    """Return how the benches of a diagnosis were set up; empty for a model without one.
+
+    A known servo's stand is no bench of it.
+    """
+    if known_servo(path) is not None:
+        return []
     file = model_path(path).with_name(ANSWER)
     if model_path(path).name != MODEL or not file.is_file():
         return []
@@ -137,7 +142,7 @@ def refuse_other_bench(path: Path, benches: Collection[str]) -> None:
         InvalidParameter: The diagnosis is of none of them, or not of all.
     """
     own = recorded_benches(path)
-    if model_path(path) == path or known_servo(path) is not None or not own:
+    if model_path(path) == path or not own:
         return
     for bench in benches:
         if Path(bench).stem not in own:

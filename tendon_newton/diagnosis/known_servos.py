@@ -26,7 +26,7 @@ from tendon_newton.diagnosis.posterior import (
     OpenNumber,
     Posterior,
 )
-from tendon_newton.effects import law_of
+from tendon_newton.effects import EFFECTS, law_of
 from tendon_newton.errors import InvalidDiagnosis, InvalidModelFile, InvalidParameter
 from tendon_newton.mechanisms.asset_library import asset_folders
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
@@ -37,14 +37,19 @@ MODEL, ANSWER, EVIDENCE = "model.toml", "diagnosis.json", "evidence.json"
 
 def known_servos() -> dict[str, Path]:
     """Return the folder of every known servo by its name; a user's own stands for ours."""
-    homes = (home for folder in asset_folders() for home in (folder / FOLDER).glob("*"))
-    return {home.name: home for home in sorted(homes) if (home / MODEL).is_file()}
+    homes = [home for folder in asset_folders() for home in sorted((folder / FOLDER).glob("*"))]
+    return {home.name: home for home in homes if (home / MODEL).is_file()}
 
 
 def known_servo(path: str | Path) -> Path | None:
-    """Return the folder of a known servo; None for another word, and for a file of that name."""
-    if Path(path).exists():
-        return Path(path) if (Path(path) / EVIDENCE).is_file() else None
+    """Return the folder of a known servo, named by a word, by its folder or by a file in that.
+
+    None for another word, and for a file or folder of that name without the evidence.
+    """
+    path = Path(path)
+    if path.exists():
+        home = path if path.is_dir() else path.parent
+        return home if (home / EVIDENCE).is_file() else None
     return known_servos().get(str(path))
 
 
@@ -81,12 +86,22 @@ def write_servo(home: Path, out: Path, *, gain: float | None, supply: float | No
         values["duty_per_rad"] = gain * evidence_of(home).number("duty_per_gain")
     if supply is not None:
         values["supply_voltage"] = supply
+    for number in find_actuator(model.actuator.name).parameters:
+        told = values.get(number.name, number.nominal)
+        if isinstance(told, float) and not number.lower <= told <= number.upper:
+            raise InvalidParameter(
+                f"{number.name} of {home.name} must be between {number.lower:g} and "
+                f"{number.upper:g} {number.unit}; it would be {told:g}"
+            )
+    worlds = Path(ANSWER).with_suffix(ENDING).name
+    beside = {file: (home / file).read_text(encoding="utf-8") for file in (EVIDENCE, worlds)
+              if (home / file).is_file()}  # fmt: skip
     answer = read_checked(home / ANSWER, InvalidDiagnosis, "a diagnosis is a JSON file").values
     with together():  # without the hash of the model as it was
         write_model(out / MODEL, replace(model, actuator=replace(model.actuator, values=values)))
         write_json(out / ANSWER, {key: value for key, value in answer.items() if key != HASHES})
-        for file in (EVIDENCE, Path(ANSWER).with_suffix(ENDING).name):
-            write_text(out / file, (home / file).read_text(encoding="utf-8"))
+        for file, text in beside.items():
+            write_text(out / file, text)
 
 
 def evidence_of(home: Path) -> CheckedTable:
@@ -111,6 +126,11 @@ def servo_alone(model: Model, radius: float) -> Model:
         actuator=NamedValues(name=model.actuator.name, values=values),
         effects=tuple(on_spool(e, ratio) for e in model.effects if is_of_servo(e.name, ratio)),
         fit=tuple(name for name in model.fit if name in own),
+        tolerances={
+            name: tolerance
+            for name, tolerance in model.tolerances.items()
+            if name in own or (name in EFFECTS and is_of_servo(name, ratio))
+        },
     )
 
 

@@ -88,6 +88,9 @@ def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Findin
     recording = log.recording
     why = begins_in_motion(recording) or away_from_rest(recording, imported)
     start = "equilibrium" if why is None else "first_row"
+    if recording.command is None:
+        told = what_leads(recording, imported.model)
+        return replace(log, recording=replace(recording, start=start), open_start=False), told
     told = Examined(recording.name, "theta").note(
         why or "stands where a bench without friction rests under the first command",
         "a simulation starts from "
@@ -95,6 +98,19 @@ def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Findin
         + f' (start = "{start}"); the mapping may say otherwise',
     )
     return replace(log, recording=replace(recording, start=start), open_start=False), told
+
+
+def what_leads(recording: Recording, model: Model) -> Finding | None:
+    """Say what a log without a command is taken for; None where the model takes its angle."""
+    from tendon_newton.actuators import find_actuator  # loads Warp
+
+    if find_actuator(model.actuator.name).leads:
+        return None
+    return Examined(recording.name, "theta_d").note(
+        "no command is mapped, so that the measured force drives the mechanism",
+        'to ask what force a given angle takes, say kind = "measured_path" under [model] in the '
+        "mapping",
+    )
 
 
 def begins_in_motion(recording: Recording) -> str | None:

@@ -102,7 +102,7 @@ def test_a_name_stands_wherever_a_model_does(name: str) -> None:
     assert model.actuator.values["spool_radius"] == radius
     assert open_force_model(name, finger).model.effects == model.effects
     assert read_source(Path(name), "finger", None).model.actuator == model.actuator
-    assert read_source(Path(name), None, None).mechanism.name == "pendulum"
+    assert read_source(Path(name), None, None).mechanism.name == "finger"  # no stand
     trust_force(name)  # nothing of it is a program
     (drawn,) = differences_of(EnvironmentConfig(randomise=(name,)), model).posteriors
     assert drawn.sets
@@ -138,10 +138,27 @@ def test_a_packaged_servo_moves_as_it_did_when_its_error_was_measured(name: str)
 
 
 def test_a_users_own_servo_is_known_by_its_folder(tmp_path: Path, monkeypatch) -> None:
-    """One folder beside the user's assets, such as a diagnosis wrote; no file of ours changes."""
-    shutil.copytree(known_servos()[SERVOS[0]], tmp_path / "servos" / "mine")
+    """One folder beside the user's assets; one of our name stands for ours."""
+    for name in ("mine", SERVOS[0]):
+        shutil.copytree(known_servos()[SERVOS[0]], tmp_path / "servos" / name)
     monkeypatch.setenv(FOLDERS_VARIABLE, str(tmp_path))
     assert open_model(Path("mine"), [load_mechanism("pendulum")]).actuator.name == "pwm_servo"
+    assert known_servos()[SERVOS[0]] == tmp_path / "servos" / SERVOS[0]
+
+
+def test_a_file_of_a_known_servo_is_that_servo() -> None:
+    """Its model alone is a servo on a stand's shaft of 1 m: on a finger it must be carried over."""
+    finger, home = load_mechanism("finger"), known_servos()[SERVOS[0]]
+    by_name = open_model(Path(SERVOS[0]), [finger])
+    assert open_model(home / "model.toml", [finger]) == by_name
+    assert open_model(home / "diagnosis.json", [finger]) == by_name
+
+
+def test_what_a_model_says_exactly_goes_along() -> None:
+    """A limit that a register holds is no cause on another bench either."""
+    stated = {"command_rate_limit": 0.0, "torque_constant": 0.05, "joint_stiffness_error": 0.1}
+    alone = servo_alone(replace(ON_A_STAND, tolerances=stated), 0.0125)
+    assert alone.tolerances == {"command_rate_limit": 0.0, "torque_constant": 0.05}
 
 
 def test_a_servo_is_written_with_a_users_gain_and_supply(tmp_path: Path) -> None:
@@ -157,7 +174,8 @@ def test_a_servo_is_written_with_a_users_gain_and_supply(tmp_path: Path) -> None
     assert half.actuator.values["supply_voltage"] == 5.0
     assert half.effects == open_model(Path(name), [finger]).effects
     assert open_worlds(tmp_path / "0.5", finger).sets
-    assert main(["servo", name, "--gain", "0", "--out", str(tmp_path / "none")]) == 2
+    for wrong in (("--gain", "0"), ("--supply", "300")):
+        assert main(["servo", name, *wrong, "--out", str(tmp_path / "none")]) == 2
 
 
 def test_other_words_and_benches_of_several_spools_are_refused() -> None:

@@ -133,7 +133,7 @@ def test_a_number_at_which_a_joint_rests_is_a_reading() -> None:
     assert not failed_rows(np.stack([angle, np.zeros_like(angle)], axis=1), 0).any()
 
 
-@pytest.mark.parametrize(("hold", "rate", "most"), [(128, 0.4, np.inf), (40, 0.6, 1.5)])
+@pytest.mark.parametrize(("hold", "rate", "most"), [(128, 0.4, np.inf), (40, 1.8, 0.5)])
 def test_a_motor_that_is_too_slow_for_its_goals_has_them(
     hold: int, rate: float, most: float
 ) -> None:
@@ -149,10 +149,12 @@ def test_a_motor_that_is_too_slow_for_its_goals_has_them(
         motor_position=angle[:, None], motor_velocity=np.gradient(angle, time)[:, None],
     )  # fmt: skip
     assert list(no_command(log)) == []
-    rate = replace(log, command=np.gradient(np.sin(time), time)[:, None],
-                   motor_position=np.sin(time)[:, None])  # fmt: skip
-    (found,) = no_command(rate)
-    assert "speed of theta" in found.evidence
+    for size, pace in ((1.0, 1.0), (0.5, 6.0)):  # the second's speeds are far above its angles
+        angle = size * np.sin(pace * time)
+        rate = replace(log, command=np.gradient(angle, time)[:, None],
+                       motor_position=angle[:, None])  # fmt: skip
+        (found,) = no_command(rate)
+        assert "speed of theta" in found.evidence
 
 
 def test_a_known_wrong_number_is_found_near_a_jump_too() -> None:

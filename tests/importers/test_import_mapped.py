@@ -23,6 +23,9 @@ force = {column = "grams", unit = "g"}
 """
 
 
+LED = '[model]\nkind = "measured_path"\n'
+
+
 @pytest.fixture
 def logs(tmp_path: Path) -> Path:
     """Two CSV logs in units of their own."""
@@ -316,6 +319,43 @@ joint_load = {column = "load", unit = "mN m"}
     assert not np.any(alone.joint_load)
     assert run.force is not None
     assert run.force[:, 0] == pytest.approx(2.0 * run.motor_position[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("torque", "model", "told"),
+    [
+        ("torque [mN m]", LED, ""),
+        ("turned [mN m]", LED, "force and theta count in opposite directions"),
+        ("torque [mN m]", "", 'kind = "measured_path" under [model]'),
+        ("torque [N m]", LED, "its unit is 'N m' by the file"),
+        ("amps", LED, "scale = N m per A"),
+    ],
+)
+def test_angle_and_torque_alone_are_told_what_they_are(
+    tmp_path: Path, capsys, torque: str, model: str, told: str
+) -> None:
+    """A torque that takes work, an actuator that was forgotten, another unit, and a current."""
+    (logs := tmp_path / "logs").mkdir()
+    time = np.arange(400) / 50.0
+    for k, pace in ((1, 2.0), (2, 3.0)):
+        angle, speed = np.sin(pace * time), pace * np.cos(pace * time)
+        force = np.sin(angle) + 0.3 * np.sign(speed) + 0.1 * speed
+        rows = zip(time, angle, force, -force, strict=True)
+        lines = [f"s,angle,{torque.replace('turned', 'torque')},turned [mN m]"]
+        lines += [",".join(map(repr, map(float, row))) for row in rows]
+        (logs / f"run_{k}.csv").write_text("\n".join(lines) + "\n")
+    unit = "A" if torque == "amps" else "mN m"
+    columns = f"""
+t = {{column = "s"}}
+theta = {{column = "angle"}}
+theta_dot = {{derive = "theta"}}
+force = {{column = "{torque}", unit = "{unit}"}}
+{model}"""
+    path = mapping(tmp_path, columns, 'bench = "pendulum"')
+    run_import(logs, path, tmp_path / "out")
+    said = "".join(capsys.readouterr())
+    assert told in said
+    assert ("defect" in said) == (told.startswith(("force and", "its unit")))
 
 
 @pytest.mark.parametrize(

@@ -152,7 +152,7 @@ def test_a_calibration_that_drifts_is_seen_in_its_episode(tmp_path, rng) -> None
     joint = only(folder)
     assert np.median(joint.offsets) == pytest.approx(0.0, abs=0.2 * DEGREE)
     assert joint.faults[0].evidence.startswith("reads +1")
-    assert "in the episode in place 8, " in joint.faults[0].evidence
+    assert "in episode_008" in joint.faults[0].evidence
 
 
 @pytest.mark.parametrize("spread", [0.2, 0.6])  # within the joint's range, and beyond it [rad]

@@ -23,7 +23,9 @@ MOVED = 0.1  # [rad] a shaft that keeps its command is pushed no farther
 SLOWEST = 0.4  # [s] a servo that takes longer for a way is rarer than a speed in another unit
 SHIFTS = range(-3, 4)  # Rows by which a copy may be moved
 COPIED = 0.9  # [1] of the rows in motion that are equal in a copy
-ALWAYS = 0.95  # [1] of an angle's way that goes toward its command: nothing says it is no goal
+TAKEN = 0.05  # [1] of the work to and fro: a joint that ends where it began took none
+ALWAYS = 0.95  # [1] of an angle's way that goes toward its command, as to a goal far away
+AS_ASKED = 0.97  # [1] correlation of a speed with its command; a motor at its limit has less
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,14 +167,16 @@ def reversed_joint(like: Likeness) -> bool:
 def seeks(recording: Recording, place: int, delays: range) -> bool:
     """Tell whether an angle goes the way to its command, however slowly: that is its goal.
 
-    A motor that turns for seconds resembles its command little, and its speed resembles it much.
+    A motor that turns for seconds resembles its command little, and its speed resembles it much,
+    though less than a speed that was asked for does.
     """
     goal, theta, speed = smoothed(recording, place, delays)
     if 0.0 in (np.ptp(goal), np.ptp(goal - theta), np.ptp(speed)):
         return False
     along, toward = (float(np.corrcoef(x, speed)[0, 1]) for x in (goal, goal - theta))
     way = float(np.sign(goal - theta) @ speed / np.abs(speed).sum())
-    return toward > max(UNLIKE, along) or way > ALWAYS
+    asked = likeness(goal, speed, delays, np.ones(len(goal), dtype=np.bool_)).same
+    return toward > max(UNLIKE, along) or (way > ALWAYS and asked < AS_ASKED)
 
 
 def smoothed(recording: Recording, place: int, delays: range) -> tuple[Array, Array, Array]:
@@ -232,6 +236,26 @@ def copied(recording: Recording) -> Iterator[Finding]:
                     "sent as theta_d",
                 )
                 break
+
+
+def turned_force(recording: Recording) -> Iterator[Finding]:
+    """A force or torque that takes work from what it moves, where no command was recorded.
+
+    Friction only takes work, so that what moves a joint to and fro gives some.
+    """
+    if recording.command is not None or recording.force is None:
+        return
+    for place, column in enumerate(names_of(recording, "force")):
+        force, theta = recording.force[:, place], recording.motor_position[:, place]
+        work = 0.5 * (force[1:] + force[:-1]) * np.diff(theta)
+        taken, given = -float(work[work < 0.0].sum()), float(work[work > 0.0].sum())
+        if taken - given > TAKEN * (taken + given) and np.ptp(theta) > MOVED:
+            times = f"{taken / given:.2g} times what it gives" if given else "and gives none"
+            yield Examined(recording.name, column).defect(
+                f"takes work from what it moves, {times}",
+                "force and theta count in opposite directions, or are exchanged: turn the sign of "
+                "one (sign = -1 in the mapping)",
+            )
 
 
 def idle(recording: Recording) -> Iterator[Finding]:

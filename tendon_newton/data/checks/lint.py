@@ -11,7 +11,12 @@ import numpy as np
 
 from tendon_newton.data.checks.bench_checks import BenchFacts, against
 from tendon_newton.data.checks.column_checks import ahead, degrees, short
-from tendon_newton.data.checks.command_checks import copied, exchanged_joints, no_command
+from tendon_newton.data.checks.command_checks import (
+    copied,
+    exchanged_joints,
+    no_command,
+    turned_force,
+)
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.frozen_checks import frozen_reads
 from tendon_newton.data.checks.lint_checks import (
@@ -58,6 +63,7 @@ CHECKS: tuple[Check, ...] = (
     Check(name="repeated read", looks_at="theta", find=repeated_reads, mend=without_repeated_reads),
     Check(name="frozen read", looks_at="theta, theta_d", find=frozen_reads),
     Check(name="no command", looks_at="theta_d, theta", find=no_command),
+    Check(name="turned force", looks_at="force, theta", find=turned_force),
     Check(name="copied column", looks_at="theta_d, theta", find=copied),
     Check(name="exchanged joints", looks_at="theta_d, theta of several", find=exchanged_joints),
     Check(name="ahead", looks_at="theta, theta_d", find=ahead),

@@ -133,6 +133,11 @@ def read_size(where: str, name: str, row: dict[str, Any]) -> tuple[float, float]
     unit = row.get("unit", next(iter(UNITS[name])))
     if not isinstance(unit, str):
         raise InvalidMapping(f"{where}: unit must be a word; it is {shown(unit)}")
+    if unit in UNITS["current"] and name == "force":
+        raise InvalidMapping(
+            f"{where}: {unit} is a current: give scale = N m per {unit}, the torque constant times "
+            "the gear, in place of the unit"
+        )
     if unit not in UNITS[name]:
         raise InvalidMapping(f"{where}: {unknown_name('unit', unit, UNITS[name])}")
     sign = row.get("sign", 1)

@@ -49,7 +49,7 @@ class CsvDialect:
         try:
             seen = self if self.comment is not None else self.with_comments(first, wanted)
             lines = list(seen.rows(first))
-            if lines and not self.header and not shared_names(lines[0], wanted):
+            if lines and not self.header:
                 above = max(range(len(lines)), key=lambda k: shared_names(lines[k], wanted))
                 seen, lines = replace(seen, above=above), lines[above:]
             if not lines:

@@ -12,6 +12,7 @@ from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.mends import without_failed_reads
 from tendon_newton.data.checks.read_checks import neighbours_reads
+from tendon_newton.data.dataset import LOG_SUFFIXES
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import SHARED_COLUMNS, TENDON_COLUMNS, recording_of
@@ -127,8 +128,9 @@ def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
             f"{mapping.path}: {foreign[0].name} is a recording of ROS 2: its columns come from a "
             "topic and a field"
         )
-    foreign = [p for p in (found or sorted(folder.iterdir())) if p.suffix.lower() in FOREIGN]
-    if foreign and len(foreign) == len(found or foreign):
+    there = {path: path.suffix.lower() for path in found or sorted(folder.iterdir())}
+    foreign = [path for path, ending in there.items() if ending in FOREIGN]
+    if foreign and {*LOG_SUFFIXES}.difference(FOREIGN).isdisjoint(there.values()):
         what = FOREIGN[foreign[0].suffix.lower()]
         raise InvalidRecording(f"{foreign[0]}: logs are CSV files, and {what}")
     if not found:

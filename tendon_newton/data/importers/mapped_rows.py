@@ -120,8 +120,10 @@ def other_units(
     for k, (ours, column) in enumerate(wanted.items()):
         beside = IN_BRACKETS.search(column.source or "")
         unit = (units[k] if units else beside[0] if beside else "").strip("[]() ")
-        size = UNITS[re.sub(r"_\d+$", "", ours)].get(unit, 1.0)
-        if size != 1.0 and abs(column.scale) == 1.0:
+        sizes = UNITS[re.sub(r"_\d+$", "", ours)]
+        stated = np.isclose(abs(column.scale), list(sizes.values()), rtol=1e-9, atol=0.0)
+        own = np.isclose(sizes.get(unit, np.nan), list(sizes.values()), rtol=1e-9, atol=0.0)
+        if own.any() and stated.any() and not (own & stated).any():
             yield Examined(name, ours).defect(
                 f"its unit is {unit!r} by the file", f'say unit = "{unit}" for it in the mapping'
             )

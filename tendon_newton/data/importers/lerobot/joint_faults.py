@@ -61,8 +61,8 @@ def moving(motions: Sequence[FollowedMotion]) -> list[FollowedMotion]:
     return chosen
 
 
-def following_faults(following: Following, offsets: Sequence[float]) -> Iterator[Finding]:
-    """Say what fails a joint in how it follows."""
+def following_faults(following: Following, offsets: Mapping[str, float]) -> Iterator[Finding]:
+    """Say what fails a joint in how it follows; each episode has its offset [rad] by its name."""
     seen = Examined("all", "theta")
     if not follows(following):
         yield seen.defect(
@@ -70,18 +70,17 @@ def following_faults(following: Following, offsets: Sequence[float]) -> Iterator
             "action must hold the goal of the same joint in the same unit",
         )
         return
-    offset = float(np.median(offsets))
+    offset = float(np.median([*offsets.values()]))
     if abs(offset) > ANGLE_LIMIT:
         yield seen.defect(
             f"reads {offset / DEGREE:+.1f} deg beside its command",
             "calibrate leader and follower anew, or subtract it from observation.state",
         )
-    apart = np.abs(np.array(offsets) - offset)
-    if apart.max() > ANGLE_LIMIT:
-        worst = int(np.argmax(apart))
+    worst = max(offsets, key=lambda name: abs(offsets[name] - offset))
+    if abs(offsets[worst] - offset) > ANGLE_LIMIT:
         yield seen.defect(
-            f"reads {offsets[worst] / DEGREE:+.1f} deg beside its command in the episode in place "
-            f"{worst}, {offset / DEGREE:+.1f} deg in most",
+            f"reads {offsets[worst] / DEGREE:+.1f} deg beside its command in {worst}, "
+            f"{offset / DEGREE:+.1f} deg in most",
             "it was calibrated in between, a horn slips, or its load changes",
         )
     lateness = following.delay + following.lag

@@ -203,8 +203,9 @@ def examine_joint(
         usable = {}
     following, apart = follow_most(usable)
     found = [*found, *apart]
-    motions = [m for name, m in usable.items() if name not in {one.recording for one in apart}]
-    offsets = [] if following is None else [offset_of(motion, following) for motion in motions]
+    whole = {name: m for name, m in usable.items() if name not in {one.recording for one in apart}}
+    motions = [*whole.values()]
+    offsets = {} if following is None else {n: offset_of(m, following) for n, m in whole.items()}
     held = 0.0
     if following is None or follows(following):
         held = sum(int((held_rows(m) & m.good).sum()) for m in motions) / count
@@ -215,7 +216,7 @@ def examine_joint(
         joint=joint.name,
         size=size,
         following=following,
-        offsets=tuple(offsets),
+        offsets=tuple(offsets.values()),
         held_share=held,
         dropped=dropped,
         late=late + again,
