@@ -17,6 +17,7 @@ WIDER = 1.05
 """Growth of what a width leaves beyond which it cuts off corners and not only noise [1]."""
 LEAST_STEP = 0.5  # Share of the usual step within which a row tells little more than another [1]
 LEAST_PART = 0.01  # Share of an interval by which a turn keeps away from the rows around it [1]
+MOST_LOST = 3  # Rows that are missing in a row and may be filled in
 INSTANT = 1.0e-3  # The same by which a shaft is before and behind its turn [1]
 
 
@@ -26,7 +27,7 @@ def led_timeline(recording: Recording) -> Timeline:
     Where it turns back between two rows there are two more: dry friction jumps there.
     """
     path = make_timeline(replace(recording, command=recording.motor_position))
-    rate, acceleration = motion_of(path.time, path.command[:, 0])
+    rate, acceleration = motion_between_gaps(path)
     (turns,) = np.nonzero(rate[:-1] * rate[1:] < 0.0)
     parts = np.clip(rate[turns] / (rate[turns] - rate[turns + 1]), LEAST_PART, 1.0 - LEAST_PART)
     steps = np.diff(path.time)[turns]
@@ -42,6 +43,23 @@ def led_timeline(recording: Recording) -> Timeline:
         trusted=path.trusted,
         motion=np.column_stack(motion),
     )
+
+
+def motion_between_gaps(path: Timeline) -> tuple[Array, Array]:
+    """Return rate [rad/s] and acceleration [rad/s2] of a path, (S,); straight lines over gaps.
+
+    No window reaches over a gap: what was filled in there is no motion.
+    """
+    (gaps,) = np.nonzero(np.diff(path.measured) > MOST_LOST + 1)
+    firsts = [0, *path.measured[gaps + 1].tolist()]
+    ends = [*(path.measured[gaps] + 1).tolist(), len(path.time)]
+    spans = [slice(first, end) for first, end in zip(firsts, ends, strict=True)]
+    found = [motion_of(path.time[span], path.command[span, 0]) for span in spans]
+    known = np.concatenate([path.time[span] for span in spans])
+    rate, acceleration = (
+        np.interp(path.time, known, np.concatenate(each)) for each in zip(*found, strict=True)
+    )
+    return rate, acceleration
 
 
 def motion_of(time: Array, angle: Array) -> tuple[Array, Array]:

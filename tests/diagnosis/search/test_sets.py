@@ -149,6 +149,7 @@ def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
     study = SimpleNamespace(
         known=("coulomb_friction",), scale=BenchScale(turn=1.0 / (SEARCHED * FORM_THETA)),
         noise=NoiseFloor(theta=0.0, force=None), table=SimpleNamespace(columns=lambda _: (0,)),
+        is_led=False,
     )  # fmt: skip
     rows: Any = SimpleNamespace(
         where=where, weights=lambda _: np.ones(1000), study=study, rows_alone=lambda _: 100.0,

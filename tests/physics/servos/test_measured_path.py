@@ -153,6 +153,7 @@ def test_a_swing_asks_for_weight_inertia_and_damping() -> None:
         (np.arange(2400) / 80.0, 12.0),
         (np.arange(2400) / 80.0, 1.0),  # whose counts repeat: one width leaves more than its like
         (np.r_[np.arange(300) / 10.0, 30.0 + np.arange(200) / 1000.0], 0.5),
+        (np.r_[np.arange(800), np.arange(1400, 2200)] / 200.0, 0.7),  # a gap of three seconds
     ],
 )
 def test_a_measured_motion_has_the_rate_of_its_oscillation(
