@@ -166,6 +166,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("ten-prices-are-nothing", "tendon_newton/diagnosis/search/pool.py",
         "if self.excess(judged) >= self.dearest:", "if self.excess(judged) >= 10.0 * self.dearest:",
         f"{VERDICTS} little_is_left"),
+    Mutation("a-verdict-is-as-strict-as-a-search", "tendon_newton/diagnosis/search/pool.py",
+        "1.0 if usual else SEARCHED) < 1.0", "SEARCHED) < 1.0", f"{SETS} usually_miss"),
     Mutation("form-hides-what-noise-tells", "tendon_newton/diagnosis/search/decide/decision.py",
         "floors = sharp(pool)", "floors = pool.floors", f"{VERDICTS} no_class"),
     Mutation("blocks-tell-sets-apart-in-full",

@@ -183,6 +183,14 @@ def test_what_acts_in_few_rows_is_left_even_where_something_sticks() -> None:
     assert not pool.leaves_nothing(less, anywhere=True)
 
 
+def test_a_verdict_grants_the_mean_all_that_laws_usually_miss() -> None:
+    """A hundredth of the rows is off by twelve usual errors: too much for a search alone."""
+    rows, _, less = residuals(0.01, 36.0)
+    pool = Pool(worlds=rows, floors=FLOORS, dearest=PRICE, most=7)
+    assert pool.leaves_nothing(less, anywhere=True, usual=True)
+    assert not pool.leaves_nothing(less, anywhere=True)
+
+
 def test_a_cause_pays_though_less_than_the_error_of_form_is_left_without_it(monkeypatch) -> None:
     """A tenth of the rows is off by four floors: less than a price, and yet a cause brings it."""
     rows, fit, less = residuals(0.1, 4.0)
