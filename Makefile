@@ -31,10 +31,10 @@ $(DEMO_STAMP): $(BIN)/python pyproject.toml constraints.txt requirements-hashes-
 	@touch $@
 
 # Every file must have its hash, but for torch: a CPU or CUDA build that is already installed is kept.
-$(STAMP): $(DEMO_STAMP) requirements-hashes.txt
+$(STAMP): $(DEMO_STAMP) requirements-hashes.txt lab/pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements-hashes.txt
 	$(BIN)/python -m pip install --quiet torch==2.13.0 -c constraints.txt
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[$(EXTRAS)]"
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[$(EXTRAS)]" -e lab
 	@touch $@
 
 demo: $(DEMO_STAMP)  ## find the friction that a bundled dataset hides; the report is in build/demo

@@ -91,6 +91,10 @@ class InvalidOutput(TendonNewtonError):
     """The place to write to cannot take the result."""
 
 
+class InvalidPlugIn(TendonNewtonError):
+    """What an installed package adds cannot be used."""
+
+
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
     """Build the error for a name outside a table, whose kind is told in words ("effect")."""
     names = sorted(known)

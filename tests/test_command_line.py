@@ -6,11 +6,11 @@ import sys
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
-from typing import get_args, get_type_hints
+from typing import get_args
 
 import pytest
 
-from tendon_newton.cli import VERBS, main
+from tendon_newton.cli import config_of, every_verb, main
 from tests.bad_input.damage import refusal
 
 # Abbreviations, names in examples, and what a help text says of another verb's arguments
@@ -39,7 +39,7 @@ def test_bash_completes_verbs_and_their_options(tmp_path, capsys) -> None:
     script = tmp_path / "completion.bash"
     script.write_text(capsys.readouterr().out, encoding="utf-8")
     assert completed(script, "tendon-newton eval") == ["evaluate-force", "evaluate-policy"]
-    assert set(VERBS) <= set(completed(script, "tendon-newton ''"))
+    assert set(every_verb()) <= set(completed(script, "tendon-newton ''"))
     assert completed(script, "tendon-newton collect --pl") == ["--plan"]
     assert "check" in completed(script, "tendon-newton asset ''")
 
@@ -49,19 +49,11 @@ def test_a_shell_that_is_not_known_is_one_line(capsys: pytest.CaptureFixture[str
     assert "known: bash, tcsh, zsh" in refusal(["--completion", "fish"], capsys)
 
 
-def test_a_wheel_reads_the_formats_that_anybody_may_have(tmp_path, monkeypatch, capsys) -> None:
-    """Without a lab those of single data sets are not known, and the others are named."""
-    words = ["import", "bam", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
-    monkeypatch.setattr("tendon_newton.cli.find_spec", lambda _: None)
-    assert main(words) == 2
-    assert "known: lerobot, mapped" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("verb", every_verb())
 def test_words_in_capitals_are_names_of_options(verb: str, capsys) -> None:
     """Of `--help`: each is an argument's, an option's, or an abbreviation that all know."""
-    module = import_module(VERBS[verb])
-    config = get_type_hints(module.main)["config"]
+    module = import_module(every_verb()[verb])
+    config = config_of(module.__name__)
     kinds = get_args(config) or (config,)
     names = {field.name.upper() for kind in kinds for field in fields(kind)}
     assert set(re.findall(r"\b[A-Z]{2,}\b", module.__doc__)) - names <= KNOWN

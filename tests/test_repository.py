@@ -12,7 +12,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tendon_newton.cli import VERBS
+from tendon_newton.cli import every_verb
 from tests.prose import sentences, word_count
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -63,7 +63,7 @@ def test_every_make_command_in_the_text_is_a_target(name: str) -> None:
 def test_every_verb_in_the_text_exists(name: str) -> None:
     """``tendon-newton x`` in a text is a verb of the command line."""
     verbs = set(re.findall(r"(?:^|`)tendon-newton ([a-z]+(?:-[a-z]+)*)", read(name), re.MULTILINE))
-    assert verbs <= set(VERBS)
+    assert verbs <= set(every_verb())
 
 
 @every_text
@@ -271,7 +271,7 @@ def unquoted(text: ast.JoinedStr) -> list[str]:
     return [v for v in values if "shlex." not in v and not v.isupper() and v not in QUOTED]
 
 
-COMMAND = re.compile(rf"(?:tendon-newton (?:{'|'.join(VERBS)})|chmod \d+|sudo rm|mjcf=)")
+COMMAND = re.compile(rf"(?:tendon-newton (?:{'|'.join(every_verb())})|chmod \d+|sudo rm|mjcf=)")
 QUOTED = {"verb", "named", "config.port"}  # What is safe, was quoted before, or is no command
 
 

@@ -7,13 +7,13 @@ import os
 import sys
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, get_type_hints
 
 from tendon_newton.data.files.output_folder import releasing
 from tendon_newton.errors import (
     InvalidParameter,
+    InvalidPlugIn,
     MissingDependency,
     TendonNewtonError,
     unknown_name,
@@ -45,16 +45,7 @@ VERBS: dict[str, str] = {
     "view": "tendon_newton.cli.view",
     "virtual-bench": "tendon_newton.cli.bench.virtual_bench",
 }
-LAB = "tendon_lab"
-"""Package of a clone that a wheel lacks; its own table has further verbs."""
-
-
-def rows_of_lab(module: str, table: str) -> dict[str, Any]:
-    """Return the rows that the lab adds to a table; a wheel has none."""
-    return getattr(importlib.import_module(module), table) if find_spec(LAB) else {}
-
-
-VERBS.update(rows_of_lab(LAB, "VERBS"))
+"""Our own verbs and their modules; `every_verb` has those of installed plug-ins too."""
 
 VERBOSE_OPTION, VERBOSE_SHORT = "--verbose", "-v"
 VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of themselves"
@@ -132,14 +123,43 @@ def dispatch(words: list[str]) -> int:
     if words[0] == "--completion":
         from tendon_newton.cli.completion import print_completion
 
-        print_completion(words[1] if len(words) > 1 else "", VERBS)
+        print_completion(words[1] if len(words) > 1 else "", every_verb())
         return 0
-    if words[0] not in VERBS:
-        raise unknown_name("verb", words[0], VERBS)
-    return run_verb(words[0], words[1:])
+    verbs = VERBS if words[0] in VERBS else every_verb()
+    if words[0] not in verbs:
+        raise unknown_name("verb", words[0], verbs)
+    return run_verb(words[0], verbs[words[0]], words[1:])
 
 
-def run_verb(verb: str, words: list[str]) -> int:
+def every_verb() -> dict[str, str]:
+    """Return the module of each verb by name: our own, and those of installed plug-ins."""
+    from tendon_newton.plug_ins import VERBS as GROUP
+    from tendon_newton.plug_ins import added
+
+    return VERBS | {name: entry.value for name, entry in added(GROUP, VERBS).items()}
+
+
+def config_of(path: str) -> Any:
+    """Return the class, or the classes, that a verb's words are read into.
+
+    Args:
+        path: Module of the verb.
+
+    Raises:
+        InvalidPlugIn: Module of a plug-in that cannot be imported, or has no ``main``.
+    """
+    try:
+        return get_type_hints(importlib.import_module(path).main)["config"]
+    except Exception as error:
+        if path in VERBS.values():
+            raise
+        raise InvalidPlugIn(
+            f"{path} must be a module with main(config: Config), as the plug-in promises; it ends "
+            f"with {type(error).__name__}: {error}"
+        ) from error
+
+
+def run_verb(verb: str, path: str, words: list[str]) -> int:
     """Build a verb's config from the words and run it."""
     # before numpy is imported: where other programs are busy, its threads wait for each other, and
     # matrices as small as ours take a hundred times as long
@@ -154,8 +174,8 @@ def run_verb(verb: str, words: list[str]) -> int:
         words = [word for word in words if word not in (VERBOSE_OPTION, VERBOSE_SHORT)]
     quiet = QUIET_OPTION in words
     words = [word for word in words if word != QUIET_OPTION]
-    module: Any = importlib.import_module(VERBS[verb])
-    config_type = get_type_hints(module.main)["config"]
+    config_type = config_of(path)
+    module: Any = importlib.import_module(path)
     config = tyro.cli(
         config_type,
         args=words,
@@ -195,11 +215,9 @@ def silence() -> Generator[None]:
 
 def overview() -> str:
     """List the verbs with the first line of what each says of itself."""
-    width = max(map(len, VERBS))
-    lines = [
-        f"  {verb:{width}}  {summary(importlib.import_module(path))}"
-        for verb, path in VERBS.items()
-    ]
+    verbs = every_verb()
+    width = max(map(len, verbs))
+    lines = [f"  {verb:{width}}  {summary(path)}" for verb, path in verbs.items()]
     return "\n".join(
         [
             "usage: tendon-newton VERB ...   (tendon-newton VERB --help for its options)",
@@ -214,6 +232,10 @@ def overview() -> str:
     )
 
 
-def summary(module: Any) -> str:
-    """First line of a verb's docstring."""
-    return (module.__doc__ or "").strip().split("\n")[0]
+def summary(path: str) -> str:
+    """First line of a verb's docstring, or why a plug-in's cannot be used."""
+    try:
+        config_of(path)
+    except InvalidPlugIn as error:
+        return f"cannot be used: {one_line(str(error))}"
+    return (importlib.import_module(path).__doc__ or "").strip().split("\n")[0]

@@ -1,12 +1,12 @@
 """Completion of verbs and options by a shell, made from the verbs' own options."""
 
-import importlib
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Annotated, Any, Union, get_type_hints
+from typing import Annotated, Any, Union
 
 import tyro
 
+from tendon_newton.cli import config_of
 from tendon_newton.errors import unknown_name
 
 SHELLS = ("bash", "zsh", "tcsh")
@@ -22,7 +22,7 @@ def print_completion(shell: str, verbs: Mapping[str, str]) -> None:
         raise unknown_name("shell with completion", shell, SHELLS)
     kinds: list[Any] = []
     for verb, path in verbs.items():
-        config = get_type_hints(importlib.import_module(path).main)["config"]
+        config = config_of(path)
         kinds.append(Annotated[config, tyro.conf.subcommand(verb, prefix_name=False)])
     every: Any = Union[tuple(kinds)]  # noqa: UP007  # the members are known when this runs
     with suppress(SystemExit):  # tyro prints and leaves

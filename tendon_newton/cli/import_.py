@@ -7,7 +7,7 @@ A LeRobotDataset (v3), of which each joint becomes a dataset of its own unless o
 Anybody's CSV, JSON and ROS 2 bags, with a file that says what is what:
   tendon-newton import mapped SOURCE --mapping mapping.toml --out dataset --test part1=3
 
-A clone also reads pendulum logs of Rhoban/bam, and a parameter file of theirs as a model:
+The lab of a clone also reads pendulum logs of Rhoban/bam, and their parameter file as a model:
   tendon-newton import bam SOURCE --out dataset --test kp=16
   tendon-newton import bam m6.json --out bam_m6
   tendon-newton diagnose dataset --model bam_m6/model.toml --out diagnosis
@@ -21,15 +21,12 @@ from typing import TYPE_CHECKING
 
 import tyro
 
-from tendon_newton.cli import rows_of_lab
-
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from tendon_newton.data.importers.imported import Imported, ImportedModel
+    from tendon_newton.data.importers.imported import Imported
     from tendon_newton.data.importers.writing import ImportReport
 
-LOGS_OF_LAB = "tendon_lab.foreign_logs"  # Readers of logs that a clone has and a wheel has not.
 SHOWN_EVIDENCE = 4  # Recordings of a kind of finding whose evidence is printed; import.txt has all.
 
 
@@ -38,8 +35,8 @@ class ImportConfig:
     """Folders of the logs and of the dataset, and the held-out logs."""
 
     format: tyro.conf.Positional[str]
-    """Format of the logs: lerobot, or mapped for any CSV, JSON or ROS 2 bag with --mapping; in a
-    clone also bam, xl330 and so101."""
+    """Format of the logs: lerobot, mapped for any CSV, JSON or ROS 2 bag with --mapping, or one of
+    an installed plug-in: the lab of a clone has bam, xl330 and so101."""
     source: tyro.conf.Positional[Path]
     """Folder of the logs; for bam also a parameter file, which becomes a model.toml."""
     out: Path  # Folder for the dataset; new, or one that an earlier import wrote.
@@ -64,23 +61,25 @@ class ImportConfig:
 
 def main(config: ImportConfig) -> None:
     """Import, write and report."""
-    from tendon_newton.data.importers import IMPORTERS, MAPPED
+    from tendon_newton.data.importers import MAPPED, find_importer
+    from tendon_newton.data.importers.imported import Imported, ImportedModel
     from tendon_newton.data.importers.writing import write_imported_model
-    from tendon_newton.errors import unknown_name
+    from tendon_newton.errors import InvalidPlugIn
 
-    readers = {**IMPORTERS, **rows_of_lab(LOGS_OF_LAB, "IMPORTERS")}
-    if config.format not in (*readers, MAPPED):
-        raise unknown_name("log format", config.format, (*readers, MAPPED))
+    reader = None if config.format == MAPPED else find_importer(config.format)
     refuse_foreign_options(config)
-    models = rows_of_lab(LOGS_OF_LAB, "MODEL_IMPORTERS")
-    if config.format in models and config.source.is_file():
-        model: ImportedModel = models[config.format](config.source)
-        write_imported_model(model, config.source, config.out)
-        print(f"{config.out / 'model.toml'}: {model.text}")
+    imported = read(config, reader)
+    if isinstance(imported, ImportedModel):
+        write_imported_model(imported, config.source, config.out)
+        print(f"{config.out / 'model.toml'}: {imported.text}")
         return
+    if not isinstance(imported, Imported):
+        raise InvalidPlugIn(
+            f"{config.format} must give an Imported or an ImportedModel; it gave a "
+            f"{type(imported).__name__}"
+        )
     from tendon_newton.workflows.importing import admit, mend
 
-    imported = read(config, readers)
     imported = admit(mend(imported) if config.mend else imported)
     parts = imported.parts() if config.joint is None else {}
     outs = {config.out / name: part for name, part in parts.items()} or {config.out: imported}
@@ -106,8 +105,8 @@ def refuse_foreign_options(config: ImportConfig) -> None:
             )
 
 
-def read(config: ImportConfig, readers: Mapping[str, Callable[[Path], Imported]]) -> Imported:
-    """Read the logs."""
+def read(config: ImportConfig, reader: Callable[[Path], object] | None) -> object:
+    """Read the logs, or a parameter file; without a reader by the mapping."""
     from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
     from tendon_newton.data.importers.mapped import read_mapped
 
@@ -123,7 +122,8 @@ def read(config: ImportConfig, readers: Mapping[str, Callable[[Path], Imported]]
     if config.format == "lerobot":
         units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
         return read_lerobot(config.source, config.joint, units)
-    return readers[config.format](config.source)
+    assert reader is not None  # refused without its mapping
+    return reader(config.source)
 
 
 def write(config: ImportConfig, imported: Imported, out: Path) -> ImportReport:

@@ -4,7 +4,8 @@ An export writes files, a page that says how to load them, how far what was writ
 own simulation of the same commands, and what it leaves out.
 """
 
-from tendon_newton.errors import look_up
+from tendon_newton import plug_ins
+from tendon_newton.errors import InvalidPlugIn, unknown_name
 from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
 from tendon_newton.exports.configs.mjlab_target import MJLAB
@@ -28,8 +29,16 @@ EXPORTS: dict[str, ExportTarget] = {
 
 
 def find_export(name: str) -> ExportTarget:
-    """Return a target of the table; an unknown name is refused."""
-    return look_up("export target", name, EXPORTS)
+    """Return a target, ours or a plug-in's; an unknown name is refused."""
+    if name in EXPORTS:
+        return EXPORTS[name]
+    added = plug_ins.added(plug_ins.EXPORTS, EXPORTS)
+    if name not in added:
+        raise unknown_name("export target", name, (*EXPORTS, *added))
+    target = plug_ins.load(added[name])
+    if not isinstance(target, ExportTarget):
+        raise InvalidPlugIn(f"{name}: {added[name].value} must be an ExportTarget; it is none")
+    return target
 
 
 __all__ = ["EXPORTS", "ExportTarget", "Exported", "find_export"]

@@ -6,15 +6,15 @@ import shlex
 from collections.abc import Iterator
 from dataclasses import is_dataclass
 from functools import cache
-from importlib import import_module
 from typing import Any, get_args, get_type_hints
 
 import tyro
 
-from tendon_newton.cli import QUIET_OPTION, VERBOSE_OPTION, VERBS
+from tendon_newton.cli import QUIET_OPTION, VERBOSE_OPTION, config_of, every_verb
 from tests.test_repository import ROOT, TEXT, UNREAD, read
 
 CODE = ("tendon_newton", "train/tendon_train", "hardware/tendon_hardware", "lab/tendon_lab/verbs")
+VERBS = every_verb()
 PLACE = "PLACE"  # Stands for what a message fills in
 COMMAND = re.compile(r"(?<![\w-])tendon-newton ([a-z][^\n`;#()']*)")
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b(?!-)")
@@ -25,16 +25,10 @@ OF_OTHERS |= {"--mjcf", "--nproc-per-node", "--tyro-print-completion"}
 
 
 @cache
-def config_of(verb: str) -> Any:
-    """Return what a verb reads its words into: a class, or one for each of its kinds."""
-    main: Any = import_module(VERBS[verb]).main
-    return get_type_hints(main)["config"]
-
-
-@cache
 def options_of(verb: str) -> set[str]:
     """Return every option of a verb and of its kinds."""
-    kinds = get_args(config_of(verb)) or (config_of(verb),)
+    config = config_of(VERBS[verb])
+    kinds = get_args(config) or (config,)
     names = {name.replace("_", "-") for kind in kinds for name in names_in(kind)}
     return {f"--{name}" for name in names} | {f"--no-{name}" for name in names} | OF_ALL
 
@@ -111,7 +105,7 @@ def test_every_command_of_a_text_is_read_by_its_verb() -> None:
                 continue
             end = next((k for k, word in enumerate(words) if word in ("|", ">", "&&", "&")), None)
             try:
-                assert "..." in words or tyro.cli(config_of(words[1]), args=words[2:end])
+                assert "..." in words or tyro.cli(config_of(VERBS[words[1]]), args=words[2:end])
             except SystemExit:
                 refused.append(f"{name}: {line}")
     assert refused == []

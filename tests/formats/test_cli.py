@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 from tendon_newton import cli
-from tendon_newton.cli import VERBOSE_OPTION, VERBOSE_SHORT, VERBS, main
+from tendon_newton.cli import VERBOSE_OPTION, VERBOSE_SHORT, every_verb, main
 from tests.held_out import small_dataset
 
 HEAVY = ("warp", "newton", "torch", "pxr", "matplotlib", "scipy")
@@ -29,7 +29,7 @@ def help_in_a_fresh_interpreter(arguments: list[str]) -> set[str]:
     return set(result.stdout.splitlines()[-1].split()[1:])
 
 
-@pytest.mark.parametrize("arguments", [["--help"], *([verb, "--help"] for verb in VERBS)])
+@pytest.mark.parametrize("arguments", [["--help"], *([verb, "--help"] for verb in every_verb())])
 def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
     """Help answers without the simulator, also where it is not installed."""
     assert help_in_a_fresh_interpreter(arguments) == set()
@@ -39,7 +39,7 @@ def test_every_verb_stands_in_the_overview(capsys: pytest.CaptureFixture[str]) -
     """Each verb has a line that says what it does."""
     assert main(["--help"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    for verb in VERBS:
+    for verb in every_verb():
         assert any(line.split()[:1] == [verb] and len(line.split()) > 3 for line in lines)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from lab.tests.foreign_logs.bam_files import bam_log
 from lab.tests.foreign_logs.test_import_so101 import write_motion
-from tendon_lab.foreign_logs import IMPORTERS
+from tendon_newton import plug_ins
 from tests.contracts.test_names import NAMES, check_import, file_word
 from tests.importers.logs import xl330_log
 
@@ -35,7 +35,7 @@ WRITERS: dict[str, Callable[[Path, str], None]] = {"so101": so101, "xl330": xl33
 
 def test_every_importer_is_walked() -> None:
     """A new format needs a writer of hostile names here."""
-    assert set(WRITERS) == set(IMPORTERS)
+    assert set(WRITERS) == set(plug_ins.added(plug_ins.IMPORTERS, ()))
 
 
 @pytest.mark.parametrize("name", NAMES)
