@@ -36,6 +36,7 @@ class Departure:
     force: float | None
     tip: float | None  # Place of the tip [m]; None where the bench has none
     force_unit: str = "N"  # Unit of the force, ``N m`` on a shaft
+    push: float = 0.0  # By how much a string's tension goes below zero [N], at most
 
     @property
     def text(self) -> str:
@@ -58,7 +59,15 @@ def departure(
         force=pooled([a.force - b.force for a, b in pairs]),
         tip=tip,
         force_unit="N m" if turns_shafts(mechanism) else "N",
+        push=max((pushed(mechanism, a, b) for a, b in pairs), default=0.0),
     )
+
+
+def pushed(mechanism: Mechanism, one: Trajectory, other: Trajectory) -> float:
+    """Return how far a run's strings go below zero, and below what a cell's error shows [N]."""
+    strings = [d for d, tendon in enumerate(mechanism.tendons) if not tendon.direct]
+    least = np.minimum(other.force[:, strings].min(axis=0), 0.0)
+    return float(np.max(least - one.force[:, strings].min(axis=0), initial=0.0))
 
 
 def turns_shafts(mechanism: Mechanism) -> bool:

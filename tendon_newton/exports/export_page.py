@@ -9,12 +9,13 @@ from typing import Any
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Recording
 from tendon_newton.exports.departure import Departure, departure, replayed, with_and_without
-from tendon_newton.exports.export_target import Exported, ExportTarget
+from tendon_newton.exports.export_target import NOT_RUN, Exported, ExportTarget
 from tendon_newton.exports.source import Source
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
 PAGE, NUMBERS = "README.md", "replay.json"
 COUNT, NOISE = 1.5e-3, 0.05  # One count of a servo's encoder [rad], and a load cell's noise [N]
+ROUND_OFF = 1.0e-3  # What steps and solvers leave of a tension that is none [N]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +116,22 @@ def fidelity_part(fidelity: Fidelity, checked: str) -> list[str]:
         "| run by | commands | motor angle | force | tip |",
         "|---|---|---|---|---|",
         *(f"| {way} | {what} | {d.text} |" for way, what, d in rows),
+        *(line for told in push_lines(fidelity) for line in ("", f"**{told}**")),
+        *(["", checked] if checked != NOT_RUN else []),
     ]
+
+
+def push_lines(fidelity: Fidelity) -> list[str]:
+    """Say of each way in which a string pushes how hard, and on which commands."""
+    out = []
+    for way, own in fidelity.replays.items():
+        every = {"the runs": own} | {
+            f"the sine of {name}": d for name, d in fidelity.sines.get(way, {}).items()
+        }
+        most = max(every, key=lambda name: every[name].push)
+        if every[most].push > ROUND_OFF:
+            out.append(f"{way}: a string pushes with up to {every[most].push:.2g} N in {most}.")
+    return out
 
 
 def costs_part(fidelity: Fidelity, exported: Exported) -> list[str]:
@@ -134,7 +150,7 @@ def costs_part(fidelity: Fidelity, exported: Exported) -> list[str]:
             f"| {way} | {name} | {'in another form' if name in form else 'left out'} | {d.text} |"
             for name, d in costs.items()
         ]
-    ways = [way for way in exported.replays or exported.left_out if way not in fidelity.costs]
+    ways = [way for way in {**exported.replays, **exported.left_out} if way not in fidelity.costs]
     out += [""] * bool(fidelity.costs and ways)
     for way in ways:
         strays = way in fidelity.replays and beyond(fidelity, way)
@@ -156,6 +172,8 @@ def told_lines(fidelity: Fidelity, exported: Exported) -> list[str]:
     lines = [f"  {way:24s} {d.text}" for way, d in fidelity.replays.items()]
     for way, own in fidelity.sines.items():
         lines += [f"  {way:24s} {d.text}, sine of {name}" for name, d in own.items()]
+    lines += [f"  {line}" for line in push_lines(fidelity)]
+    lines += [] if exported.replays else [f"  {line}" for line in exported.checked.splitlines()]
     for way, costs in fidelity.costs.items():
         form = exported.nearly.get(way, ())
         left = [name for name in costs if name not in form]

@@ -12,6 +12,7 @@ from tendon_newton.simulation.hosts.rollout import Trajectory
 
 # Whether a target says what an effect does: as it is, nearly, or not at all
 Coverage = Literal["exact", "approximate", "none"]
+Replay = Callable[[Recording], Trajectory]
 
 
 NOT_RUN = "It was not run: the program that reads these files is not installed here."
@@ -24,7 +25,7 @@ class Exported:
     files: tuple[Path, ...]
     loading: str  # How a user loads the files, in Markdown
     # Ways in which the target runs what was written, where it is installed: name -> replay
-    replays: Mapping[str, Callable[[Recording], Trajectory]] = field(default_factory=dict)
+    replays: Mapping[str, Replay] = field(default_factory=dict)
     # Effects of the model that each way of running it does not have, or not as they are
     left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     # Those of them that it has in another form

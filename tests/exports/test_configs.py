@@ -135,7 +135,7 @@ def test_isaac_lab_s_numbers_are_those_of_the_servo_at_its_joint(tmp_path: Path)
     assert numbers["armature"] == pytest.approx(PWM["armature"] / radius**2)
     assert numbers["dynamic_friction"] == pytest.approx(0.6)
     assert numbers["max_delay"] == 6
-    assert exported.left_out == {CONFIG_FILE: ("command_delay", "coulomb_friction")}
+    assert exported.left_out[CONFIG_FILE] == ("command_delay", "coulomb_friction")
 
 
 def test_isaac_lab_drives_no_tendon_over_several_joints(tmp_path: Path) -> None:

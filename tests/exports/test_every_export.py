@@ -22,6 +22,7 @@ from tendon_newton.exports.departure import Departure, command_range, departure,
 from tendon_newton.exports.export_page import Fidelity, told_lines, write_page
 from tendon_newton.exports.export_target import Exported
 from tendon_newton.exports.mujoco.mjcf_spool import spool_name, tension_name
+from tendon_newton.exports.newton.newton_target import PLAIN_FILE
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
@@ -31,7 +32,8 @@ from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from tests.exports.models import ACTUATORS as TYPICAL
-from tests.exports.models import model_of
+from tests.exports.models import IDEAL, model_of
+from tests.physics.runs import run_of
 
 # A network takes a minute to be taught to the targets with a network of their own
 SERVOS = [name for name in ACTUATORS if name != "learned"]
@@ -186,3 +188,34 @@ def plain_angle(path: Path, mechanism: Mechanism, model: Model, run: Recording) 
         rows.append(float(way) / radius)
         data.ctrl[0] = command
     return np.array(rows)
+
+
+@pytest.mark.parametrize(
+    ("target", "way", "effects"),
+    [
+        ("newton", PLAIN_FILE, ()),
+        ("isaaclab", PLAIN_FILE, ()),
+        ("mujoco", "model.xml alone", ("coulomb_friction",)),
+        ("mujoco", "tendon_step.py", ("coulomb_friction",)),
+    ],
+)
+def test_a_string_that_pushes_is_told_with_its_force(target, way, effects, tmp_path) -> None:
+    """A spring's servo that pays out pushes with its gain; a file's friction, with twice its own.
+
+    What lets a string go loose says nothing.
+    """
+    model = model_of("spring_weak", "ideal", *effects)
+    mechanism = bench_of("spring_weak", model)
+    exported = EXPORTS[target].write(tmp_path, mechanism, model)
+    run = run_of(np.r_[np.full(8, 0.8), np.full(8, -1.0), np.full(8, 0.8)], bench="spring_weak")
+    theirs = exported.replays[way](run)
+    far = departure(mechanism, [theirs], replay([run], model))
+    fidelity = Fidelity(runs=("a",), replays={way: far}, costs={}, sines={})
+    told = [line for line in told_lines(fidelity, exported) if "pushes" in line]
+    if target == "mujoco":
+        assert far.push <= 2.0 * 0.6 + ROUND_OFF
+        assert bool(told) == (way == "model.xml alone")
+        return
+    servo = IDEAL["gain"] * (run.command - theirs.motor_position)
+    assert far.push == pytest.approx(-servo.min(), rel=0.05)
+    assert told == [f"  {way}: a string pushes with up to {far.push:.2g} N in the runs."]

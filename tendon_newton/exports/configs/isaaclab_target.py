@@ -16,13 +16,17 @@ from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.linking import Text
 from tendon_newton.exports.networks.files import Scales
 from tendon_newton.exports.networks.students import HISTORY
-from tendon_newton.exports.newton.newton_target import corrected_bench
+from tendon_newton.exports.newton.newton_target import (
+    BENCH_FILE,
+    PLAIN_FILE,
+    corrected_bench,
+    written_prims,
+)
 from tendon_newton.exports.newton.plain import IN_THE_PRIMS
 from tendon_newton.exports.newton.prims import drives_one_joint, gearing_of, joint_drive
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
-BENCH_FILE = "bench.usda"
 # Delays are whole steps of the physics, friction is the solver's, springs only Newton reads
 COVERAGE: dict[str, Coverage] = {
     **IN_THE_PRIMS,
@@ -67,14 +71,19 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         f"    {tendon.name}: (angle - {gear.shift - gear.lead:.8g}) / {gear.ratio:.8g}"
         for tendon, gear in zip(mechanism.tendons, gears, strict=True)
     )
+    plain = written_prims(folder, mechanism, model)
+    prims = [] if plain is None else [PLAIN_FILE]
+    files = (BENCH_FILE, text.CONFIG_FILE, *prims)
+    ways = {text.CONFIG_FILE: COVERAGE, **dict.fromkeys(prims, IN_THE_PRIMS)}
     return Exported(
-        files=(folder / BENCH_FILE, folder / text.CONFIG_FILE, *network),
+        files=(*(folder / name for name in files), *network),
         loading=LOADING.format(
             targets=targets, note=note, gravity=text.gravity_text(correction.corrected.gravity)
         ),
-        left_out={text.CONFIG_FILE: model_numbers.not_exact(model, COVERAGE)},
-        nearly={text.CONFIG_FILE: model_numbers.nearly(model, COVERAGE)},
-        checked=CHECKED,
+        replays={} if plain is None else {PLAIN_FILE: plain},
+        left_out={way: model_numbers.not_exact(model, has) for way, has in ways.items()},
+        nearly={way: model_numbers.nearly(model, has) for way, has in ways.items()},
+        checked=CHECKED + (REPLAYED if prims else ""),
     )
 
 
@@ -124,8 +133,11 @@ def entry(
     return "DelayedPDActuatorCfg", {**numbers, "min_delay": late, "max_delay": late}
 
 
-CHECKED = """It was not run: Isaac Lab needs a GPU and versions of Newton and Warp of its own.
-The names of all fields are checked against its classes (Isaac Lab 3.0.0)."""
+CHECKED = """`servo_cfg.py` was not run: Isaac Lab needs a GPU and versions of Newton and Warp of
+its own. The names of all fields are checked against its classes (Isaac Lab 3.0.0). A string pushes
+there as hard as it pulls."""
+REPLAYED = """ `bench_newton.usda` was run, by Newton at steps of 0.1 ms: it has the same numbers
+as prims, which Isaac Lab 3 takes too."""
 LOADING = """```python
 from isaaclab.assets import ArticulationCfg
 import isaaclab.sim as sim_utils
@@ -144,8 +156,8 @@ The target is a joint's position [rad, m]. Of a desired motor angle [rad] it is:
 
 {targets}
 {note}
-A string pushes there too. A servo with a late command is a `DelayedPDActuatorCfg`, which has no
-limit of a motor's voltage. PhysX does not read the return springs (`mjc:stiffness`); Newton's
+A servo with a late command is a `DelayedPDActuatorCfg`, which has no limit of a motor's voltage.
+PhysX does not read the return springs (`mjc:stiffness`); Newton's
 backend does.
 """
 

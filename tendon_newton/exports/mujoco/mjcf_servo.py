@@ -178,5 +178,5 @@ def file_row(
         columns = mj_model.ten_J_colind[first : first + count]
         rate_change = data.ten_J[first : first + count] @ data.qacc[columns]
         rotor = sign * mj_model.tendon_armature[number_] * rate_change
-        forces.append(max(force + friction - rotor, -np.inf if tendon.direct else 0.0))
+        forces.append(force + friction - rotor)
     return angles, rates, forces

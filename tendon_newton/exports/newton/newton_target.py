@@ -13,7 +13,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
-from tendon_newton.exports.export_target import Exported, ExportTarget
+from tendon_newton.exports.export_target import Exported, ExportTarget, Replay
 from tendon_newton.exports.networks.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
 from tendon_newton.exports.newton.newton_program import drive_text
@@ -66,7 +66,8 @@ most inside the joints' range.
 """
 PLAIN = """
 `bench_newton.usda` needs no file of ours: Newton's own actuator prims, for steps of 0.1 ms. Its
-target is the joint's position: command less offset, over the gearing. A string pushes there too.
+target is the joint's position: command less offset, over the gearing. No prim lets a string go
+loose: the table below says how hard it pushes.
 """
 NOT_PLAIN = """
 Newton's own actuator prims drive one joint each, and cannot say a tendon over several joints, or a
@@ -115,18 +116,10 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
     }
     ways = {PROGRAM_FILE: COVERAGE}
-    plain = plain_prims(mechanism, model, LONGEST_STEP)
+    plain = written_prims(folder, mechanism, model)
     if plain is not None:
-        joints = plain_joints(mechanism, model)
-        write_actuators(folder / PLAIN_FILE, folder / BENCH_FILE, plain, joints)
         files.append(folder / PLAIN_FILE)
-        replays[PLAIN_FILE] = lambda run: trajectory_of(
-            run,
-            plain_replay(
-                folder / PLAIN_FILE, mechanism, model, started_rows(mechanism, model, run)
-            ),
-        )
-        ways[PLAIN_FILE] = IN_THE_PRIMS
+        replays[PLAIN_FILE], ways[PLAIN_FILE] = plain, IN_THE_PRIMS
     if network is not None:
         files.append(folder / NETWORK_FILE)
     return Exported(
@@ -137,6 +130,18 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         replays=replays,
         left_out={way: model_numbers.not_exact(model, has) for way, has in ways.items()},
         nearly={way: model_numbers.nearly(model, has) for way, has in ways.items()},
+    )
+
+
+def written_prims(folder: Path, mechanism: Mechanism, model: Model) -> Replay | None:
+    """Write Newton's own prims above a written bench; return their replay, None without any."""
+    path = folder / PLAIN_FILE
+    prims = plain_prims(mechanism, model, LONGEST_STEP)
+    if prims is None:
+        return None
+    write_actuators(path, folder / BENCH_FILE, prims, plain_joints(mechanism, model))
+    return lambda run: trajectory_of(
+        run, plain_replay(path, mechanism, model, started_rows(mechanism, model, run))
     )
 
 

@@ -62,7 +62,6 @@ def plain_replay(
         for g, t, j in zip(gears, mechanism.tendons, columns, strict=True)
     ]
     ratio, shift, arms = np.array(seen, dtype=np.float32).T  # as Newton reckons
-    least = [-np.inf if tendon.direct else 0.0 for tendon in mechanism.tendons]
     out: dict[str, list[Array]] = {"angle": [], "rate": [], "force": [], "joints": []}
     time = np.asarray(rows["t"])
     steps = np.diff(time, append=time[-1] + LONGEST_STEP)
@@ -77,7 +76,7 @@ def plain_replay(
                 joints, rate, effort = bench.before()
                 out["angle"].append(ratio * joints[columns] + shift)
                 out["rate"].append(ratio * rate[columns])
-                out["force"].append(np.maximum(effort[columns] / arms, least))
+                out["force"].append(effort[columns] / arms)
                 out["joints"].append(joints)
     return {name: np.array(values) for name, values in out.items()}
 
