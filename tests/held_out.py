@@ -43,7 +43,6 @@ NO_DATASET = {
     "import": "reads logs; where a model comes from them too, the lab has a case",
     "experiment": "reads a diagnosis",
     "oscillation": "looks at all rows of a log and learns nothing for another",
-    "plan": "reads a model",
     "servo": "copies a model",
     "view": "draws one log",
     "explain": "reads a diagnosis",

@@ -1,7 +1,7 @@
 """The tables of README and docs that show results, each made from its records."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from statistics import mean, median
+from statistics import mean
 from typing import Any
 
 from scipy.stats import ttest_rel
@@ -267,20 +267,6 @@ def paper(kept: Records) -> str:
     return table(("experiment", "measured", "paper", "ours: median (range)", "benches"), rows)
 
 
-def remainders(kept: Records) -> str:
-    """Return what learners take away of the rest's square, by what was diagnosed."""
-    rows = []
-    for where, parts in kept["remainders"].figures.items():
-        for learner in dict.fromkeys(part["learner"] for part in parts):
-            own = [part for part in parts if part["learner"] == learner]
-            shares = [[100.0 * part[key] for part in own] for key in ("trained", "tested")]
-            held = f"{sum(part['kept'] for part in own)} of {len(own)}"
-            cells = [f"{round(median(s))} % ({min(s):.0f} to {max(s):.0f})" for s in shares]
-            rows.append((where, learner, held, *cells))
-    heads = ("rest of", "learner", "parts that predict each fold")
-    return table((*heads, "taken of folds left out: median (range)", "of test recordings"), rows)
-
-
 TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "readme": ("README.md", readme),
     "comparison": (
@@ -309,7 +295,6 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "exam": ("docs/diagnosis.md", exam_rows),
     "in time": ("docs/in_time.md", in_time),
     "paper": ("docs/results.md", paper),
-    "remainders": ("docs/lab/method.md", remainders),
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
 """File and maker of each table, by the name in its marks."""

@@ -41,10 +41,7 @@ def row(name: str, folder: Path, recipe: Recipe) -> str:
     study = Study(load_dataset(folder).train, model, tuple(EFFECTS), time_step=TIME_STEP)
     seen = find_structure(study, {})
     found = f"{seen.side}: {', '.join(seen.depends_on)}" if seen.found else "-"
-    line = f"{name:28s} R2 {seen.held_out_r2:6.2f}  p {seen.p_value:.3f}  {found}"
-    if seen.equation is None:
-        return line
-    return f"{line}\n{'':28s} R2 {seen.equation.held_out_r2:6.2f}  {seen.equation.text()}"
+    return f"{name:28s} R2 {seen.held_out_r2:6.2f}  p {seen.p_value:.3f}  {found}"
 
 
 if __name__ == "__main__":

@@ -26,7 +26,6 @@ VERBS: dict[str, str] = {
     "diagnose": "tendon_newton.cli.diagnosis.diagnose",
     "explain": "tendon_newton.cli.diagnosis.explain",
     "oscillation": "tendon_newton.cli.diagnosis.oscillation",
-    "plan": "tendon_newton.cli.diagnosis.plan",
     "experiment": "tendon_newton.cli.diagnosis.experiment",
     "asset": "tendon_newton.cli.asset",
     "servo": "tendon_newton.cli.known_servo",

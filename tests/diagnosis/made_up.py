@@ -19,7 +19,6 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from tendon_newton.diagnosis.unexplained.equation import FoundEquation, Term
 from tendon_newton.diagnosis.unexplained.remainder_structure import Profile, RemainderStructure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.study import Study
@@ -83,7 +82,6 @@ def structure(*, found: bool) -> RemainderStructure:
     ripple = Profile(
         signal="theta", center=x, mean=np.sin(9.0 * x), error=0.1 + 0.0 * x, learned=np.sin(9.0 * x)
     )
-    terms = (Term(function="", coefficient=0.01), Term(function="sin(9 theta)", coefficient=1.0))
     return RemainderStructure(
         side="servo",
         found=found,
@@ -92,7 +90,6 @@ def structure(*, found: bool) -> RemainderStructure:
         size=0.7,
         importance={"theta": 1.0, "t": 0.3} if found else {},
         profiles=(ripple, replace(ripple, signal="t")) if found else (),
-        equation=FoundEquation(side="servo", terms=terms, held_out_r2=0.9) if found else None,
     )
 
 

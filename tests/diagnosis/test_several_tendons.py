@@ -13,10 +13,11 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
-from tendon_newton.diagnosis.next_experiment.first_plan import prior_question
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import blank_recording, library_plans
 from tendon_newton.diagnosis.next_experiment.run_design import usual_task
 from tendon_newton.diagnosis.next_experiment.run_files import write_command
+from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
 from tendon_newton.diagnosis.report_words import with_owner
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.floors import floors_of
@@ -26,6 +27,7 @@ from tendon_newton.diagnosis.search.survey import look_around
 from tendon_newton.effects import EFFECTS, are_one_law, are_related, special_cases
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.identification import testable
+from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import layout
 from tendon_newton.identification.study import Study, replacements
 from tests.importers.logs import model, recording
@@ -249,7 +251,16 @@ def test_a_run_tells_of_the_servo_that_moves(tmp_path: Path) -> None:
     cause = NamedValues(name="viscous_friction", values={"coefficient": 1.0}, servo=1)
     ideal = NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125})
     hand = Setting(bench="hand")
-    question = prior_question(Model(actuator=ideal, effects=(cause,)), [hand], 2.0)
+    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=0.0, upper=20.0)
+    number = OpenNumber(owner=cause.cause, name="coefficient", coordinate=scale, place=1.0)
+    own = FittedSet(
+        weight=1.0, causes=(cause.cause,), numbers=(number,), covariance=np.array([[100.0]])
+    )
+    question = OpenSets(
+        posterior=Posterior(sets=(own,)),
+        model=Model(actuator=ideal, effects=(cause,)),
+        noise=NoiseFloor(theta=0.00044, force=0.05),
+    )
     forecast = Forecast(question, [], usual_task(hand, 2.0), 1.0 / 80.0)
     plans = [plan for plan in library_plans([hand], (0,), 2.0) if plan.excitation == "ramps"]
     told = {e.plan.servo: sum(e.told.numbers.values()) for e in forecast.runs(plans)}

@@ -10,63 +10,53 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.identifiability import find_confounded, is_flat
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
-from tendon_newton.diagnosis.unexplained.equation import find_equation
 from tendon_newton.diagnosis.unexplained.remainder import Remainder, find_remainders
 from tendon_newton.diagnosis.unexplained.remainder_structure import (
     LEAST_R2,
     RemainderStructure,
     find_structure,
     look,
-    make_folds,
 )
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.study import Study
 from tests.planted.generator import Recipe, make_dataset
-from tests.planted.truth import Truth
 
 SHORT = (5.0, 6.0)  # [s] of each recording
 
 
-def planted(folder: Path, *effects: str, seed: int, **more: Any) -> tuple[Study, Truth]:
+def planted(folder: Path, *effects: str, seed: int, **more: Any) -> Study:
     """The training recordings of a planted dataset beside its starting model."""
     recipe = Recipe(effects=effects, seed=seed, mix="W", duration=SHORT, **more)
-    truth = make_dataset(folder, recipe)
+    make_dataset(folder, recipe)
     model = load_model(folder / "model.toml")
     recordings = load_dataset(folder).train
-    return Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP), truth
+    return Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_learner_is_silent_on_a_right_model(seed: int, tmp_path: Path) -> None:
     """Slow and medium noise; the second servo has the dry friction that its model knows."""
-    study, _ = planted(
+    study = planted(
         tmp_path, seed=seed, noise_colour=(0.0, 0.9, 0.6)[seed], known_friction=seed == 2
     )
     seen = find_structure(study, {})
     assert not seen.found
     assert seen.held_out_r2 < LEAST_R2
     assert seen.depends_on == ()
-    assert seen.equation is None
 
 
-def test_cogging_is_seen_where_it_sits_and_written_as_a_sine(tmp_path: Path) -> None:
-    """Servo side, the motor angle first, and a formula with the planted pace and amplitude."""
-    study, truth = planted(tmp_path, "periodic_cogging", seed=4)
+def test_cogging_is_seen_where_it_sits(tmp_path: Path) -> None:
+    """Servo side, the motor angle first, and most of it."""
+    study = planted(tmp_path, "periodic_cogging", seed=4)
     seen = find_structure(study, {})
-    hidden = truth.parameters["periodic_cogging"]
     assert (seen.found, seen.side, seen.depends_on[0]) == (True, "servo", "theta")
     assert seen.held_out_r2 > 0.5
-    assert seen.equation.held_out_r2 > 0.9
-    ripple = seen.equation.terms[1]
-    assert ripple.coefficient == pytest.approx(hidden["amplitude"], rel=0.1)
-    pace = float(ripple.function.removeprefix("sin(").split()[0])
-    assert pace == pytest.approx(hidden["per_radian"], rel=0.05)  # paces are tried in steps
 
 
-def test_a_dead_spot_is_seen_but_not_put_into_words(tmp_path: Path) -> None:
-    """It depends on the motor angle; its bell is no term of the library."""
-    study, _ = planted(tmp_path, "dead_spot", seed=4)
+def test_a_dead_spot_is_seen_where_it_sits(tmp_path: Path) -> None:
+    """It depends on the motor angle, and is largest at the spot."""
+    study = planted(tmp_path, "dead_spot", seed=4)
     seen = find_structure(study, {})
     assert (seen.found, seen.side, seen.depends_on[0]) == (True, "servo", "theta")
     assert worst_place(seen) < 1.6  # [rad]: dead spots are planted at 0.5 to 1.0, 0.2 wide
@@ -80,13 +70,13 @@ def worst_place(seen: RemainderStructure) -> float:
 
 def test_hands_leave_nothing_to_learn(tmp_path: Path) -> None:
     """Knocks come by chance: there is a gap, and nothing recorded predicts it."""
-    study, _ = planted(tmp_path, "hand_knocks", seed=4)
+    study = planted(tmp_path, "hand_knocks", seed=4)
     assert not find_structure(study, {}).found
 
 
 def test_the_servos_side_is_free_of_the_loop(tmp_path: Path) -> None:
     """An error of the mechanism moves both signals, but not the force at the measured motion."""
-    study, _ = planted(tmp_path, "joint_stiffness_error", seed=4)
+    study = planted(tmp_path, "joint_stiffness_error", seed=4)
     servo, mechanism = find_remainders(study, {})
     assert servo.size < 0.06  # [N] the cell's noise of 0.05 and the encoder's counts
     assert mechanism.size > 0.02  # [rad]
@@ -96,20 +86,6 @@ def made_up(residual: np.ndarray, signals: dict[str, np.ndarray]) -> Remainder:
     """A remainder of four recordings."""
     recording = np.arange(len(residual)) * 4 // len(residual)
     return Remainder(side="servo", residual=residual, signals=signals, recording=recording)
-
-
-def test_a_formula_must_hold_on_recordings_that_it_has_not_seen(rng: np.random.Generator) -> None:
-    """A law that is the same everywhere is written down; one that changes its sign is not."""
-    angle, speed = rng.uniform(0.0, 4.0, 1200), rng.normal(0.0, 1.0, 1200)
-    law = 0.4 * np.sign(speed) + 0.3 * speed + 0.05 * rng.normal(size=1200)
-    same = made_up(law, {"theta": angle, "theta_dot": speed})
-    folds = make_folds(same.recording)
-    found = find_equation(same, ("theta_dot",), folds, 0.9)
-    terms = {term.function: term.coefficient for term in found.terms}
-    assert terms["sign(theta_dot)"] == pytest.approx(0.4, rel=0.1)  # the smoothed sign is lower
-    assert terms["theta_dot"] == pytest.approx(0.3, rel=0.1)
-    changing = made_up(law * np.where(folds % 2, 1.0, -1.0), dict(same.signals))
-    assert find_equation(changing, ("theta_dot",), folds, 0.9) is None
 
 
 def test_slow_noise_is_not_taken_for_structure(rng: np.random.Generator) -> None:

@@ -20,8 +20,6 @@ from tendon_newton.diagnosis.result import (
     Rival,
     Unexplained,
 )
-from tendon_newton.diagnosis.unexplained.equation import FoundEquation
-from tendon_newton.diagnosis.unexplained.remainder import Side
 from tendon_newton.diagnosis.unexplained.remainder_structure import RemainderStructure
 
 
@@ -98,11 +96,7 @@ def left(row: CheckedTable, scale: BenchScale) -> Unexplained:
     """Read what remains."""
     if "structure" not in row:
         return row.record(Unexplained)
-    own = row.table("structure")
-    side, equation = own.value("side", Side), None
-    if own.values.get("equation") is not None:
-        equation = own.table("equation").record(FoundEquation, side=side, scale=scale)
-    structure = own.record(RemainderStructure, equation=equation, scale=scale)
+    structure = row.table("structure").record(RemainderStructure, scale=scale)
     return row.record(Unexplained, structure=structure)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from tendon_newton.data.excitations import LARGEST_COMMAND
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidParameter
 
 SEGMENTS = 8  # Segments of a command
 NUMBERS = 5  # Numbers of a segment: angle, speed, length, swing and frequency
@@ -78,16 +77,3 @@ class DesignedCommand:
             place += np.sign(way) * min(abs(way), speeds[k] * (end - begin))
             begin = end
         return np.clip(command, 0.0, LARGEST_COMMAND)
-
-
-def check_run_length(seconds: float) -> None:
-    """Refuse a length of which no run is designed.
-
-    Raises:
-        InvalidParameter: The length [s] is out of range.
-    """
-    shortest, longest = RUN_LENGTHS
-    if not shortest <= seconds <= longest:
-        raise InvalidParameter(
-            f"--run-length must be {shortest:g} to {longest:g} s; it is {seconds:g} s"
-        )

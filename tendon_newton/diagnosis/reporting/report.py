@@ -151,16 +151,12 @@ def pictures(
 
 
 def remainder(diagnosis: Diagnosis, panels: Panels) -> Mapping[str, Any]:
-    """Draw what remains, and write the formula for it, if there is one."""
+    """Draw what remains."""
     structure = diagnosis.unexplained.structure
     if structure is None:
-        return {"remainders": [], "equation": None}
+        return {"remainders": []}
     drawn = [
         panels.remainder(f"remainder-{k}", structure, profile)
         for k, profile in enumerate(structure.profiles)
     ]
-    equation = structure.equation
-    told = None
-    if equation is not None:
-        told = {"text": equation.text(), "share": f"{100.0 * equation.held_out_r2:.0f}"}
-    return {"remainders": drawn, "equation": told}
+    return {"remainders": drawn}

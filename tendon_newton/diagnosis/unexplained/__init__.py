@@ -1,1 +1,1 @@
-"""What no named cause explains: its size, its structure and a formula for it."""
+"""What no named cause explains: its size and its structure."""

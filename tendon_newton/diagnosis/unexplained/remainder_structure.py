@@ -8,7 +8,6 @@ import numpy as np
 
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array, Indices
-from tendon_newton.diagnosis.unexplained.equation import FoundEquation, find_equation
 from tendon_newton.diagnosis.unexplained.learner import RIDGES, Basis, Learner, held_out_r2
 from tendon_newton.diagnosis.unexplained.remainder import (
     Remainder,
@@ -30,7 +29,7 @@ planted servos (lab/studies/remainders.py).
 BEARS = 0.2
 """A signal whose loss costs less than this share of the best one's is not said to matter."""
 MOST_SIGNALS = 4  # Signals that are named at most
-MOST_PROFILES = 2  # Signals that are drawn, and in which a formula may repeat itself
+MOST_PROFILES = 2  # Signals that are drawn
 BINS = 40  # Bins of a signal in a picture
 LEAST_ROWS = 8  # Rows that a bin must hold to be drawn
 SPLITS = 5  # Folds at most, and spans of time where there is but one recording
@@ -60,7 +59,6 @@ class RemainderStructure:
     importance: Mapping[str, float]
     """Share of the variance that is lost when one signal is shuffled, greatest first."""
     profiles: tuple[Profile, ...] = ()
-    equation: FoundEquation | None = None  # A short formula that does as well, if there is one
     scale: BenchScale = field(default_factory=BenchScale)  # Scale of the benches
 
     @property
@@ -78,7 +76,6 @@ class RemainderStructure:
             "size": self.size,
             "unit": side_words(self.side, self.scale)[1],
             "importance": {name: round(lost, 4) for name, lost in self.importance.items()},
-            "equation": None if self.equation is None else self.equation.to_json(),
         }
 
 
@@ -125,13 +122,12 @@ def look(remainder: Remainder) -> RemainderStructure:
     r2 = float(reached[0])
     p_value = float((1 + np.sum(reached[1:] >= r2)) / (1 + SURROGATES))
     found = p_value <= P_VALUE and r2 >= LEAST_R2
-    importance, profiles, equation = {}, (), None
+    importance, profiles = {}, ()
     if found:
         learner = Learner(remainder, basis, folds, best)
         importance = learner.importance(rng)
         signals = named_signals(importance)
         profiles = tuple(profile_of(learner, name) for name in signals[:MOST_PROFILES])
-        equation = find_equation(remainder, signals[:MOST_PROFILES], folds, r2)
     return RemainderStructure(
         side=remainder.side,
         found=found,
@@ -140,7 +136,6 @@ def look(remainder: Remainder) -> RemainderStructure:
         size=remainder.size,
         importance=importance,
         profiles=profiles,
-        equation=equation,
         scale=remainder.scale,
     )
 

@@ -1,16 +1,14 @@
 """The next run is designed: its command, what it is expected to tell, and its limits."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_newton.cli import main
 from tendon_newton.data.excitations import LARGEST_COMMAND
-from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.by_hand import best_by_hand
 from tendon_newton.diagnosis.next_experiment.designed_command import (
@@ -19,7 +17,6 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     DesignedCommand,
 )
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
-from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, design, usual_task
@@ -198,70 +195,3 @@ def test_a_string_that_hardly_stretches_pulls_no_harder_than_its_servo() -> None
     ]
     worst = WorstCase(question, np.random.default_rng(0)).drawn(plans, 1)
     assert worst.max() < 0.73 * 8.9 * 1.56 / 15.7 / 0.0125  # what it gives at standstill
-
-
-@pytest.mark.parametrize(("limit", "words"), [(0.2, "no run stays within"), (24.0, "")])
-def test_a_plan_says_why_it_is_empty(limit: float, words: str) -> None:
-    """Where every command pulls too hard: how hard the calmest does, and what to change."""
-    effects = (NamedValues(name="position_offset", values={"angle": 0.1}),)
-    plan = plan_first(
-        Model(actuator=MODEL.actuator, effects=effects),
-        [Setting(bench="finger")],
-        runs=1,
-        duration=4.0,
-        force_limit=limit,
-        rng=np.random.default_rng(0),
-    )
-    assert plan.ended.startswith(words)
-    assert bool(plan.steps) != bool(words)
-    if words:
-        assert "the limit of 0.2 N, the calmest with" in plan.ended
-        assert "--force-limit" in plan.ended
-
-
-@pytest.mark.parametrize(("bench", "told"), [("spring_weak", False), ("finger", True)])
-def test_a_plan_says_before_any_data_what_a_bench_can_tell(bench: str, told: bool) -> None:
-    """A tilted rail is like a shifted encoder on a spring: the finger alone tells them apart."""
-    model = Model(
-        actuator=MODEL.actuator,
-        effects=(
-            NamedValues(name="gravity_misalignment", values={"angle": 0.3}),
-            NamedValues(name="position_offset", values={"angle": 0.1}),
-        ),
-    )
-    plan = plan_first(
-        model,
-        [Setting(bench=bench)],
-        runs=1,
-        duration=4.0,
-        force_limit=24.0,
-        rng=np.random.default_rng(0),
-    )
-    assert plan.bits.keys() == {"gravity_misalignment.angle", "position_offset.angle"}
-    assert ("gravity_misalignment.angle" in plan.untold) != told
-    assert (plan.untold == ()) == told
-    assert (min(plan.bits.values()) > 4.0) == told
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--benches", "fingr"), "No asset named 'fingr'"),
-        (("--benches",), "--benches must name the benches that you have"),
-        (("--budget", "10s"), "--budget must hold a run of --run-length 12 s; it is 10s"),
-        (("--run-length", "1"), "--run-length must be 2 to 120 s; it is 1 s"),
-        (("--force-limit", "0"), "--force-limit must be above 0"),
-        ((), "model.toml: a plan is for a model with effects"),
-    ],
-)
-def test_a_plan_that_cannot_be_made_is_refused_before_anything_is_simulated(
-    words: tuple[str, ...], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """What was wrong and where, in a line; no folder is made."""
-    path = tmp_path / "model.toml"
-    write_model(path, MODEL)
-    assert main(["plan", str(path), "--out", str(tmp_path / "plan"), *words]) == 2
-    out, error = capsys.readouterr()
-    assert said in error
-    assert "simulating" not in out
-    assert not (tmp_path / "plan").exists()
