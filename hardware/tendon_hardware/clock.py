@@ -6,8 +6,8 @@ from typing import Protocol
 SPIN = 2.0e-4
 """End of a wait that is spent spinning [s].
 
-99 % of a minute's ticks then come within 0.06 ms, for 1 % of a core; without it within 0.32 ms
-(`python -m lab.studies.pacing`, two cores at rest).
+99 % of a minute's ticks then come within 0.06 ms, for 1 % of a core; without it within 0.32 ms, on
+two cores at rest.
 """
 
 

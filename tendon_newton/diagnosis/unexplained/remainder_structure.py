@@ -24,7 +24,7 @@ LEAST_R2 = 0.1
 """Held-out share of the remaining variance below which structure is not worth a word.
 
 Dry friction leaves some beside a model that is otherwise right, as its law is not exact: 0.02 on
-planted servos (lab/studies/remainders.py).
+planted servos.
 """
 BEARS = 0.2
 """A signal whose loss costs less than this share of the best one's is not said to matter."""
