@@ -677,6 +677,17 @@ def test_worlds_are_drawn_from_all_sets_that_have_weight(worlds: SearchWorlds) -
     assert abs(together) > 0.3
 
 
+def test_no_world_has_a_law_of_which_the_answer_has_the_special_case(worlds: SearchWorlds) -> None:
+    """A falling friction that errors of form explain as well is in no world that is drawn."""
+    pool = pool_of(worlds)
+    fit, richer = started(pool, coulomb_friction=0.5), started(pool, stribeck_friction=0.5)
+    pool.add([fit, richer])
+    weights = {frozenset(fit.names): 0.1, frozenset(richer.names): 0.9}
+    posterior = posterior_of(pool, found_of(pool, fit), fit, weights)
+    assert [own.causes for own in posterior.sets] == [fit.names]
+    assert len(posterior_of(pool, found_of(pool, richer), richer, weights).sets) == 2
+
+
 def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: SearchWorlds) -> None:
     """Two steps with the derivatives of the whole set tell; its own lead no nearer."""
     pool, followed = pool_of(worlds), pool_of(worlds)

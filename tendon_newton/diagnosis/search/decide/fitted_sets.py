@@ -19,6 +19,7 @@ from tendon_newton.diagnosis.search.refit import (
     values_of,
 )
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
+from tendon_newton.effects import special_cases
 from tendon_newton.identification.intervals import (
     LEAST_SHARE,
     SHARED_FORM,
@@ -211,14 +212,19 @@ def posterior_of(
 ) -> Posterior:
     """Return the sets that have weight, each around its own optimum.
 
+    Where the answer has the special case of a law, sets with that law are left out: it explains no
+    more than errors of form would, and motions that no recording has seen show what it is wrong in.
+
     Args:
         pool: Has the fits of all rows.
         found: The answer.
         fit: The answer's set as it was fitted.
         weights: Weights of all fitted sets.
     """
-    kept = sorted((k for k, w in weights.items() if w >= LEAST_WEIGHT), key=lambda k: -weights[k])
     answer, sets = frozenset(fit.names), list[FittedSet]()
+    plain = {k: w for k, w in weights.items() if not holds_law_of(answer, k)}
+    least = LEAST_WEIGHT * sum(plain.values())
+    kept = sorted((k for k, w in plain.items() if w >= least), key=lambda k: -plain[k])
     for key in kept[:MOST_SETS]:
         own = found if key == answer else found_of(pool, pool.fits[key])
         sets.append(
@@ -230,3 +236,8 @@ def posterior_of(
             )
         )
     return Posterior(sets=tuple(sets))
+
+
+def holds_law_of(answer: frozenset[str], names: frozenset[str]) -> bool:
+    """Tell whether a set has a law of which an answer has the special case."""
+    return any(not answer.isdisjoint(special_cases(name)) for name in names - answer)
