@@ -12,7 +12,10 @@ from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 
 REACHES = (3, 4, 6, 8, 11, 16, 22, 32)
 """Rows on either side of a window's own: by their power 5/2 the noise of an acceleration falls."""
+WINDOWS = (*((1, reach) for reach in REACHES), *((2**k, r) for k in range(1, 5) for r in (22, 32)))
+"""Rows whose means are fitted, and how many of these on either side: 64 ms to 1 s at 1 kHz."""
 ORDER = 5
+AT_ONCE = 4096  # Rows whose windows are fitted at once: several hundred kB for each power
 WIDER = 1.05
 """Growth of what a width leaves beyond which it cuts off corners and not only noise [1]."""
 LEAST_STEP = 0.5  # Share of the usual step within which a row tells little more than another [1]
@@ -68,7 +71,8 @@ def motion_of(time: Array, angle: Array) -> tuple[Array, Array]:
     They are those of a quintic through the rows around each, as many as leave no more of the angle
     than fewer do, or than its encoder's counts, less one step, since noise averages out over
     rows and what is cut off does not. Nothing is shifted in time. Of rows that follow each other
-    much faster than most, one in a while is taken, so that a window is as long everywhere.
+    much faster than most, one in a while is taken, so that a window is as long everywhere. A long
+    window is one of means over some rows each, whose noise is smaller by the root of their number.
 
     Source: Savitzky and Golay, Smoothing and differentiation of data (1964), with as many rows.
     """
@@ -77,15 +81,24 @@ def motion_of(time: Array, angle: Array) -> tuple[Array, Array]:
         return np.gradient(angle, time), np.zeros_like(angle)
     counted = encoder_count(angle) / np.sqrt(12.0)
     passing: list[tuple[Array, Array, float]] = []
-    for reach in REACHES:
-        if 2 * reach + 1 > len(kept):
+    for rows, reach in WINDOWS:
+        if (2 * reach + 1) * rows > len(kept):
             break
-        tried = quintics(time[kept], angle[kept], reach)
-        usual = [left for *_, left in passing]
-        if not usual or tried[2] <= WIDER * max(counted, float(np.median(usual))):
-            passing.append(tried)
+        at, mean = (means(values[kept], rows) for values in (time, angle))
+        *motion, left = quintics(at, mean, reach)
+        left *= float(np.sqrt(rows))
+        usual = [known for *_, known in passing]
+        if not usual or left <= WIDER * max(counted, float(np.median(usual))):
+            rate, acceleration = (np.interp(time, at, values) for values in motion)
+            passing.append((rate, acceleration, left))
     rate, acceleration, _ = passing[max(len(passing) - 2, 0)]
-    return np.interp(time, time[kept], rate), np.interp(time, time[kept], acceleration)
+    return rate, acceleration
+
+
+def means(values: Array, rows: int) -> Array:
+    """Return the means over so many rows after each other; the last ones may be left out."""
+    whole = len(values) // rows * rows
+    return values[:whole].reshape(-1, rows).mean(axis=1)
 
 
 def rows_apart(time: Array, least: float) -> list[int]:
@@ -106,12 +119,14 @@ def quintics(time: Array, angle: Array, reach: int) -> tuple[Array, Array, float
     rows, width = np.arange(len(time)), 2 * reach + 1
     windows = np.clip(rows - reach, 0, len(time) - width)
     scale = (time[-1] - time[0]) * reach / (len(time) - 1)
-    since = (sliding_window_view(time, width)[windows] - time[:, None]) / scale
-    about = sliding_window_view(angle, width)[windows] - angle[:, None]
-    powers = np.stack([(since**k).sum(axis=1) for k in range(2 * ORDER + 1)])
-    sums = np.stack([(since**k * about).sum(axis=1) for k in range(ORDER + 1)], axis=1)
-    places = np.arange(ORDER + 1)
-    inverse = np.linalg.inv(np.moveaxis(powers[places[:, None] + places], 2, 0))
-    found = np.einsum("tij,tj->ti", inverse, sums)
-    left = rms(found[:, 0] / np.sqrt(1.0 - inverse[:, 0, 0]))
+    found, share = np.empty((len(time), ORDER + 1)), np.empty(len(time))
+    for some in np.array_split(rows, max(1, len(time) // AT_ONCE)):
+        since = sliding_window_view(time, width)[windows[some]] - time[some, None]
+        about = sliding_window_view(angle, width)[windows[some]] - angle[some, None]
+        powers = np.cumprod(np.stack([since / scale] * ORDER), axis=0)
+        terms = np.concatenate([np.ones((1, *since.shape)), powers])
+        inverse = np.linalg.inv(np.einsum("itw,jtw->tij", terms, terms, optimize=True))
+        found[some] = np.einsum("tij,jtw,tw->ti", inverse, terms, about, optimize=True)
+        share[some] = inverse[:, 0, 0]
+    left = rms(found[:, 0] / np.sqrt(1.0 - share))
     return found[:, 1] / scale, 2.0 * found[:, 2] / scale**2, left

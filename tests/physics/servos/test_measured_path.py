@@ -154,6 +154,7 @@ def test_a_swing_asks_for_weight_inertia_and_damping() -> None:
         (np.arange(2400) / 80.0, 1.0),  # whose counts repeat: one width leaves more than its like
         (np.r_[np.arange(300) / 10.0, 30.0 + np.arange(200) / 1000.0], 0.5),
         (np.r_[np.arange(800), np.arange(1400, 2200)] / 200.0, 0.7),  # a gap of three seconds
+        (np.arange(6000) / 1000.0, 0.5),  # a count lasts for many rows
     ],
 )
 def test_a_measured_motion_has_the_rate_of_its_oscillation(
