@@ -231,7 +231,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("recordings-that-differ-are-blocks-of-time",
         "tendon_newton/identification/intervals.py",
         "by_recording = half_width(point, where.recording, spread, together)",
-        "by_recording = by_block", f"{NOT_NAMED} changes"),
+        "by_recording = by_block", "tests/identification/test_intervals.py -k three_recordings"),
     Mutation("few-recordings-have-a-normal-quantile", "tendon_newton/identification/intervals.py",
         "stdtrit(count - 1, 0.5 * (1.0 + LEVEL))", "stdtrit(1e6, 0.5 * (1.0 + LEVEL))",
         "tests/identification/test_intervals.py -k student"),

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tendon_newton.data.dataset import load_dataset
 from tests.planted.generator import main
@@ -12,6 +13,7 @@ ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "hidden_friction"
 
 
+@pytest.mark.slow
 def test_the_generator_makes_the_example_again(tmp_path: Path) -> None:
     """Same files, commands and, but for rounding on another processor, forces."""
     text = (EXAMPLE / "README.md").read_text(encoding="utf-8")
@@ -28,14 +30,3 @@ def test_the_generator_makes_the_example_again(tmp_path: Path) -> None:
 def test_the_example_stays_small() -> None:
     """It is part of every clone: under a megabyte."""
     assert sum(file.stat().st_size for file in EXAMPLE.iterdir()) < 1_000_000
-
-
-def test_the_readmes_example_runs_and_names_the_cause(monkeypatch, capsys) -> None:
-    """The Python block of the README, run as it stands, finds what the bundled dataset hides."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    monkeypatch.chdir(ROOT)
-    exec(compile(block, "README.md", "exec"), {})
-    lines = capsys.readouterr().out.splitlines()
-    assert "explained" in lines
-    assert any(line.startswith("viscous_friction coefficient") for line in lines)

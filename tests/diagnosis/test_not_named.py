@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import write_model
@@ -51,6 +52,7 @@ def named(answer: dict[str, Any]) -> dict[str, dict[str, tuple[float, float]]]:
     }
 
 
+@pytest.mark.slow
 def test_what_one_recording_has_and_others_contradict_is_no_cause(tmp_path: Path) -> None:
     """A cell is 0.6 N off in one of three recordings, beside a gain of 1.25 in all.
 
@@ -63,6 +65,7 @@ def test_what_one_recording_has_and_others_contradict_is_no_cause(tmp_path: Path
     assert low <= 1.25 <= high
 
 
+@pytest.mark.slow
 def test_a_number_that_changes_between_recordings_has_an_interval_that_says_so(tmp_path) -> None:
     """Viscous friction of 1.0, 1.5 and 2.0 N s/rad: each is as true as their mean."""
     causes = [Causes(viscous=coefficient) for coefficient in (1.0, 1.5, 2.0)]

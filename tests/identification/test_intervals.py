@@ -118,3 +118,13 @@ def test_rows_that_err_together_tell_less() -> None:
     _, red = fitted(0, 0.9)
     assert rows_together(white, WHERE) < 1.5
     assert 3.0 < rows_together(red, WHERE) < 20.0
+
+
+def test_an_interval_holds_each_of_three_recordings_that_differ() -> None:
+    """Means of 1.0, 1.5 and 2.0: by blocks of time alone their mean would be known to 0.25."""
+    own = np.repeat([1.0, 1.5, 2.0], ROWS // 3)
+    where = replace(WHERE, recording=np.repeat(np.arange(3), ROWS // 3))
+    mean = float(own.mean())
+    point = Linearisation(residual=own - mean, jacobian=-np.ones((ROWS, 1)))
+    (half,) = half_widths(point, where, UNSTATED[:1])
+    assert 0.5 < half < 1.0

@@ -153,10 +153,9 @@ def test_every_tendon_has_its_own_column(tmp_path: Path) -> None:
     assert two.shape[1] == 2 * one.shape[1]
 
 
-@pytest.mark.parametrize("name", [r"a$\frac{x$.csv", "a$b$.csv", "100%_{a}^.csv"])
-def test_the_name_of_a_recording_is_no_formula(name: str, tmp_path: Path) -> None:
+def test_the_name_of_a_recording_is_no_formula(tmp_path: Path) -> None:
     """Whatever a file is called stands above its picture as it is."""
-    shown = picture(tmp_path / "named.png", replace(recording(), name=name))
+    shown = picture(tmp_path / "named.png", replace(recording(), name=r"100%_{a}^$b$\frac{x$.csv"))
     assert shown.shape == picture(tmp_path / "plain.png", recording()).shape
 
 

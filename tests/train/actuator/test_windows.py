@@ -215,7 +215,10 @@ def test_windows_depart_as_stated() -> None:
     torch.testing.assert_close(force, expected)
 
 
-@pytest.mark.parametrize(("purpose", "follows"), [("simulation", True), ("prediction", False)])
+@pytest.mark.parametrize(
+    ("purpose", "follows"),
+    [("simulation", True), pytest.param("prediction", False, marks=pytest.mark.slow)],
+)
 def test_a_network_for_simulations_knows_the_force_beside_the_recordings(
     tmp_path: Path, purpose: Purpose, follows: bool
 ) -> None:
