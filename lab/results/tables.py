@@ -189,14 +189,8 @@ def exam_rows(kept: Records) -> str:
 
 def missing(figures: Mapping[str, Any]) -> str:
     """Say how many of the drawn sets have an answer."""
-    told = [
-        f"{there} of {count}"
-        for section, count in figures["drawn"].items()
-        if (there := figures["sections"][section][TIMED]["cases"]) < count
-    ]
     drawn = sum(figures["drawn"].values())
-    answered = f"{figures['sets']} of {drawn} sets are answered"
-    return f"{answered}: of single sections {', '.join(told)}." if told else f"{answered}."
+    return f"{figures['sets']} of {drawn} sets are answered."
 
 
 TIMED = "seconds per dataset, median"  # The figure that counts all answers of a section
