@@ -43,6 +43,7 @@ NO_DATASET = {
     "import": "reads logs; where a model comes from them too, the lab has a case",
     "experiment": "reads a diagnosis",
     "oscillation": "looks at all rows of a log and learns nothing for another",
+    "wear": "looks at all rows of logs and learns nothing for another",
     "servo": "copies a model",
     "view": "draws one log",
     "explain": "reads a diagnosis",

@@ -26,6 +26,7 @@ VERBS: dict[str, str] = {
     "diagnose": "tendon_newton.cli.diagnosis.diagnose",
     "explain": "tendon_newton.cli.diagnosis.explain",
     "oscillation": "tendon_newton.cli.diagnosis.oscillation",
+    "wear": "tendon_newton.cli.diagnosis.wear_of_logs",
     "experiment": "tendon_newton.cli.diagnosis.experiment",
     "asset": "tendon_newton.cli.asset",
     "servo": "tendon_newton.cli.known_servo",

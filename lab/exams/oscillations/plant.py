@@ -36,6 +36,8 @@ class Loops:
     gain: Array  # Of the policy: command per error [1]
     integral: Array  # Of the policy [1/s]
     row: Array  # Time between rows [s]
+    spring: Array  # Of the load, beside the inertia of motor and load [1/s^2]
+    rest: Array  # Where the spring's force is zero [rad]
 
     def but(self, **numbers: Array) -> "Loops":
         """Return loops with other numbers."""
@@ -98,7 +100,8 @@ def run(
             drag = np.maximum(c.static, 1e-9) * bristle / BRISTLE
             push = c.strength * duty - c.damping * speed - drag - torque
             speed = speed + STEP * push / motor_mass
-            rate = rate + STEP * (torque - 0.5 * rate * load_mass) / load_mass
+            held = 0.5 * rate * load_mass + c.spring * (angle - c.rest)
+            rate = rate + STEP * (torque - held) / load_mass
             motor, angle = motor + STEP * speed, angle + STEP * rate
     return commands, readings, truth
 
@@ -134,6 +137,8 @@ def drawn(rng: np.random.Generator, cause: str, number: int) -> tuple[Loops, Loo
         gain=outer * spread(0.2, 1.0),
         integral=outer * spread(0.05, 0.5),
         row=row,
+        spring=np.zeros(number),
+        rest=np.zeros(number),
     )
     inside = outer == 0.0
     if cause == "gain":

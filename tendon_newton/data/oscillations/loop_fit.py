@@ -88,13 +88,19 @@ def drawn_out(angle: Array, parts: int) -> Array:
     return np.append(angle[row] + share * rise + bent, angle[-1])
 
 
-def walked(residuals: Callable[[Array], Array], starts: Array, fixed: Mask) -> tuple[Array, Array]:
+def walked(
+    residuals: Callable[[Array], Array],
+    starts: Array,
+    fixed: Mask,
+    bounds: tuple[Array, Array] = (LOW, HIGH),
+) -> tuple[Array, Array]:
     """Walk from all starts at once to least squares, by damped steps of Gauss and Newton.
 
     Args:
         residuals: Gives what numbers' logarithms (N, 9) leave of an angle, shape (T, N).
         starts: Logarithms, shape (K, 9).
         fixed: Those that stay, shape (K, 9).
+        bounds: Least and most of each, shape (9,).
 
     Returns:
         The ends, shape (K, 9), and their sums of squares, shape (K,).
@@ -103,11 +109,13 @@ def walked(residuals: Callable[[Array], Array], starts: Array, fixed: Mask) -> t
     left = residuals(best)
     squares = np.sum(left**2, axis=0)
     for _ in range(ROUNDS):
-        signs = np.where(best + STEP > HIGH, -1.0, 1.0)
+        signs = np.where(best + STEP > bounds[1], -1.0, 1.0)
         moved = best[:, None, :] + STEP * signs[:, :, None] * np.eye(size)
         near = residuals(moved.reshape(-1, size)).reshape(len(left), count, size)
         slopes = np.where(fixed, 0.0, (near - left[:, :, None]) * signs / STEP)
-        tried = np.stack([steps(best[k], slopes[:, k], left[:, k]) for k in range(count)])
+        tried = np.stack(
+            [np.clip(steps(best[k], slopes[:, k], left[:, k]), *bounds) for k in range(count)]
+        )
         new = residuals(tried.reshape(-1, size)).reshape(len(left), count, len(DAMPING))
         sums = np.sum(new**2, axis=0)
         choice = np.argmin(sums, axis=1)
@@ -129,7 +137,7 @@ def steps(place: Array, slopes: Array, left: Array) -> Array:
         np.linalg.lstsq(square + damping * np.diag(scale), pull, rcond=1e-9)[0]
         for damping in DAMPING
     ]
-    return np.clip(place - np.clip(changes, -LONGEST, LONGEST), LOW, HIGH)
+    return place - np.clip(changes, -LONGEST, LONGEST)
 
 
 def without_drift(angles: Array, width: int) -> Array:

@@ -58,7 +58,7 @@ class Servos:
         force = drive - self.place if self.outer else drive
         stands = self.speed == 0.0
         drag = self.sliding * self.sticking * np.sign(np.where(stands, force, self.speed))
-        pushed = np.clip(force, -self.limit, self.limit) - drag
+        pushed = np.minimum(np.maximum(force, -self.limit), self.limit) - drag
         speed = (self.speed + self.step * self.pull * pushed) * self.slowed
         weak = np.abs(force) <= self.sticking
         self.speed = np.where(weak & (stands | (speed * self.speed < 0.0)), 0.0, speed)
@@ -66,7 +66,7 @@ class Servos:
         rate = self.rate * self.faded
         free = self.angle + self.step * rate
         half = 0.5 * self.width
-        self.angle = np.clip(free, self.place - half, self.place + half)
+        self.angle = np.minimum(np.maximum(free, self.place - half), self.place + half)
         self.rate = np.where(free == self.angle, rate, self.speed)
         return self.angle
 

@@ -1,0 +1,1 @@
+"""Is it told which part of a servo wears."""

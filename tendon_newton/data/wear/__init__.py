@@ -1,0 +1,1 @@
+"""Which part of a servo wears, by logs of several days."""

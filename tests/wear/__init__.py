@@ -1,0 +1,1 @@
+"""What wears is told from dated logs."""
