@@ -15,6 +15,7 @@ from tendon_hardware.virtual_bench import FaultEvent, Faults, VirtualPorts, open
 from tendon_hardware.virtual_bench.process import InvalidVirtualBench, parse_word
 from tendon_newton.errors import UnknownName
 from tests.hardware.virtual_bench.link import ID, SUCCESS, Link
+from tests.proposed import proposed, walk
 
 PATIENT = 100  # latency that the SDK is told [ms]: a busy machine is no fault
 
@@ -195,6 +196,7 @@ def test_the_verb_prints_its_ports_and_ends_on_interrupt(tmp_path: Path) -> None
         (port,) = (line.split()[1] for line in lines if line.split()[:1] == ["servo"])
         assert os.path.lexists(port)
         assert (tmp_path / "plant.toml").exists()
+        assert walk(*proposed("\n".join(lines))) == ["doctor"]
         verb.send_signal(signal.SIGINT)
         assert verb.wait(20.0) == 0
     wait_until(lambda: not os.path.lexists(port))

@@ -24,7 +24,7 @@ from tendon_train.tendon.tendon_fit import (
     sums_of,
     unseen_error,
 )
-from tests.proposed import proposed
+from tests.proposed import walk
 from tests.train.policy.small import environment
 from tests.train.tendon.pulled_benches import TRUE, pulled_log
 
@@ -119,7 +119,7 @@ def test_a_dataset_that_does_not_show_the_string_is_refused() -> None:
             fit_tendon(dataset_of(unfit), IDEAL)
 
 
-def test_a_user_completes_a_force_network(tmp_path, capsys) -> None:
+def test_a_user_completes_a_force_network(tmp_path, capsys, monkeypatch) -> None:
     """The verb writes a model on which fingers rest as their string says: r theta = l + s + F / k.
 
     By rows at rest in the loop of the training, with the network as actuator; in float32.
@@ -127,10 +127,9 @@ def test_a_user_completes_a_force_network(tmp_path, capsys) -> None:
     finger, _, slider = logs()
     write_dataset(tmp_path / "recordings", [finger, slider], [])
     words = [str(tmp_path / "recordings"), "--force", str(NETWORK), "--out", str(tmp_path / "fit")]
-    assert main(["fit-tendon", *words]) == 0
-    said = capsys.readouterr().out
-    assert "mm before" in said
-    assert [words[0] for words in proposed(said)] == ["train-policy"]
+    monkeypatch.chdir(tmp_path)
+    assert walk(["fit-tendon", *words]) == ["fit-tendon", "train-policy", "evaluate-policy"]
+    assert "mm before" in capsys.readouterr().out
     assert main(["fit-tendon", *words[:-1], str(tmp_path / "recordings")]) == 2
     assert "results need a folder of their own" in capsys.readouterr().err
     found = json.loads((tmp_path / "fit" / "tendon.json").read_text())
