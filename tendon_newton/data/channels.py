@@ -33,7 +33,8 @@ CHANNELS = (
     Channel("motor_velocity", "theta_dot", "radians per second", -1000.0, 1000.0,
         "degrees per second or register counts"),
     # the servo gives at most 21 N, so 21,000 mN or 2,140 g of tension leave the range
-    Channel("force", "force", "newtons", -1000.0, 1000.0, "millinewtons or grams"),
+    Channel("force", "force", "newtons", -1000.0, 1000.0,
+        "millinewtons, grams or a motor's milliamperes"),
     Channel("joint_position", "joint_angle", "radians", -TURNS, TURNS, "degrees or encoder counts"),
     # a joint that any of these servos turns holds a few newton metres
     Channel("joint_load", "joint_load", "newton metres", -100.0, 100.0,

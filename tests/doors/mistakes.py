@@ -5,6 +5,7 @@ Each is made in two runs. Those of files and mappings are in `tests.doors.files`
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from tests.doors.logs import (
     csv_logs,
     followed,
     lerobot,
+    lone,
     own_dataset,
 )
 
@@ -26,6 +28,11 @@ CSV, OWN, LEROBOT = "import mapped", "doctor, our format", "doctor, LeRobot"
 OURS: dict[str, Door] = {CSV: csv_logs(), OWN: own_dataset}
 ALONE: dict[str, Door] = {LEROBOT: lambda folder, runs: lerobot(folder, runs[:1])}
 DOORS = {**OURS, **ALONE}
+PATH = '\n[model]\nkind = "measured_path"\n'
+LED: dict[str, Door] = {
+    CSV: csv_logs("pendulum", mapping=lambda text: text + PATH),
+    OWN: partial(own_dataset, bench="pendulum"),
+}
 FAILED = np.arange(40, ROWS, 37)
 """Rows in which a bus read nothing."""
 OFTEN = np.flatnonzero(np.random.default_rng(7).random(ROWS) < 0.2)
@@ -90,6 +97,19 @@ def all_frozen(run: Columns) -> None:
     """Read one angle of every joint for 100 rows."""
     for name in ("q_0", "q_1"):
         run[name][400:500] = run[name][400]
+
+
+def led(run: Columns) -> None:
+    """Log a joint's torque in the place of its command: weight, friction and noise."""
+    lone(run)
+    del run["goal"]
+    run["force"] = 0.5 * np.sin(run["q"]) + 0.1 * np.sign(np.gradient(run["q"]))
+    run["force"] += np.random.default_rng(2).normal(0.0, 0.01, ROWS)
+
+
+def led_with(spoil: Spoil) -> Spoil:
+    """Return a change of such a log."""
+    return lambda run: (led(run), spoil(run))
 
 
 def halfway(run: Columns) -> None:
@@ -226,6 +246,15 @@ ANGLES: tuple[Mistake, ...] = (
     Mistake(name="60 rows frozen", said="the reading froze",
         spoil=lambda run: put("q_0", slice(400, 460), run["q_0"][400])(run)),
     Mistake(name="all joints frozen", spoil=all_frozen, said="the reading froze"),
+    Mistake(name="degrees without a command", said='say unit = "deg" for it', doors=LED,
+        spoil=led_with(made("q", lambda run: np.rad2deg(run["q"])))),
+    Mistake(name="frozen reads without a command", said="the reading froze", doors=LED,
+        spoil=led_with(lambda run: put("q", slice(400, 460), run["q"][400])(run))),
+    Mistake(name="zeros without a command", said="the angle was not read there", doors=LED,
+        spoil=led_with(lambda run: (put("q", slice(300, 400), -3.0)(run),
+            put("q", slice(700, 720), -3.0)(run)))),
+    Mistake(name="a torque in milliamperes", said="milliamperes", doors={CSV: LED[CSV]},
+        spoil=led_with(made("force", lambda run: 3000.0 * run["force"]))),
     Mistake(name="a recorder that stalls", spoil=stalled, said="the recorder stood still"),
     Mistake(name="a seam in the middle", spoil=halfway, said="add the turns"),
     Mistake(name="angle and command in degrees", said='say unit = "deg" for it', doors=OURS,

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
     from tendon_newton.data.dataset import Dataset
     from tendon_newton.data.model_file import Model
-    from tendon_newton.diagnosis.result import Diagnosis
+    from tendon_newton.diagnosis.result import Diagnosis, NamedEffect
     from tendon_newton.workflows.diagnosing import DiagnosisAnswer
 
 
@@ -325,11 +325,22 @@ VERDICTS = {
 }
 
 
+def numbers_line(effect: NamedEffect, servos: int) -> str:
+    """Return a cause with its numbers, their units and intervals."""
+    from tendon_newton.data.parameters import with_unit
+    from tendon_newton.diagnosis.report_words import with_owner
+
+    numbers = ", ".join(
+        f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
+        for name, p in effect.parameters.items()
+    )
+    return f"  {with_owner(effect.name, servos):26s} {numbers}"
+
+
 def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
-    from tendon_newton.data.parameters import with_unit
     from tendon_newton.data.plain_numbers import estimate_text
-    from tendon_newton.diagnosis.report_words import UNDECIDED, with_owner
+    from tendon_newton.diagnosis.report_words import UNDECIDED
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
 
     force = diagnosis.scale
@@ -343,11 +354,7 @@ def summary(diagnosis: Diagnosis) -> str:
     if diagnosis.actuator is not None:
         lines.append(f"  {diagnosis.actuator.sentence}")
     for effect in diagnosis.effects:
-        numbers = ", ".join(
-            f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
-            for name, p in effect.parameters.items()
-        )
-        lines.append(f"  {with_owner(effect.name, diagnosis.servos):26s} {numbers}")
+        lines.append(numbers_line(effect, diagnosis.servos))
         if effect.indistinguishable_from:
             lines.append(
                 f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart"
@@ -358,7 +365,7 @@ def summary(diagnosis: Diagnosis) -> str:
     if diagnosis.suspected:
         lines += ["", "  suspected, and in the model because it predicts better with them:"]
     for effect in diagnosis.suspected:
-        lines.append(f"  {with_owner(effect.name, diagnosis.servos):26s} {effect.reason}")
+        lines += [numbers_line(effect, diagnosis.servos), f"  {'':26s} {effect.reason}"]
     lines += ["", "  held-out error           before      after"]
     for label, name, scale, unit in (
         (f"{diagnosis.angle_name}, RMS", "theta_rmse", 1e3, "mrad"),

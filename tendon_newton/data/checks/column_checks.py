@@ -58,6 +58,7 @@ def ahead(recording: Recording) -> Iterator[Finding]:
 def degrees(recording: Recording) -> Iterator[Finding]:
     """Find angle and command of which one is in degrees, the other in radians."""
     if recording.command is None:
+        yield from led_degrees(recording)
         return
     for place in range(recording.tendon_count):
         theta, command = recording.motor_position[:, place], recording.command[:, place]
@@ -91,9 +92,24 @@ def degrees(recording: Recording) -> Iterator[Finding]:
                 )
 
 
+def led_degrees(recording: Recording) -> Iterator[Finding]:
+    """Find angles that are in degrees where no command stands beside them."""
+    for place, column in enumerate(names_of(recording, "theta")):
+        theta = recording.motor_position[:, place]
+        spans, mend = float(np.ptp(theta)), 'say unit = "deg" for it in the mapping'
+        if (seen := coarse_or_fast(recording, theta)) is not None:
+            yield Examined(recording.name, column).defect(seen, f"{column} is in degrees: {mend}")
+        elif spans > WIDE:
+            yield Examined(recording.name, column).caution(
+                f"spans {spans:.3g} rad, {spans / (2.0 * np.pi):.2g} turns",
+                f"no joint of an arm turns as far: if {column} is in degrees, {mend}",
+            )
+
+
 def coarse_or_fast(recording: Recording, theta: Array) -> str | None:
     """Say that an angle has coarser counts than any encoder, or goes faster than any servo."""
-    if float(np.ptp(theta)) < WIDE or recording.force is not None:
+    pulled = recording.command is not None and recording.force is not None
+    if float(np.ptp(theta)) < WIDE or pulled:
         return None  # a string that goes slack lets a spool spin
     count, speed = resolution(theta), float(np.quantile(np.abs(slope(recording, theta)), 0.95))
     if count > COARSEST and np.unique(theta).size >= LEAST_VALUES:

@@ -14,14 +14,23 @@ LEAST_ROWS = 20  # Rows in motion below which nothing is known of a joint
 
 
 def frozen_reads(recording: Recording) -> Iterator[Finding]:
-    """Rows in which an angle stands still while its command leaves it as far as nowhere else."""
+    """Rows in which an angle stands still while its command leaves it as far as nowhere else.
+
+    Without a command, those after which it jumps as it moves nowhere else.
+    """
     frozen = frozen_rows(recording)
     for place, column in enumerate(names_of(recording, "theta")):
         rows = frozen[:, place]
-        if recording.command is not None and rows.any():
-            theta, goal = recording.motor_position[rows, place], recording.command[rows, place]
-            seen = f"{rows_text(rows)} stand still, the first at {theta[0]:.4g} rad, "
-            moved = float(np.ptp(goal))
+        if not rows.any():
+            continue
+        theta = recording.motor_position[rows, place]
+        seen = f"{rows_text(rows)} stand still, the first at {theta[0]:.4g} rad, "
+        if recording.command is None:
+            yield Examined(recording.name, column).defect(
+                f"{seen}and then jump", "the reading froze: leave those rows out"
+            )
+        else:
+            moved = float(np.ptp(recording.command[rows, place]))
             yield Examined(recording.name, column).defect(
                 *(
                     (
@@ -44,13 +53,13 @@ def frozen_rows(recording: Recording) -> Mask:
     Joints that begin and end a rest in the same rows as one that froze are frozen like it.
     """
     frozen = np.zeros(recording.motor_position.shape, dtype=np.bool_)
-    if recording.command is None:
-        return frozen
     rests = [rests_of(recording, place) for place in range(recording.tendon_count)]
+    finders = (stalled_rests, *(() if recording.command is None else (frozen_rests,)))
     found = {
         rest
         for place, own in enumerate(rests)
-        for rest in (*frozen_rests(recording, place, own), *stalled_rests(recording, place, own))
+        for find in finders
+        for rest in find(recording, place, own)
     }
     for place, own in enumerate(rests):
         for first, end in found.intersection(own):
@@ -75,18 +84,18 @@ def rests_of(recording: Recording, place: int) -> Rests:
 def stalled_rests(recording: Recording, place: int, rests: Rests) -> Rests:
     """Return rests in which the whole row stayed the same and then jumped.
 
-    No joint answers a goal in the row of that goal, and none jumps farther than it ever moves.
+    No joint answers a goal in the row of that goal, and none jumps farther than it ever moves. Of a
+    joint without a goal the angle tells alone: what sticks does not jump when it lets go.
     """
     theta, goals = recording.motor_position, recording.command
-    assert goals is not None
     steps = np.abs(np.diff(theta[:, place], append=theta[-1:, place]))
     whole = [
         (first, end)
         for first, end in rests
         if end < len(theta)
-        and not np.ptp(goals[first:end], axis=0).any()
         and not np.ptp(theta[first:end], axis=0).any()
-        and goals[end, place] != goals[end - 1, place]
+        and (goals is None or not np.ptp(goals[first:end], axis=0).any())
+        and (goals is None or goals[end, place] != goals[end - 1, place])
     ]
     others = np.delete(steps, [end - 1 for _, end in whole])
     most = max(FAR * float(others.max(initial=0.0)), floor_of(theta[:, place]))

@@ -111,16 +111,20 @@ def failed_rows(angles: Array, place: int) -> Mask:
 def jumped_rows(recording: Recording, place: int) -> Mask:
     """Tell in which stretches an angle stands off: it jumps there and back, as its command did not.
 
+    Where no command was logged none explains a jump.
+
     Args:
         place: The angle to look at.
     """
     theta, bad = recording.motor_position[:, place], np.zeros(recording.sample_count, np.bool_)
-    if recording.command is None or theta.size < LEAST_ROWS:
+    if theta.size < LEAST_ROWS:
         return bad
-    off = theta - expected(recording, place)
+    off, goal = theta, np.zeros_like(theta)
+    if recording.command is not None:
+        off, goal = theta - expected(recording, place), recording.command[:, place]
+    leaps = np.abs(np.diff(goal))
     steps = np.diff(off)
     window = max(1, round(ANSWERED / float(np.median(np.diff(recording.time)))))
-    leaps = np.abs(np.diff(recording.command[:, place]))
     asked = sliding_window_view(np.pad(leaps, (window, 0)), window + 1).max(axis=1)
     sizes = np.minimum(np.abs(steps), np.abs(np.diff(theta)))
     jumps = jumps_of(np.where(asked < ASKED * sizes, steps, 0.0), floor_of(theta))
