@@ -35,7 +35,7 @@ def measured(recording: Recording) -> dict[str, Array]:
     if recording.driven_by != "path":
         out["theta"] = recording.motor_position[:, 0]
     if recording.joint_position is not None:
-        out["joint_angle"] = recording.joint_position
+        out["joint_angle"] = recording.joint_position[:, 0]
     if recording.force is not None and recording.driven_by != "force":
         out["force"] = recording.force[:, 0]
     return out

@@ -56,9 +56,11 @@ class Recording:
     force: Array | None = None
     """Tendon tension at the load cell [N] (a torque [N m] on the pendulum), shape (T, D)."""
     joint_position: Array | None = None
-    """Angle or place of the only joint at an encoder of its own [rad, m], shape (T,)."""
+    """Angles or places of the joints at encoders of their own [rad, m], shape (T, J).
+
+    That of an only joint may be given in the shape (T,)."""
     joint_load: Array | None = None
-    """Torque on that joint from outside [N m], positive the way its angle grows, shape (T,).
+    """Torque on an only joint from outside [N m], positive the way its angle grows, shape (T,).
 
     With it, and without commands, the measured shaft angle is the input and the force is compared.
     """
@@ -146,7 +148,7 @@ class Recording:
         Where the shaft's path is the input, the joint's angle is not.
         """
         if self.driven_by == "path" and self.joint_position is not None:
-            return self.joint_position
+            return self.joint_position[:, 0]
         return self.motor_position[:, 0]
 
     @property
@@ -161,6 +163,9 @@ def freeze_arrays(recording: Recording) -> None:
         values = getattr(recording, name)
         if values is not None:
             object.__setattr__(recording, name, frozen_array(values, np.float64))
+    joints = recording.joint_position
+    if joints is not None and joints.ndim == 1:
+        object.__setattr__(recording, "joint_position", frozen_array(joints[:, None], np.float64))
     enabled = np.asarray(recording.enabled, dtype=np.bool_)
     if enabled.size == 0:
         enabled = np.ones(recording.time.shape[:1], dtype=np.bool_)
@@ -250,6 +255,8 @@ def check_shapes(recording: Recording) -> None:
         "force": matrix,
         "tip": (rows, 2),
     }
+    if (joints := recording.joint_position) is not None:
+        promised["joint_position"] = (rows, *joints.shape[1:2])
     series = {channel.column: getattr(recording, channel.field) for channel in CHANNELS}
     shapes = {channel.column: promised.get(channel.field, (rows,)) for channel in CHANNELS}
     for column, values in {**series, "enabled": recording.enabled, **recording.extra}.items():
@@ -296,5 +303,7 @@ def column_name(recording: Recording, column: str, place: int) -> str:
     """Name a channel's column as it stands in the file."""
     if column == "tip":
         return ("tip_x", "tip_z")[place]
+    if column == "joint_angle" and recording.joint_position is not None:
+        return f"{column}_{place}" if recording.joint_position.shape[1] > 1 else column
     indexed = column in ("theta_d", "theta", "theta_dot", "force")
     return f"{column}_{place}" if indexed and recording.tendon_count > 1 else column

@@ -256,6 +256,7 @@ def conclude(
         extended=after.pooled(),
         noise_force=train.noise.force,
         noise_theta=train.noise.theta,
+        noise_others=train.noise.others,
         explained_fraction=fraction,
         explained_interval=(low, high),
         effects=named,
@@ -501,12 +502,14 @@ def extended_model(
 def notes(study: Study, test: Study) -> tuple[str, ...]:
     """Say what a reader must know before trusting the numbers."""
     out = list(untested_sides(study))
-    recordings = study.recordings
-    if len(study.at_servos) < len(recordings):
-        out.append(
-            "The encoder of the joint was compared as well, from a zero of its own; the reported "
-            "errors are the servo's."
-        )
+    for view in study.views:
+        joints, count = view.recording.joint_position, len(view.mechanism.joints)
+        if joints is not None and joints.shape[1] != count:
+            out.append(
+                f"joint_angle of {view.recording.name} has {joints.shape[1]} columns and its bench "
+                f"{count} joints, so it was not compared: record every joint."
+            )
+            break
     untrusted = [
         sum(int((~s.timeline(i).trusted).sum()) for i in range(len(s.recordings)))
         for s in (study, test)

@@ -10,7 +10,7 @@ from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.result import Errors
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import BLOCK, group_sums
-from tendon_newton.identification.study import Study, replacements
+from tendon_newton.identification.study import Residual, Study, replacements
 
 RESAMPLES = 2000  # Bootstrap draws of blocks of time
 HARDLY_ANY = 0.02
@@ -24,20 +24,21 @@ WORTH_A_FRACTION = 1.2
 class SquaredErrors:
     """Squared errors summed over blocks of time, shape (B,) each."""
 
-    theta: Array  # [rad2]
-    theta_abs: Array  # Absolute errors [rad]
-    theta_rows: Array
-    force: Array  # [N2]
-    force_rows: Array
+    signals: Mapping[str, tuple[Array, Array]]
+    """Name -> squared errors [its unit squared], and how many numbers they are of."""
+    theta_abs: Array  # Absolute errors of the motor angle [rad]
 
     def pooled(self, weights: Array | None = None) -> Errors:
         """Return errors pooled over all rows, blocks counted with some weights."""
-        w = np.ones(len(self.theta)) if weights is None else weights
-        rows, forces = float(w @ self.theta_rows), float(w @ self.force_rows)
+        w = np.ones(len(self.theta_abs)) if weights is None else weights
+        found = {name: float(np.sqrt(w @ square / rows)) if (rows := float(w @ counted)) else None
+                 for name, (square, counted) in self.signals.items()}  # fmt: skip
+        theta, force = found.pop("theta"), found.pop("force", None)
         return Errors(
-            force_rmse=float(np.sqrt(w @ self.force / forces)) if forces else None,
-            theta_rmse=float(np.sqrt(w @ self.theta / rows)),
-            theta_mae=float(w @ self.theta_abs / rows),
+            force_rmse=force,
+            theta_rmse=theta or 0.0,
+            theta_mae=float(w @ self.theta_abs / (w @ self.signals["theta"][1])),
+            others_rmse={name: size for name, size in found.items() if size is not None},
         )
 
 
@@ -48,28 +49,30 @@ def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list
     out as they are of fits.
     """
     residuals = study.residuals(*replacements(models))
-    parts: list[list[dict[str, Array]]] = [[] for _ in models]
-    for recording, residual in ((study.recordings[k], residuals[k]) for k in study.at_servos):
+    there = tuple(dict.fromkeys(name for residual in residuals for name in residual.signals))
+    return [squared_errors(study, residuals, n, there) for n in range(len(models))]
+
+
+def squared_errors(
+    study: Study, residuals: Sequence[Residual], n: int, there: Sequence[str]
+) -> SquaredErrors:
+    """Return the squared errors of the model of a number, of the signals that are there."""
+    squares: dict[str, list[Array]] = {name: [] for name in there}
+    counts: dict[str, list[Array]] = {name: [] for name in there}
+    absolute: list[Array] = []
+    for recording, residual in zip(study.recordings, residuals, strict=True):
         kept = residual.trusted
         whole = ((recording.time - recording.time[0]) / BLOCK).astype(int)
         block, count = whole[kept], int(whole[-1]) + 1
         rows = np.bincount(block, minlength=count).astype(np.float64)
-        for n, part in enumerate(parts):
-            theta = residual.theta[n, kept]
-            force = np.zeros_like(theta) if residual.force is None else residual.force[n, kept]
-            part.append(
-                {
-                    "theta": group_sums(theta**2, block, count),
-                    "theta_abs": group_sums(np.abs(theta), block, count),
-                    "theta_rows": rows,
-                    "force": group_sums(force**2, block, count),
-                    "force_rows": rows if residual.force is not None else 0.0 * rows,
-                }
-            )
-    return [
-        SquaredErrors(**{key: np.concatenate([p[key] for p in part]) for key in part[0]})
-        for part in parts
-    ]
+        absolute.append(group_sums(np.abs(residual.theta[n, kept]), block, count))
+        for name in there:
+            own = residual.signals[name][n][:, kept] if name in residual.signals else ()
+            squares[name].append(sum((group_sums(c**2, block, count) for c in own), 0.0 * rows))
+            counts[name].append(len(own) * rows)
+    signals = {name: (np.concatenate(squares[name]), np.concatenate(counts[name]))
+               for name in there}  # fmt: skip
+    return SquaredErrors(signals=signals, theta_abs=np.concatenate(absolute))
 
 
 def explained_fraction(before: Errors, after: Errors, noise: NoiseFloor) -> float:
@@ -78,10 +81,8 @@ def explained_fraction(before: Errors, after: Errors, noise: NoiseFloor) -> floa
     Signals with a gap count alike; those with none, or hardly any beside the other's, for nothing.
     """
     gaps = list[tuple[float, float]]()
-    for top, left, floor in (
-        (before.theta_rmse, after.theta_rmse, noise.theta),
-        (before.force_rmse, after.force_rmse, noise.force),
-    ):
+    for name in ("theta", "force", *before.others_rmse):
+        top, left, floor = before.of(name), after.of(name), noise.of(name)
         if top is None or left is None or not floor or top <= WORTH_A_FRACTION * floor:
             continue
         gap = top**2 - floor**2
@@ -95,7 +96,7 @@ def fraction_interval(
     before: SquaredErrors, after: SquaredErrors, noise: NoiseFloor, rng: np.random.Generator
 ) -> tuple[float, float]:
     """Return the 95 % block-bootstrap interval of `explained_fraction`."""
-    count = len(before.theta)
+    count = len(before.theta_abs)
     draws = [
         explained_fraction(before.pooled(weights), after.pooled(weights), noise)
         for weights in rng.multinomial(count, np.full(count, 1.0 / count), RESAMPLES).astype(float)

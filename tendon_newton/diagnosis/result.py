@@ -38,6 +38,19 @@ class Errors:
     force_rmse: float | None  # [N]; None without a load cell
     theta_rmse: float  # [rad]
     theta_mae: float  # Mean absolute error [rad]
+    others_rmse: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Those of further signals that were recorded, each in its unit."""
+
+    def of(self, signal: str) -> float | None:
+        """Return the RMS error of one signal, in its unit; None where it was not recorded."""
+        sizes = {"theta": self.theta_rmse, "force": self.force_rmse, **self.others_rmse}
+        return sizes.get(signal)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return them as the contract names them; of signals that were not recorded nothing."""
+        others = {"others_rmse": dict(self.others_rmse)} if self.others_rmse else {}
+        return {"force_rmse": self.force_rmse, "theta_rmse": self.theta_rmse,
+                "theta_mae": self.theta_mae, **others}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,7 +165,7 @@ class Rival:
             "name": self.name,
             "effects": list(self.effects),
             "held_out_score": self.held_out,
-            **asdict(self.errors),
+            **self.errors.to_json(),
             "chosen": self.chosen,
         }
 
@@ -195,6 +208,8 @@ class Diagnosis:
     """The extended model."""
     actuator: ActuatorFound | None = None
     """What was wrong with the actuator itself; None where it is as it was stated."""
+    noise_others: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Noise of further signals that were recorded, each in its unit."""
     suspected: tuple[NamedEffect, ...] = ()
     """Causes that help to predict unseen parts, though their intervals hold the value that means
     nothing: they are in the model, and no name is deserved."""
@@ -220,6 +235,11 @@ class Diagnosis:
     """Whether the search came to its end; else causes may be missing."""
     next_steps: tuple[str, ...] = ()
     """What came closest, what stopped it and what to do, where a gap is left."""
+
+    def noise_of(self, signal: str) -> float | None:
+        """Return the noise of one signal, in its unit; None where it was not recorded."""
+        sizes = {"theta": self.noise_theta, "force": self.noise_force, **self.noise_others}
+        return sizes.get(signal)
 
     def __repr__(self) -> str:
         """Say the verdict, the causes with their numbers, and the held-out error."""
@@ -283,9 +303,13 @@ class Diagnosis:
             "wall_time_s": round(self.wall_time_s, 2),
             "verdict": self.verdict,
             "finished": self.finished,
-            "baseline": asdict(self.baseline),
-            "extended": asdict(self.extended),
-            "noise_floor": {"force": self.noise_force, "theta": self.noise_theta},
+            "baseline": self.baseline.to_json(),
+            "extended": self.extended.to_json(),
+            "noise_floor": {
+                "force": self.noise_force,
+                "theta": self.noise_theta,
+                **self.noise_others,
+            },
             "explained_fraction": self.explained_fraction,
             "explained_fraction_ci95": list(self.explained_interval),
             "effects": [effect_json(effect, self.extended) for effect in self.effects],
@@ -341,6 +365,8 @@ def gain_json(without: Errors, extended: Errors) -> dict[str, Any]:
     gain: dict[str, Any] = {"theta_rmse": [without.theta_rmse, extended.theta_rmse]}
     if extended.force_rmse is not None:
         gain["force_rmse"] = [without.force_rmse, extended.force_rmse]
+    for name in extended.others_rmse:
+        gain[f"{name}_rmse"] = [without.of(name), extended.of(name)]
     return gain
 
 

@@ -1,7 +1,7 @@
 """The noise of encoder and load cell, estimated from the data alone."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,32 +28,42 @@ class NoiseFloor:
 
     theta: float  # Motor angle [rad]
     force: float | None  # Tension [N]; None without a load cell
+    others: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Further signals that were recorded, each in its unit."""
+
+    def of(self, signal: str) -> float:
+        """Return the noise of one signal, in its unit; 0 where it was not recorded."""
+        known = {"theta": self.theta, "force": self.force or 0.0, **self.others}
+        return known.get(signal, 0.0)
 
 
-def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
-    """Estimate the sensors' noise over all recordings.
-
-    The encoder's is that of its step (a twelfth of its square). The load cell's is its scatter
-    while command and encoder rest, so that slow (coloured) noise counts; failing that, of its
-    second differences. On a path that is led, where no error of form hides it, it is at least that
-    of the force's counts.
-    """
+def angle_noise(recordings: Sequence[Recording]) -> float:
+    """Return the noise of encoders [rad]: that of their step, a twelfth of its square."""
     theta = [
         encoder_noise(r.motor_position[:, d] if r.driven_by != "path" else r.compared_angle)
         for r in recordings
         for d in range(r.tendon_count)
     ]
+    return float(np.median(theta))
+
+
+def force_noise(recordings: Sequence[Recording]) -> float | None:
+    """Return the noise of load cells [N], None without one.
+
+    It is their scatter while command and encoder rest, so that slow (coloured) noise counts;
+    failing that, of their second differences. On a path that is led, where no error of form hides
+    it, it is at least that of the force's counts.
+    """
     with_force = [r for r in recordings if r.force is not None]
-    force = None
-    if with_force:
-        estimates = [float(np.median([difference_noise(new_readings(r)) for r in with_force]))]
-        counted = float(np.median([force_count(r) for r in with_force]) / np.sqrt(12.0))
-        for length in QUIET_WINDOWS:
-            quiet = [v for r in with_force for v in quiet_variances(r, length)]
-            if len(quiet) >= MIN_WINDOWS:
-                estimates = [*estimates[1:], float(np.sqrt(np.median(quiet)))]
-        force = max(*estimates, counted, LEAST_FORCE_NOISE)
-    return NoiseFloor(theta=float(np.median(theta)), force=force)
+    if not with_force:
+        return None
+    estimates = [float(np.median([difference_noise(new_readings(r)) for r in with_force]))]
+    counted = float(np.median([force_count(r) for r in with_force]) / np.sqrt(12.0))
+    for length in QUIET_WINDOWS:
+        quiet = [v for r in with_force for v in quiet_variances(r, length)]
+        if len(quiet) >= MIN_WINDOWS:
+            estimates = [*estimates[1:], float(np.sqrt(np.median(quiet)))]
+    return max(*estimates, counted, LEAST_FORCE_NOISE)
 
 
 def cell_stride(recording: Recording) -> int:

@@ -7,19 +7,12 @@ from functools import cached_property
 import numpy as np
 
 from tendon_newton.data.recording import Array, Indices, Mask
-from tendon_newton.identification.study import Residual, Study, compares_force
+from tendon_newton.identification.signals import SIGNALS, Scales
+from tendon_newton.identification.study import Residual, Study
 
 TAIL = 3.0
 """Residuals beyond this many scales count logarithmically: rows of a jump must not decide."""
 BLOCK = 1.0  # Length [s] of the blocks whose losses are compared; the mechanisms forget faster
-
-
-@dataclass(frozen=True, kw_only=True)
-class Scales:
-    """What counts as one unit of residual."""
-
-    theta: float  # [rad]
-    force: float  # [N]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,54 +21,62 @@ class Layout:
 
     recording: Indices  # Index of the whole recording
     block: Indices  # Index of the block of time, counted through all recordings
-    is_force: Mask  # Whether the entry is a force (or else an angle)
-    servo: Indices  # Number of its servo
+    signal: Indices  # Place of its signal in `SIGNALS`
+    part: Indices  # Number of its servo, or of its component where servos share a signal
     block_count: int  # Number of blocks B
 
     @cached_property
-    def signals(self) -> tuple[tuple[bool, Mask], ...]:
-        """Angle and force of each servo: whether it is a force, and its entries, shape (M,)."""
-        servos = range(int(self.servo.max(initial=0)) + 1)
-        return tuple(
-            (force, (self.is_force == force) & (self.servo == servo))
-            for servo in servos
-            for force in (False, True)
+    def signals(self) -> tuple[tuple[str, Mask], ...]:
+        """Each part of each signal: the signal's name, and its entries, shape (M,).
+
+        Those of one servo stand together, before those that servos share.
+        """
+        rows = tuple(SIGNALS.items())
+        there = sorted(
+            set(zip(self.signal.tolist(), self.part.tolist(), strict=True)),
+            key=lambda own: (False, *own[::-1]) if rows[own[0]][1].by_servo else (True, *own),
         )
+        return tuple((rows[k][0], (self.signal == k) & (self.part == part)) for k, part in there)
+
+    def sizes(self, scales: Scales) -> Array:
+        """Return the size of each entry's signal, shape (M,)."""
+        sizes = np.zeros(len(SIGNALS))
+        for k in np.unique(self.signal):
+            sizes[k] = scales.of(tuple(SIGNALS)[k])
+        return sizes[self.signal]
 
 
-def stack(residuals: Sequence[Residual], scales: Scales) -> Array:
-    """Return residuals in units of their scales, untrusted rows left out, shape (N, M)."""
-    parts = []
-    for residual in residuals:
-        parts.append((residual.theta, residual.trusted, scales.theta))
-        if residual.force is not None:
-            parts.append((residual.force, residual.trusted, scales.force))
-    ends = np.cumsum([trusted.sum() for _, trusted, _ in parts])
+def stack(residuals: Sequence[Residual]) -> Array:
+    """Return residuals of all signals, each in its unit, untrusted rows left out, shape (N, M)."""
+    parts = [(own[:, c], residual.trusted) for residual in residuals
+             for own in residual.signals.values() for c in range(own.shape[1])]  # fmt: skip
+    ends = np.cumsum([trusted.sum() for _, trusted in parts])
     out = np.empty((len(parts[0][0]), ends[-1]))
-    for own, (values, trusted, scale) in zip(np.split(out, ends[:-1], axis=1), parts, strict=True):
-        np.divide(values[:, trusted], scale, out=own)
+    for own, (values, trusted) in zip(np.split(out, ends[:-1], axis=1), parts, strict=True):
+        own[:] = values[:, trusted]
     return out
 
 
 def layout(study: Study) -> Layout:
     """Describe the vectors that `stack` makes of a study's residuals."""
-    recording, block, is_force, servo = [], [], [], []
-    count = 0
-    for index, (whole, own) in enumerate(study.sources):
+    recording, block, signal, part = [], [], [], []
+    count, names = 0, list(SIGNALS)
+    for index, (whole, servo) in enumerate(study.sources):
         source, trusted = study.recordings[index], study.timeline(index).trusted
-        place = ((source.time - source.time[0]) / BLOCK).astype(int)
-        for force in (False, True) if compares_force(source) else (False,):
-            recording.append(np.full(int(trusted.sum()), whole))
-            block.append(count + place[trusted])
-            is_force.append(np.full(int(trusted.sum()), force))
-            servo.append(np.full(int(trusted.sum()), own))
-        last = study.sources[index + 1 : index + 2] != ((whole, own + 1),)
+        place, rows = ((source.time - source.time[0]) / BLOCK).astype(int), int(trusted.sum())
+        for name, components in study.compared[index].items():
+            for c in range(len(components)):
+                recording.append(np.full(rows, whole))
+                block.append(count + place[trusted])
+                signal.append(np.full(rows, names.index(name)))
+                part.append(np.full(rows, servo if SIGNALS[name].by_servo else c))
+        last = study.sources[index + 1 : index + 2] != ((whole, servo + 1),)
         count += int(place[-1]) + 1 if last else 0
     return Layout(
         recording=np.concatenate(recording),
         block=np.concatenate(block),
-        is_force=np.concatenate(is_force),
-        servo=np.concatenate(servo),
+        signal=np.concatenate(signal),
+        part=np.concatenate(part),
         block_count=count,
     )
 

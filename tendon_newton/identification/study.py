@@ -18,13 +18,10 @@ from tendon_newton.device_code.kernel_loading import load_kernels
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidDataset, unknown_name
 from tendon_newton.identification.bench_scale import scale_of
-from tendon_newton.identification.load_cell import (
-    fill_between_readings,
-    first_reading,
-    reading_stride,
-)
-from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
+from tendon_newton.identification.load_cell import first_reading, reading_stride
+from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.segments import all_segments
+from tendon_newton.identification.signals import SIGNALS, Scales, View, compared, finite, noise_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
@@ -47,17 +44,26 @@ SEED = 0
 DEVICE = "cpu"
 """Also where there is a GPU: a fit has dozens of worlds with 10^4 steps one after the other. A
 round of a diagnosis takes 8 s on four cores; on an H200 it took over 200 s, kernels included."""
-DIVERGED = 1.0e4  # Stands for an angle [rad] or force [N] that is not finite
 
 
 @dataclass(frozen=True, kw_only=True)
 class Residual:
     """Measured minus simulated, for N candidates on one recording."""
 
-    theta: Array  # Motor angle, or the joint's where the motor's is the input [rad], shape (N, T)
-    force: Array | None
-    """Tension [N], shape (N, T); None without a load cell, or where its force is the input."""
+    signals: Mapping[str, Array]
+    """Name in `SIGNALS` -> what is left of its components [its unit], shape (N, C, T)."""
     trusted: Mask  # Rows whose past is known, shape (T,)
+
+    @property
+    def theta(self) -> Array:
+        """Motor angle, or the joint's where the motor's is the input [rad], shape (N, T)."""
+        return self.signals["theta"][:, 0]
+
+    @property
+    def force(self) -> Array | None:
+        """Tension [N], shape (N, T); None without a load cell, or where its force is the input."""
+        own = self.signals.get("force")
+        return None if own is None else own[:, 0]
 
 
 class Study:
@@ -103,16 +109,12 @@ class Study:
             recordings = all_segments([benches[r.bench] for r in recordings], recordings)
         self.wholes = tuple(without_estimates(r, model) for r in recordings)
         """Recordings as they are simulated, R."""
-        self._gears = tuple(joint_gear(r, benches[r.bench]) for r in self.wholes)
-        """What the motor turns for the joint of each whole recording [rad/rad, rad/m], 0 where no
-        encoder is on it."""
-        views = [(i, d) for i, gear in enumerate(self._gears) for d in self._views(gear)]
-        self.sources = tuple(views)
-        """Whole recording and servo of each of those that are compared; the number after the last
-        servo is the encoder of the joint."""
-        self.recordings = tuple(self._view(i, d) for i, d in views)
-        """Recordings as they are compared: those of one servo after the other, R D, and of an
-        encoder on the joint."""
+        self.sources = tuple(
+            (i, servo) for i in range(len(self.wholes)) for servo in range(self.servos)
+        )
+        """Whole recording and servo of each of those that are compared."""
+        self.recordings = tuple(of_servo(self.wholes[i], servo) for i, servo in self.sources)
+        """Recordings as they are compared: those of one servo after the other, R D."""
         self.time_step = time_step  # Step of its simulations unless another is asked for [s]
         self.unknown = like.unknown if like else unknown_numbers(model, benches, self.wholes)
         """Numbers of benches that the model declares unknown."""
@@ -126,7 +128,6 @@ class Study:
         if like is None and tolerant and self.servos == 1:
             self.lines = line_numbers(model, benches, self.wholes)
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
-        self.noise = estimate_noise_floor([self.recordings[k] for k in self.at_servos])
         self.mechanisms: list[Mechanism] = []
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
         causes, shared = causes_of(effects, self.servos, independent=self.independent)
@@ -150,24 +151,20 @@ class Study:
         load_kernels([kernel for kernels in zip(*sets, strict=True) for kernel in kernels], DEVICE)
         refuse_unknown_tolerances(model, self.table)
         self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
-        self.noise = self._with_driving_noise(self.noise)
-        self._cells = [find_cell(r, self.timeline(i)) for i, r in enumerate(self.recordings)]
-
-    @property
-    def at_servos(self) -> tuple[int, ...]:
-        """Places among its recordings of those of a servo: all but those of a joint's encoder."""
-        return tuple(k for k, (_, d) in enumerate(self.sources) if d < self.servos)
-
-    def _views(self, gear: float) -> range:
-        """Return the numbers of a recording's views, by the gear of its joint."""
-        return range(self.servos + (gear > 0.0))
-
-    def _view(self, index: int, servo: int) -> Recording:
-        """Return what is compared of one servo, or of the encoder of the joint."""
-        whole = self.wholes[index]
-        if servo == self.servos:
-            return of_joint(whole, self._gears[index])
-        return of_servo(whole, servo)
+        self.views = tuple(
+            View(
+                recording=recording,
+                mechanism=override_mechanism(benches[recording.bench], recording.bench_overrides),
+                servo=servo,
+                cell=find_cell(recording, self.timeline(k)),
+            )
+            for k, ((_, servo), recording) in enumerate(
+                zip(self.sources, self.recordings, strict=True)
+            )
+        )
+        self.compared = tuple(compared(view) for view in self.views)
+        """Signals of each of its recordings as measured, name -> components, shape (C, T)."""
+        self.noise = self._with_driving_noise(noise_of(self.views))
 
     def _scale_of(
         self, recordings: Sequence[Recording], benches: Mapping[str, Mechanism]
@@ -179,6 +176,15 @@ class Study:
             for servo in range(self.servos)
         ]
         return scale_of([m for m, _ in pairs], [r for _, r in pairs], self._model)
+
+    def form(self, usual: Scales) -> Scales:
+        """Return by how much laws miss all signals, where they miss angles and forces so much."""
+        others = {
+            name: SIGNALS[name].form(usual, view)
+            for own, view in zip(self.compared, self.views, strict=True)
+            for name in own.keys() - {"theta", "force"}
+        }
+        return replace(usual, others=others)
 
     def timeline(self, index: int) -> Timeline:
         """Return the simulated rows of one of the recordings that are compared."""
@@ -324,27 +330,23 @@ class Study:
         """
         per_recording = values.ndim == 3
 
-        def of_group(group: int) -> dict[tuple[int, int], Residual]:
+        def of_group(group: int) -> dict[int, Residual]:
             (rollout, members), base = self._groups[group], self._vectors[group]
             vectors = np.repeat(base[None], len(values), axis=0)
             for n, row in enumerate(columns):
                 for f in np.flatnonzero(row >= 0):
                     vectors[n, :, row[f]] = values[n, members, f] if per_recording else values[n, f]
-            signals = {compared_signal(self.wholes[whole]) for whole in members} | {"force"}
-            if any(self._gears[whole] for whole in members):
-                signals.add("joints")
+            own = [k for k, (whole, _) in enumerate(self.sources) if whole in members]
+            signals = {SIGNALS[name].rollout(self.recordings[k])
+                       for k in own for name in self.compared[k]}  # fmt: skip
             rows = rollout.run_rows(vectors, time_step, tuple(signals))
-            return {
-                (whole, servo): self._compare((whole, servo), rollout, place, rows)
-                for place, whole in enumerate(members)
-                for servo in self._views(self._gears[whole])
-            }
+            return {k: self._compare(k, rollout, members, rows) for k in own}
 
         # what one group prepares and compares takes place while kernels of another run
         with ThreadPoolExecutor(len(self._groups)) as pool:
             found = list(pool.map(of_group, range(len(self._groups))))
-        out = {source: residual for own in found for source, residual in own.items()}
-        return [out[source] for source in self.sources]
+        out = {k: residual for own in found for k, residual in own.items()}
+        return [out[k] for k in range(len(self.recordings))]
 
     def trajectories(self, values: Mapping[int, float]) -> list[Trajectory]:
         """Simulate all whole recordings with some numbers replaced (column -> value)."""
@@ -370,35 +372,19 @@ class Study:
                 squares.append((finite(shaken) - finite(calm)).ravel() ** 2)
         rows = sum(recording.sample_count for recording in self.recordings)
         moved = float(np.concatenate(squares).sum()) / rows
-        return NoiseFloor(theta=float(np.sqrt(noise.theta**2 + moved)), force=noise.force)
+        return replace(noise, theta=float(np.sqrt(noise.theta**2 + moved)))
 
     def _compare(
-        self, source: tuple[int, int], rollout: Rollout, place: int, rows: dict[str, Array]
+        self, index: int, rollout: Rollout, members: Sequence[int], rows: dict[str, Array]
     ) -> Residual:
-        index, (_, servo) = self.sources.index(source), source
-        recording, timeline = self.recordings[index], rollout.timelines[place]
-        span = rollout.rows_of(place)
-        if servo == self.servos:
-            return self._compare_joint(recording, timeline, rows["joints"][:, span, 0], source[0])
-        theta = finite(rows[compared_signal(recording)][:, span, servo])[:, timeline.measured]
-        force = None
-        if compares_force(recording) and recording.force is not None:
-            simulated = finite(rows["force"][:, span, servo])
-            if (cell := self._cells[index]) is not None:
-                simulated = fill_between_readings(simulated, *cell)
-            force = recording.force[None, :, 0] - simulated[:, timeline.measured]
-        return Residual(
-            theta=recording.compared_angle[None, :] - theta, force=force, trusted=timeline.trusted
-        )
-
-    def _compare_joint(
-        self, recording: Recording, timeline: Timeline, joint: Array, whole: int
-    ) -> Residual:
-        """Compare the encoder of a joint, (N, S) as simulated; its zero is not known."""
-        turned = self._gears[whole] * finite(joint)[:, timeline.measured]
-        theta = recording.compared_angle[None, :] - turned
-        theta -= theta[:, timeline.trusted].mean(axis=1, keepdims=True)
-        return Residual(theta=theta, force=None, trusted=timeline.trusted)
+        place = members.index(self.sources[index][0])
+        timeline, span = rollout.timelines[place], rollout.rows_of(place)
+        own = {name: values[:, span] for name, values in rows.items()}
+        signals = dict[str, Array]()
+        for name, measured in self.compared[index].items():
+            simulated = SIGNALS[name].simulated(self.views[index], own)[..., timeline.measured]
+            signals[name] = SIGNALS[name].residual(measured, simulated, timeline.trusted)
+        return Residual(signals=signals, trusted=timeline.trusted)
 
 
 def refuse_unknown_tolerances(model: Model, table: ParameterTable) -> None:
@@ -478,39 +464,6 @@ def of_servo(recording: Recording, servo: int) -> Recording:
     return replace(recording, name=f"{recording.name}, servo {servo}", **signals)
 
 
-def compared_signal(recording: Recording) -> str:
-    """Return the simulated signal that an angle is compared with: a joint's on a given path."""
-    on_joint = recording.driven_by == "path" and recording.joint_position is not None
-    return "joints" if on_joint else "angle"
-
-
-def joint_gear(recording: Recording, mechanism: Mechanism) -> float:
-    """Return what the motor turns for the only joint [rad/rad, rad/m]; 0 without its encoder."""
-    if recording.driven_by != "command" or recording.joint_position is None:
-        return 0.0
-    (tendon, *_), (_, *others) = mechanism.tendons, mechanism.joints
-    return 0.0 if others else float(abs(tendon.moment_arm[0])) / tendon.spool_radius
-
-
-def of_joint(recording: Recording, gear: float) -> Recording:
-    """Return what the encoder of a joint says of the motor, by its gear [rad/rad, rad/m]."""
-    assert recording.joint_position is not None
-    angle = gear * recording.joint_position[:, None]
-    return replace(
-        recording,
-        name=f"{recording.name}, joint",
-        motor_position=angle,
-        motor_velocity=np.gradient(angle, recording.time, axis=0),
-        force=None,
-        joint_position=None,
-    )
-
-
-def compares_force(recording: Recording) -> bool:
-    """Tell whether a recording's force is compared: it was measured, and is not the input."""
-    return recording.force is not None and recording.driven_by != "force"
-
-
 def replacements(models: Sequence[Mapping[int, float]]) -> tuple[Indices, Array]:
     """Return what `Study.residuals` takes, for candidates given as parameter column -> value."""
     width = max(1, max(len(model) for model in models))
@@ -520,11 +473,6 @@ def replacements(models: Sequence[Mapping[int, float]]) -> tuple[Indices, Array]
         columns[n, : len(model)] = list(model.keys())
         values[n, : len(model)] = list(model.values())
     return columns, values
-
-
-def finite(signal: Array) -> Array:
-    """Replace what diverged by a number that no fit will like."""
-    return np.clip(np.nan_to_num(signal, nan=DIVERGED), -DIVERGED, DIVERGED)
 
 
 def find_cell(recording: Recording, timeline: Timeline) -> tuple[int, int] | None:

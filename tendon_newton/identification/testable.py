@@ -8,7 +8,8 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.identification.study import Study, compares_force
+from tendon_newton.identification.signals import compares_force
+from tendon_newton.identification.study import Study
 
 LEAST_SECONDS, LEAST_TURNS = 3.0, 2
 """Shortest training data of which a cause may be named [s], and times that a motor must turn back:
@@ -84,7 +85,7 @@ def turns(angle: Array, reach: float) -> int:
 
 def untested_sides(study: Study) -> tuple[str, ...]:
     """Say which sides of the load cell the recordings cannot test, one sentence each."""
-    recordings = [study.recordings[k] for k in study.at_servos]
+    recordings = study.recordings
     driven = [recording for recording in recordings if recording.driven_by == "force"]
     out = []
     if driven:

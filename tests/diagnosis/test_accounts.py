@@ -198,11 +198,11 @@ def test_a_cause_of_a_servo_that_is_not_there_says_so(
 
 def test_a_cause_acts_where_it_moves_a_signal_beyond_what_is_left_over() -> None:
     """Two recordings: the angle moves by ten floors in the one, by a tenth in the other."""
-    is_force = np.array([False, False, True] * 2)
+    of_force = np.array([False, False, True] * 2)
     where = SimpleNamespace(
         recording=np.array([0, 0, 0, 1, 1, 1]),
-        is_force=is_force,
-        signals=((False, ~is_force), (True, is_force)),
+        sizes=lambda scales: np.where(of_force, scales.force, scales.theta),
+        signals=(("theta", ~of_force), ("force", of_force)),
     )
     study = SimpleNamespace(wholes=[SimpleNamespace(name=n) for n in ("a.csv", "b.csv")])
     pool: Any = SimpleNamespace(

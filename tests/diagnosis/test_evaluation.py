@@ -41,8 +41,8 @@ def squares(theta: float) -> SquaredErrors:
     """Two blocks of ten rows whose angle is off by as much [rad]."""
     rows = np.full(2, 10.0)
     return SquaredErrors(
-        theta=rows * theta**2, theta_abs=rows * theta, theta_rows=rows,
-        force=0.0 * rows, force_rows=0.0 * rows,
+        signals={"theta": (rows * theta**2, rows), "force": (0.0 * rows, 0.0 * rows)},
+        theta_abs=rows * theta,
     )  # fmt: skip
 
 

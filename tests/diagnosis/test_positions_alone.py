@@ -109,7 +109,7 @@ def test_what_follows_a_gap_is_no_error_of_the_model() -> None:
     for recording in (whole, lost):
         (error,) = evaluate_models(Study([recording], TOLD, ()), [{}])
         told.append(error)
-    rows = [error.theta_rows.sum() for error in told]
+    rows = [error.signals["theta"][1].sum() for error in told]
     assert rows[1] < rows[0] - 40.0 - 49.0  # nor does the second that follows
     study = Study([lost], TOLD, ())
     (shown,) = compare(Evidence(baseline={}, extended={}, test=study, train=study))

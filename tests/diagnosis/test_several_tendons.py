@@ -120,8 +120,8 @@ def test_every_servo_has_signals_and_causes_of_its_own() -> None:
         f"{name}.csv, servo {servo}" for name in "ab" for servo in (0, 1)
     ]
     where = layout(study)
-    assert [(force, int(rows.sum())) for force, rows in where.signals] == [
-        (force, 40) for _ in (0, 1) for force in (False, True)
+    assert [(signal, int(rows.sum())) for signal, rows in where.signals] == [
+        (signal, 40) for _ in (0, 1) for signal in ("theta", "force")
     ]
     assert where.block_count == 2  # a quarter of a second each
     for _, rows in where.signals:

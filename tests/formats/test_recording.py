@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.channels import CHANNELS
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.recording import Recording
@@ -108,6 +109,7 @@ def test_a_csv_file_keeps_every_bit(tmp_path_factory, width, data, start, steps)
         motor_velocity=data.draw(channel(-900.0, 900.0, width)),
         force=data.draw(channel(-1e3, 1e3, width)),
         tip=data.draw(channel(-1.0, 1.0, 2)),
+        joint_position=data.draw(channel(-6.0, 6.0, data.draw(st.integers(1, 3)))),
         voltage=data.draw(channel(0.0, 40.0, 1))[:, 0],
         enabled=data.draw(arrays(np.bool_, ROWS)),
         extra={"duty": data.draw(channel(-1e300, 1e300, 1))[:, 0]},
@@ -119,7 +121,7 @@ def test_a_csv_file_keeps_every_bit(tmp_path_factory, width, data, start, steps)
 
 def assert_equal(one: Recording, other: Recording) -> None:
     """Compare all channels of two recordings, bit for bit."""
-    for name in ("time", "command", "motor_position", "motor_velocity", "force", "tip", "voltage"):
+    for name in ("time", *(channel.field for channel in CHANNELS)):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     np.testing.assert_array_equal(one.enabled, other.enabled)
     assert list(one.extra) == list(other.extra)

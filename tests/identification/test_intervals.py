@@ -15,8 +15,8 @@ ROWS = RATE * SECONDS * RECORDINGS
 WHERE = Layout(
     recording=np.arange(ROWS) // (RATE * SECONDS),
     block=np.arange(ROWS) // RATE,
-    is_force=np.zeros(ROWS, dtype=bool),
-    servo=np.zeros(ROWS, dtype=np.intp),
+    signal=np.zeros(ROWS, dtype=np.intp),
+    part=np.zeros(ROWS, dtype=np.intp),
     block_count=SECONDS * RECORDINGS,
 )
 TRUTH = np.array([2.0, -0.5])
@@ -86,8 +86,8 @@ def test_recordings_that_differ_count_beside_blocks_that_agree() -> None:
     where = Layout(
         recording=FOUR,
         block=np.arange(160) // 4,
-        is_force=np.zeros(160, dtype=bool),
-        servo=np.zeros(160, dtype=np.intp),
+        signal=np.zeros(160, dtype=np.intp),
+        part=np.zeros(160, dtype=np.intp),
         block_count=40,
     )
     found = [mean_of_four(seed) for seed in range(100)]

@@ -5,7 +5,7 @@ import pytest
 
 from tendon_newton.data.recording import Recording
 from tendon_newton.identification.cutting import hold_out
-from tendon_newton.identification.noise_floor import NoiseFloor, encoder_noise, estimate_noise_floor
+from tendon_newton.identification.noise_floor import NoiseFloor, encoder_noise, force_noise
 from tendon_newton.identification.testable import too_little, turns
 from tests.importers.logs import recording
 
@@ -48,9 +48,8 @@ def test_an_encoder_without_counts_has_the_noise_of_its_scatter(rng: np.random.G
 @pytest.mark.parametrize("colour", [0.0, 0.6, 0.9])
 def test_a_load_cells_noise_is_its_scatter_at_rest(rng: np.random.Generator, colour: float) -> None:
     """Slow noise counts too; what a window of 0.4 s cannot see of it may be missing."""
-    floor = estimate_noise_floor([log(rng, colour)])
-    assert floor.force is not None
-    assert floor.force == pytest.approx(0.05, rel=0.15 if colour < 0.9 else 0.45)
+    floor = force_noise([log(rng, colour)])
+    assert floor == pytest.approx(0.05, rel=0.15 if colour < 0.9 else 0.45)
 
 
 HUM = 0.1 * np.sin(np.arange(2000) / 50.0)  # N m
@@ -75,14 +74,14 @@ def test_a_led_shafts_torque_is_no_better_than_its_counts(torque: np.ndarray, no
         name="led", bench="pendulum", time=np.arange(2000) / 100.0, motor_position=angle,
         motor_velocity=0.0 * angle, force=torque[:, None], joint_load=np.zeros(2000),
     )  # fmt: skip
-    assert estimate_noise_floor([shaft]).force == pytest.approx(noise, rel=0.15)
+    assert force_noise([shaft]) == pytest.approx(noise, rel=0.15)
 
 
 def test_without_a_load_cell_there_is_no_noise_to_tell(rng: np.random.Generator) -> None:
     """A recording without force gives None."""
     whole = log(rng, 0.0)
     bare = Recording(**{**vars(whole), "force": None})
-    assert estimate_noise_floor([bare]).force is None
+    assert force_noise([bare]) is None
 
 
 def test_what_is_held_out_is_the_end_and_nothing_of_it_is_fitted() -> None:

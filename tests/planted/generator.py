@@ -58,7 +58,7 @@ class Recipe:
     # Whether the plant's bristles, knees and contacts have its other laws
     second_form: bool = False
     without_force: bool = False  # Whether the bench has no load cell
-    on_joint: bool = False  # Whether a slider has an encoder of its own
+    on_joint: bool = False  # Whether joints have encoders of their own
 
 
 def make_dataset(out: Path, recipe: Recipe) -> Truth:
@@ -177,6 +177,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--off-nominal", type=float, default=0.0)
     parser.add_argument("--second-form", action="store_true", help="of the plant")
     parser.add_argument("--without-force", action="store_true", help="no load cell")
+    parser.add_argument("--on-joint", action="store_true", help="encoders on the joints")
     chosen = vars(parser.parse_args(arguments))
     out: Path = chosen.pop("out")
     truth = make_dataset(out, Recipe(**{**chosen, "effects": tuple(chosen["effects"])}))

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import Array, Recording
 from tests.planted.physics.bench import Bench
 from tests.planted.physics.causes import Causes
 from tests.planted.physics.commands import COMMANDS, row_times
 from tests.planted.physics.disturbances import draw_disturbances
 from tests.planted.physics.plant import Motion, Run
 from tests.planted.physics.sensors import (
+    JOINT_STEP,
+    SLIDE_STEP,
     Sensors,
     camera,
     encoder,
@@ -74,14 +76,22 @@ def draw_run(
     )
 
 
+def joint_encoders(motion: Motion) -> Array:
+    """Joints from where each began: angles of 14 bits a turn (T, 2), places of 1 um (T, 1)."""
+    turns = motion.tip is not None
+    step, place = (
+        (JOINT_STEP, motion.coordinates) if turns else (SLIDE_STEP, motion.coordinates[:, :1])
+    )
+    return (np.round((place - place[0]) / step) * step).round(6)
+
+
 def record(
     rng: np.random.Generator, slot: Slot, run: Run, motion: Motion, sensors: Sensors, *, gaps: bool
 ) -> Recording:
     """Pass a motion through the sensors."""
     theta, speed = encoder(motion.angle).round(6), speed_register(rng, motion.speed).round(3)
     force = load_cell(rng, motion.cell, sensors).round(4)
-    place = motion.coordinates[:, 0]
-    joint = (place - place[0]).round(6) if sensors.on_joint else None
+    joint = joint_encoders(motion) if sensors.on_joint else None
     tip = None if motion.tip is None else camera(rng, motion.tip).round(5)
     kept = kept_rows(rng, run.time.size) if gaps else np.arange(run.time.size)
     return Recording(

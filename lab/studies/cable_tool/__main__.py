@@ -150,8 +150,7 @@ def scored(test: Sequence[Run], errors: Errors) -> Errors:
     """Return the residuals of the rows that count."""
     return [
         Residual(
-            theta=error.theta[:, run.scored],
-            force=None if error.force is None else error.force[:, run.scored],
+            signals={name: own[..., run.scored] for name, own in error.signals.items()},
             trusted=error.trusted[run.scored],
         )
         for run, error in zip(test, errors, strict=True)

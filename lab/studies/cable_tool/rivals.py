@@ -52,8 +52,10 @@ def learned(train_runs: Sequence[Run], test: Sequence[Run], *, seed: int) -> lis
             )
     return [
         Residual(
-            theta=(angle_of(run.recording) - angle)[None],
-            force=(force_of(run.recording) - force)[None],
+            signals={
+                "theta": (angle_of(run.recording) - angle)[None, None],
+                "force": (force_of(run.recording) - force)[None, None],
+            },
             trusted=np.ones(run.recording.sample_count, dtype=np.bool_),
         )
         for run, force, angle in zip(test, *said, strict=True)

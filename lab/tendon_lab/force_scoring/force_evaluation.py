@@ -14,7 +14,7 @@ from tendon_lab.force_scoring.scores import Lag, Score, lag, score
 from tendon_newton.actuators.networks.artifact import NetworkFile
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.identification.noise_floor import estimate_noise_floor
+from tendon_newton.identification.noise_floor import force_noise
 from tendon_train.actuator.samples.folds import usable
 
 
@@ -127,7 +127,7 @@ def evaluate(networks: Sequence[NetworkFile], dataset: Dataset) -> Evaluation:
         models=models,
         results=tuple(result for model in models for result in results_of(model)),
         pooled={model.name: score(model.predictions) for model in models},
-        noise_floor=estimate_noise_floor(recordings).force,
+        noise_floor=force_noise(recordings),
     )
 
 

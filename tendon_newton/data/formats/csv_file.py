@@ -20,8 +20,8 @@ TENDON_COLUMNS = {
     "theta_dot": "motor_velocity",
     "force": "force",
 }
+JOINT_COLUMN, JOINT_FIELD = "joint_angle", "joint_position"  # One per joint, as of tendons
 SHARED_COLUMNS = {
-    "joint_angle": "joint_position",
     "joint_load": "joint_load",
     "current": "current",
     "voltage": "voltage",
@@ -50,6 +50,8 @@ def recording_of(there: Columns, *, name: str, **entry: Any) -> Recording:
         if cells_named(there, column)
     }
     check_servos(known, name)
+    if cells_named(there, JOINT_COLUMN):
+        known[JOINT_FIELD] = tendon_columns(there, JOINT_COLUMN, name)
     for column, field in SHARED_COLUMNS.items():
         if (values := shared_column(there, column, name)) is not None:
             known[field] = values
@@ -65,7 +67,7 @@ def recording_of(there: Columns, *, name: str, **entry: Any) -> Recording:
 def write_csv(path: Path, recording: Recording) -> None:
     """Write one recording so that reading it gives the same numbers, bit for bit."""
     columns: dict[str, NDArray[Any]] = {"t": recording.time}
-    for column, field in TENDON_COLUMNS.items():
+    for column, field in {**TENDON_COLUMNS, JOINT_COLUMN: JOINT_FIELD}.items():
         values = getattr(recording, field)
         if values is not None:
             columns |= named_by_tendon(column, values)
@@ -89,20 +91,21 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def named_by_tendon(column: str, values: Array) -> dict[str, Array]:
-    """Name the columns of a channel: plain for one tendon, indexed for several."""
+    """Name the columns of a channel: plain for one tendon or joint, indexed for several."""
     count = values.shape[1]
     names = [column] if count == 1 else [f"{column}_{place}" for place in range(count)]
     return {name: values[:, place] for place, name in enumerate(names)}
 
 
 def tendon_columns(there: Columns, column: str, name: str) -> Array:
-    """Take a channel's columns out of the table, one per tendon, shape (T, D)."""
+    """Take a channel's columns out of the table, one per tendon or joint, shape (T, D)."""
     indices = sorted(
         int(match[1]) for cell in there if (match := re.fullmatch(rf"{column}_({INDEX})", cell))
     )
     if column in there and indices:
+        part = "joint" if column == JOINT_COLUMN else "tendon"
         raise InvalidRecording(
-            f"{name}: {column!r} must be one column, or one per tendon with an index; both came"
+            f"{name}: {column!r} must be one column, or one per {part} with an index; both came"
         )
     if indices != list(range(len(indices))):
         raise InvalidRecording(

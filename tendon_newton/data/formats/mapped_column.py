@@ -63,7 +63,9 @@ UNITS: dict[str, dict[str, float]] = {
     "enabled": {"1": 1.0},
 }
 """Column of ours -> unit of theirs -> its size in ours."""
-OF_A_SERVO = re.compile(rf"(theta_d|theta|theta_dot|force|current|voltage|temperature)_({INDEX})")
+OF_A_SERVO = re.compile(
+    rf"(theta_d|theta|theta_dot|force|joint_angle|current|voltage|temperature)_({INDEX})"
+)
 """Column of one of several servos: ours, and its number from 0."""
 SIZE_KEYS = ("unit", "scale", "sign", "offset")
 COLUMN_KEYS = ("column", *SIZE_KEYS, "derive")

@@ -46,6 +46,7 @@ def load_diagnosis(path: str | Path) -> Diagnosis:
         Diagnosis,
         noise_force=noise.value("force", float | None),
         noise_theta=noise.number("theta"),
+        noise_others={s: noise.number(s) for s in noise.values if s not in ("theta", "force")},
         explained_interval=table.pair("explained_fraction_ci95"),
         effects=tuple(map(named, table.tables("effects"))),
         suspected=tuple(map(named, table.tables("suspected"))),
@@ -67,7 +68,10 @@ def load_diagnosis(path: str | Path) -> Diagnosis:
 def without(gain: CheckedTable) -> Errors:
     """Read the held-out errors of a model without something; mean absolute ones are not kept."""
     force = gain.pair("force_rmse")[0] if "force_rmse" in gain else None
-    return Errors(theta_rmse=gain.pair("theta_rmse")[0], theta_mae=nan, force_rmse=force)
+    others = {name.removesuffix("_rmse"): gain.pair(name)[0] for name in gain.values
+              if name not in ("force_rmse", "theta_rmse")}  # fmt: skip
+    return Errors(theta_rmse=gain.pair("theta_rmse")[0], theta_mae=nan, force_rmse=force,
+                  others_rmse=others)  # fmt: skip
 
 
 def named(row: CheckedTable) -> NamedEffect:

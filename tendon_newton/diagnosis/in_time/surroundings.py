@@ -133,8 +133,8 @@ def joined(one: Layout, other: Layout) -> Layout:
     return Layout(
         recording=np.concatenate([one.recording, other.recording + one.recording.max() + 1]),
         block=np.concatenate([one.block, other.block + one.block_count]),
-        is_force=np.concatenate([one.is_force, other.is_force]),
-        servo=np.concatenate([one.servo, other.servo]),
+        signal=np.concatenate([one.signal, other.signal]),
+        part=np.concatenate([one.part, other.part]),
         block_count=one.block_count + other.block_count,
     )
 

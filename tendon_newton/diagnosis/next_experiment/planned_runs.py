@@ -73,14 +73,10 @@ def by_run(study: Study, models: Sequence[Mapping[int, float]]) -> list[Residual
     out: list[Residual] = []
     for first in range(0, len(found), count):
         own = found[first : first + count]
-        forces = [r.force for r in own if r.force is not None]
-        out.append(
-            Residual(
-                theta=np.concatenate([r.theta for r in own], axis=1),
-                force=np.concatenate(forces, axis=1) if forces else None,
-                trusted=np.concatenate([r.trusted for r in own]),
-            )
-        )
+        signals = {name: np.concatenate([r.signals[name] for r in own], axis=2)
+                   for name in own[0].signals}  # fmt: skip
+        trusted = np.concatenate([r.trusted for r in own])
+        out.append(Residual(signals=signals, trusted=trusted))
     return out
 
 

@@ -65,7 +65,7 @@ def compare(evidence: Evidence) -> tuple[HeldOutComparison, ...]:
             theta=np.where(own.trusted, own.theta, np.nan),
             force=None if own.force is None else np.where(own.trusted, own.force, np.nan),
         )
-        for k in study.at_servos
+        for k in range(len(study.recordings))
         for own in (residuals[k],)
     )
 

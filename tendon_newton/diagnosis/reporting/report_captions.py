@@ -83,7 +83,8 @@ def windows_caption(diagnosis: Diagnosis) -> str:
 def near_noise(diagnosis: Diagnosis) -> bool:
     """Tell whether the held-out errors of the extended model are about as large as the noise."""
     after = diagnosis.extended
-    pairs = ((after.theta_rmse, diagnosis.noise_theta), (after.force_rmse, diagnosis.noise_force))
+    signals = ("theta", "force", *after.others_rmse)
+    pairs = ((after.of(signal), diagnosis.noise_of(signal)) for signal in signals)
     return all(
         error <= NEAR_NOISE * floor
         for error, floor in pairs

@@ -16,6 +16,7 @@ from tendon_newton.diagnosis.result import (
     NamedEffect,
     Rival,
 )
+from tendon_newton.identification.signals import SIGNALS
 
 Row = dict[str, Any]  # Cells of a table's row, for the template
 
@@ -85,4 +86,8 @@ def errors_text(errors: Errors, scale: BenchScale) -> str:
     """Return pooled errors in words; an angle that was given has none."""
     force = errors.force_rmse
     told = [f"{number(1e3 * errors.theta_rmse)} mrad"] if errors.theta_rmse or not force else []
-    return ", ".join([*told, *([] if force is None else [f"{number(force)} {scale.force_unit}"])])
+    told += [] if force is None else [f"{number(force)} {scale.force_unit}"]
+    for signal, size in errors.others_rmse.items():
+        factor, unit = SIGNALS[signal].shown
+        told.append(f"{number(factor * size)} {unit} ({SIGNALS[signal].words})")
+    return ", ".join(told)

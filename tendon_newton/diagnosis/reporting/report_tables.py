@@ -15,6 +15,7 @@ from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.reporting.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report_causes import Row
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.identification.signals import SIGNALS
 
 NEARLY_ALL = 0.9995  # Shares above round to 100.0 %
 AT_REST = 0.02  # Share of the greatest speed up to which a servo is at rest [1]
@@ -38,12 +39,13 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
                 else f"95 % interval {percent(low, high)} to {percent(high)} %",
             }
         )
-    theta = (before.theta_rmse, after.theta_rmse, diagnosis.noise_theta)
-    force = (before.force_rmse, after.force_rmse, diagnosis.noise_force)
-    for name, scale, unit, (top, left, floor) in (
-        (diagnosis.angle_name, 1e3, "mrad", theta),
-        (diagnosis.scale.force_name, 1.0, diagnosis.scale.force_unit, force),
-    ):
+    further = {s: (SIGNALS[s].words, *SIGNALS[s].shown) for s in before.others_rmse}
+    for signal, (name, scale, unit) in {
+        "theta": (diagnosis.angle_name, 1e3, "mrad"),
+        "force": (diagnosis.scale.force_name, 1.0, diagnosis.scale.force_unit),
+        **further,
+    }.items():
+        top, left, floor = before.of(signal), after.of(signal), diagnosis.noise_of(signal)
         if not top or left is None:  # an angle that was given leaves nothing
             continue
         change = f"{number(scale * top)} → {number(scale * left)}" if named else number(scale * top)

@@ -1,6 +1,7 @@
 """What a model that is right leaves: noise, and by how much simple laws miss."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from tendon_newton.diagnosis.search.rule import (
 )
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
 from tendon_newton.effects import law_of, special_cases
-from tendon_newton.identification.objective import Scales
+from tendon_newton.identification.signals import Scales
 from tendon_newton.identification.study import Study
 
 
@@ -27,13 +28,18 @@ def floors_of(worlds: SearchWorlds, names: Sequence[str], *, usual: bool = False
         usual: Whether laws may miss as much as they usually do, and those that jump more than those
             that only stick: that is for a verdict. What hides there must not hide from a search.
     """
-    noise, form = worlds.study.noise, form_of(worlds, names, 1.0 if usual else SEARCHED)
-    rung = LADDER if usual and any(map(breaks_away, (*worlds.study.known, *names))) else 1.0
-    return Floors(
-        theta=float(np.hypot(noise.theta, rung * form.theta)),
-        force=float(np.hypot(noise.force or 0.0, rung * form.force)),
-        rest=REST if is_dry((*worlds.study.known, *names)) else worlds.rest_share,
-    )
+    laws = (*worlds.study.known, *names)
+    form = form_of(worlds, names, 1.0 if usual else SEARCHED)
+    rung = LADDER if usual and any(map(breaks_away, laws)) else 1.0
+    return least_scales(worlds.study, form, rung, REST if is_dry(laws) else worlds.rest_share)
+
+
+def least_scales(study: Study, form: Scales, share: float, rest: float) -> Floors:
+    """Return what noise and a share of some errors of form leave of each signal."""
+    signals = ("theta", "force", *study.noise.others)
+    sizes = {s: float(np.hypot(study.noise.of(s), share * form.of(s))) for s in signals}
+    theta, force = sizes.pop("theta"), sizes.pop("force")
+    return Floors(theta=theta, force=force, others=sizes, rest=rest)
 
 
 def form_of(worlds: SearchWorlds, names: Sequence[str], share: float = SEARCHED) -> Scales:
@@ -41,7 +47,7 @@ def form_of(worlds: SearchWorlds, names: Sequence[str], share: float = SEARCHED)
     form = usual_form(worlds.study)
     laws = (*worlds.study.known, *names)
     share *= 1.0 if is_dry(laws) or any(law_of(n).undamped for n in laws) else 1.0 / LADDER
-    return Scales(theta=share * form.theta, force=share * form.force)
+    return worlds.study.form(Scales(theta=share * form.theta, force=share * form.force))
 
 
 def usual_form(study: Study) -> Scales:
@@ -51,9 +57,9 @@ def usual_form(study: Study) -> Scales:
     misses is what is left.
     """
     form = form_scales(study.scale)
-    if not study.is_led:
-        return form
-    return Scales(theta=form.theta, force=min(form.force, SEARCHED * (study.noise.force or 0.0)))
+    if study.is_led:
+        form = replace(form, force=min(form.force, SEARCHED * study.noise.of("force")))
+    return study.form(form)
 
 
 def form_scales(scale: BenchScale) -> Scales:

@@ -111,11 +111,10 @@ def untold(fit: Fit, slopes: Array, unit: Array, seen: Mask) -> Array:
 def terms(worlds: SearchWorlds, residuals: Array, scales: Array, floors: Floors) -> Array:
     """Return each row's share of the score at given scales of the signals, shape (N, M)."""
     weight, out = worlds.weights(floors), np.zeros_like(residuals)
-    for (force, rows), own in zip(worlds.where.signals, scales.T, strict=True):
-        if rows.any():
-            floor = floors.of(force)
-            scale = np.maximum(own, floor)[:, None]
-            tail = 0.5 * TAIL**2 * np.log1p((residuals[:, rows] / scale / TAIL) ** 2)
-            share = weight[rows] / weight[rows].sum()
-            out[:, rows] = (np.log(scale / floor) + tail) * share
+    for (signal, rows), own in zip(worlds.where.signals, scales.T, strict=True):
+        floor = floors.of(signal)
+        scale = np.maximum(own, floor)[:, None]
+        tail = 0.5 * TAIL**2 * np.log1p((residuals[:, rows] / scale / TAIL) ** 2)
+        share = weight[rows] / weight[rows].sum()
+        out[:, rows] = (np.log(scale / floor) + tail) * share
     return out

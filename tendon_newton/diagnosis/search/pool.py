@@ -13,6 +13,7 @@ from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise,
 from tendon_newton.diagnosis.search.rule import NATS, SEARCHED
 from tendon_newton.diagnosis.search.search_worlds import QUIET, Floors, SearchWorlds
 from tendon_newton.effects import are_related, law_of
+from tendon_newton.identification.signals import SIGNALS
 
 FOLLOWED = (12, 6, 3)
 """Sets that are followed ever further, after one look and after each two steps of their refit."""
@@ -121,7 +122,7 @@ class Pool:
 
         A cause that acts in few rows is seen here, and hardly in the score, whose tails are heavy.
         """
-        floor = np.where(self.worlds.where.is_force, floors.force, floors.theta)
+        floor = self.worlds.where.sizes(floors)
         return self._above(fit.residual**2, floor**2, fit.names, floors, share)
 
     def _above(
@@ -130,11 +131,9 @@ class Pool:
     ) -> float:  # fmt: skip
         weight, form = self.worlds.weights(floors), form_of(self.worlds, names, share)
         gain, out = weight * (more - less), 0.0
-        for force, rows in self.worlds.where.signals:
-            if rows.any():
-                mean = float(gain[rows].sum() / weight[rows].sum())
-                unit = form.force if force else form.theta
-                out = max(out, float(np.sqrt(max(0.0, mean))) / unit)
+        for signal, rows in self.worlds.where.signals:
+            mean = float(gain[rows].sum() / weight[rows].sum())
+            out = max(out, float(np.sqrt(max(0.0, mean))) / form.of(signal))
         return out
 
     def leaves_nothing(self, fit: Fit, *, anywhere: bool = False, usual: bool = False) -> bool:
@@ -202,7 +201,7 @@ class Pool:
 
         Rows at which something acts at times count in their tails.
         """
-        return fit.score - QUIET * sum(bool(rows.any()) for _, rows in self.worlds.where.signals)
+        return fit.score - QUIET * len(self.worlds.where.signals)
 
     def describe(self, fit: Fit) -> str:
         """Say a fit in one line."""
@@ -212,7 +211,7 @@ class Pool:
             for c, v in values_of(self.worlds, fit.columns, fit.place).items()
         )
         scales = ", ".join(
-            f"force {scale:.3f}" if force else f"theta {1e3 * scale:.2f} mrad"
-            for (force, _), scale in zip(self.worlds.where.signals, fit.scales, strict=True)
+            f"{signal} {scale:.3g} {SIGNALS[signal].unit}"
+            for (signal, _), scale in zip(self.worlds.where.signals, fit.scales, strict=True)
         )
         return f"{fit.score:.3f} {scales}: {numbers or 'nothing'}"

@@ -145,6 +145,5 @@ def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
     form = form_of(pool.worlds, other.names, 1.0)
     signals = zip(pool.worlds.where.signals, other.scales, fit.scales, strict=True)
     return any(
-        max(0.0, less**2 - own**2) >= (form.force if force else form.theta) ** 2
-        for (force, _), less, own in signals
+        max(0.0, less**2 - own**2) >= form.of(signal) ** 2 for (signal, _), less, own in signals
     )

@@ -281,10 +281,10 @@ def row_units(
 ) -> Array:
     """Return one unit of residual for each row, infinite where a fit may not look, shape (M,)."""
     unit = np.full(len(fit.residual), np.inf)
-    for force, own in worlds.where.signals:
+    for signal, own in worlds.where.signals:
         chosen = own if rows is None else own & rows
         if chosen.any():
-            unit[chosen] = max(floors.of(force), trimmed_size(fit.residual[chosen], share))
+            unit[chosen] = max(floors.of(signal), trimmed_size(fit.residual[chosen], share))
     return unit / np.sqrt(worlds.weights(floors))
 
 

@@ -15,14 +15,14 @@ from tendon_newton.diagnosis.posterior import Coordinate
 from tendon_newton.diagnosis.search.coordinates import coordinate_of
 from tendon_newton.effects import EFFECTS, law_of
 from tendon_newton.effects.base import Stage
-from tendon_newton.identification.objective import BLOCK, TAIL, Scales, layout, stack
-from tendon_newton.identification.study import Study, compares_force, replacements
+from tendon_newton.identification.objective import BLOCK, TAIL, layout, stack
+from tendon_newton.identification.signals import Scales
+from tendon_newton.identification.study import Study, replacements
 from tendon_newton.identification.testable import stated_columns
 
 if TYPE_CHECKING:
     from tendon_newton.diagnosis.search.survey import Column
 
-UNIT = Scales(theta=1.0, force=1.0)  # Residuals in their own units
 SANE_FORCE, SANE_ANGLE = 200.0, 20.0
 """A world whose force [N] or angle [rad] is further off than this, on a nominal bench, diverged."""
 SEARCH_STEP = 2.0e-3
@@ -50,17 +50,11 @@ QUIET = 0.437
 
 
 @dataclass(frozen=True, kw_only=True)
-class Floors:
-    """What a model that is right leaves."""
+class Floors(Scales):
+    """What a model that is right leaves: the least scale of each signal's residuals."""
 
-    theta: float  # Least scale of the angle's residuals [rad]
-    force: float  # Least scale of the tension's residuals [N]
     rest: float = 1.0
     """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
-
-    def of(self, force: bool) -> float:
-        """Return the least scale of a force [N] or else of an angle [rad]."""
-        return self.force if force else self.theta
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +63,7 @@ class WorldScore:
 
     value: Array  # Negative log likelihood per row, summed over signals [nat], shape (N,)
     scales: Array
-    """Scale of each signal's residuals [rad, N]; zero without a load cell, shape (N, S)."""
+    """Scale of each signal's residuals, in its unit; zero where no row counts, shape (N, S)."""
 
 
 class SearchWorlds:
@@ -147,18 +141,15 @@ class SearchWorlds:
         that is not the sensors' counts once in so many rows.
         """
         noise, shares = self.study.noise, list[float]()
-        for force, own in self.where.signals:
-            if own.any():
-                quiet = (noise.force or 0.0) if force else noise.theta
-                size = trimmed_size(residual[own], SEEN)
-                shares.append(1.0 - (quiet / size) ** 2 if size > quiet else 0.0)
+        for signal, own in self.where.signals:
+            quiet, size = noise.of(signal), trimmed_size(residual[own], SEEN)
+            shares.append(1.0 - (quiet / size) ** 2 if size > quiet else 0.0)
         rows = len(residual) / len(shares) / (BLOCK * self.where.block_count)
         return 1.0 + float(np.mean(shares)) * max(0.0, rows / INDEPENDENT - 1.0)
 
     def rows_alone(self, residual: Array) -> float:
         """Return how many rows that err alone would tell as much as a signal's rows do [1]."""
-        signals = sum(bool(own.any()) for _, own in self.where.signals)
-        return len(residual) / signals / self.rows_together(residual)
+        return len(residual) / len(self.where.signals) / self.rows_together(residual)
 
     def with_stated(self, values: Mapping[int, float], names: Sequence[str]) -> dict[int, float]:
         """Return a set's free numbers, column -> value, with those that stand beside its causes.
@@ -199,7 +190,7 @@ class SearchWorlds:
     def finest(self, model: Mapping[int, float]) -> Array:
         """Return measured minus simulated [rad, N] of one model at the finest step, shape (M,)."""
         step = FINEST * self.study.time_step
-        return stack(self.study.residuals(*replacements([self.in_seconds(model)]), step), UNIT)[0]
+        return stack(self.study.residuals(*replacements([self.in_seconds(model)]), step))[0]
 
     def residuals(self, models: Sequence[Mapping[int, float]]) -> Array:
         """Return measured minus simulated [rad, N] of candidates, shape (N, M).
@@ -209,20 +200,20 @@ class SearchWorlds:
                 log's clock.
         """
         models = [self.in_seconds(model) for model in models]
-        width = max(1, MOST_NUMBERS // len(self.where.is_force))
-        out = np.empty((len(models), len(self.where.is_force)))
+        width = max(1, MOST_NUMBERS // len(self.where.signal))
+        out = np.empty((len(models), len(self.where.signal)))
         for at in range(0, len(models), width):
             out[at : at + width] = self._simulate(models[at : at + width])
         return out
 
     def _simulate(self, models: Sequence[Mapping[int, float]]) -> Array:
-        found = stack(self.study.residuals(*replacements(models)), UNIT)
+        found = stack(self.study.residuals(*replacements(models)))
         self.count += len(models)
         wild = np.flatnonzero(self.is_wild(found))
         if len(wild):
             again = [models[i] for i in wild.tolist()]
             step = FINER * self.study.time_step
-            found[wild] = stack(self.study.residuals(*replacements(again), step), UNIT)
+            found[wild] = stack(self.study.residuals(*replacements(again), step))
             self.count += len(again)
         return found
 
@@ -230,7 +221,7 @@ class SearchWorlds:
         """Tell which candidates left a sane range, shape (N,)."""
         force = SANE_FORCE * self.study.scale.force
         angle = SANE_ANGLE * max(1.0, self.study.scale.turn * self.study.scale.travel)
-        limit = np.where(self.where.is_force, force, angle)
+        limit = self.where.sizes(self.study.form(Scales(theta=angle, force=force)))
         return np.array([(np.abs(own) > limit).any() for own in residuals], dtype=np.bool_)
 
     def weights(self, floors: Floors) -> Array:
@@ -249,8 +240,8 @@ class SearchWorlds:
             rows: Rows that count, shape (M,); all by default.
         """
         value, scales, weights = np.zeros(len(residuals)), [], self.weights(floors)
-        for force, own in self.where.signals:
-            floor, chosen = floors.of(force), own if rows is None else own & rows
+        for signal, own in self.where.signals:
+            floor, chosen = floors.of(signal), own if rows is None else own & rows
             if not chosen.any():
                 scales.append(np.zeros(len(residuals)))
                 continue
@@ -286,7 +277,7 @@ def rests(study: Study) -> Mask:
         moves = np.abs(np.diff(recording.motor_position[:, 0], prepend=np.nan)) > STILL
         near = np.convolve(moves, np.ones(2 * NEAR + 1), mode="same") > 0.0
         rest = ~near[study.timeline(index).trusted]
-        out += [rest] * (2 if compares_force(recording) else 1)
+        out += [rest] * sum(map(len, study.compared[index].values()))
     return np.concatenate(out)
 
 

@@ -136,15 +136,8 @@ def assemble(
 ) -> Survey:  # fmt: skip
     """Reduce directions to the products that a choice needs."""
     gram, slope, square, rows = [], [], [], []
-    least = np.array([floors.of(force) for force, _ in worlds.where.signals])
+    least = np.array([floors.of(signal) for signal, _ in worlds.where.signals])
     for (_, chosen), floor in zip(worlds.where.signals, least, strict=True):
-        if not chosen.any():
-            zero = np.zeros(len(directions))
-            gram.append(np.outer(zero, zero))
-            slope.append(zero)
-            square.append(0.0)
-            rows.append(0.0)
-            continue
         residual = fit.residual[chosen]
         weight = loss_weights(residual / max(floor, trimmed_size(residual, share)))
         weight = weight * worlds.weights(floors)[chosen]

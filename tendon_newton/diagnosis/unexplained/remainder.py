@@ -87,7 +87,7 @@ def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainde
             theta=residual.theta[0],
             force=None if residual.force is None else residual.force[0],
         )
-        for index in study.at_servos
+        for index in range(len(study.recordings))
     ]
     both = [r for r in rows if r.force is not None and r.recording.command is not None]
     if len(both) < len(rows):

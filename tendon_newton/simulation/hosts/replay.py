@@ -132,7 +132,7 @@ def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recordi
             force=trajectory.force,
             joint_position=None
             if recording.joint_position is None
-            else trajectory.joint_position[:, 0],
+            else trajectory.joint_position[:, : recording.joint_position.shape[1]],
             joint_load=recording.joint_load,
             tip=tip,
             enabled=recording.enabled,

@@ -145,11 +145,13 @@ def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
     calm = 0.3 * rng.standard_normal(1000)
     moved = calm + np.where(np.arange(1000) < 1000 * acting, size, 0.0)
     angle = np.ones(1000, dtype=bool)
-    where = SimpleNamespace(is_force=~angle, signals=((False, angle), (True, ~angle)))
+    where = SimpleNamespace(
+        sizes=lambda scales: np.full(1000, scales.theta), signals=(("theta", angle),)
+    )
     study = SimpleNamespace(
         known=("coulomb_friction",), scale=BenchScale(turn=1.0 / (SEARCHED * FORM_THETA)),
         noise=NoiseFloor(theta=0.0, force=None), table=SimpleNamespace(columns=lambda _: (0,)),
-        is_led=False,
+        is_led=False, form=lambda usual: usual,
     )  # fmt: skip
     rows: Any = SimpleNamespace(
         where=where, weights=lambda _: np.ones(1000), study=study, rows_alone=lambda _: 100.0,
@@ -157,7 +159,7 @@ def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
     )  # fmt: skip
     rows.score = partial(SearchWorlds.score, rows)
     score = [float(np.mean(4.5 * np.log1p(r**2 / 9.0))) for r in (calm, moved)]
-    scales = np.array([1.0, 0.0])
+    scales = np.array([1.0])
     fits = [
         Fit(names=("speed_limit",), columns=(), place=np.zeros(0), residual=r, score=s,
             scales=scales, stride=np.zeros(0))
@@ -749,7 +751,8 @@ def test_plain_models_are_asked_where_something_may_be_left(
         assert usual
         return not (left_in_rows or (anywhere and left_in_mean))
 
-    signals = ((False, np.ones(3, dtype=bool)), (True, np.full(3, has_force)))
+    rows = np.ones(3, dtype=bool)
+    signals = (("theta", rows), ("force", rows))[: 1 + has_force]
     worlds = SimpleNamespace(where=SimpleNamespace(signals=signals))
     pool: Any = SimpleNamespace(leaves_nothing=leaves_nothing, worlds=worlds)
     fit: Any = SimpleNamespace(names=causes)

@@ -60,7 +60,7 @@ def test_without_friction_the_shaft_feels_load_and_spring() -> None:
     """F = load + k q and q = r theta, whichever way the shaft turns (float32 assets: 1e-5)."""
     found = run(model_of({}))
     q = RADIUS * TRIANGLE
-    assert found.joint_position == pytest.approx(q, abs=1e-6)
+    assert found.joint_position[:, 0] == pytest.approx(q, abs=1e-6)
     assert found.force[:, 0] == pytest.approx(LOAD + spring(q), rel=1e-5)
 
 
@@ -89,10 +89,10 @@ def test_a_string_that_stretches_lets_the_shaft_turn_while_the_joint_sticks() ->
     )
     joint = load_mechanism("spring_weak").joints[0]
     friction = 0.2 * joint.stiffness * (joint.limits[1] - joint.rest)
-    still = found.joint_position[200:] < found.joint_position[200] + 1e-7
+    still = found.joint_position[200:, 0] < found.joint_position[200, 0] + 1e-7
     waits = (np.argmin(still) - 1) * RADIUS * np.ptp(TRIANGLE) / 200.0
     assert waits == pytest.approx(2.0 * friction / 5000.0, abs=RADIUS * np.ptp(TRIANGLE) / 200.0)
-    q = found.joint_position[100] + 1.0e-4 * LOAD  # the coupling's twist
+    q = found.joint_position[100, 0] + 1.0e-4 * LOAD  # the coupling's twist
     tension = LOAD + spring(q) - friction
     assert RADIUS * TRIANGLE[100] - q == pytest.approx(tension / 5000.0, rel=1e-4)
 

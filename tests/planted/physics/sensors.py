@@ -10,6 +10,7 @@ from tests.planted.physics.commands import ROW_RATE
 Array = NDArray[np.float64]
 
 ENCODER_STEP = 2.0 * np.pi / 4096.0  # [rad]; rounded to the nearest count: floor 0.443 mrad
+JOINT_STEP, SLIDE_STEP = 2.0 * np.pi / 16384.0, 1.0e-6  # [rad, m]
 SPEED_STEP = 0.024  # [rad/s]
 SPEED_NOISE = 0.02  # [rad/s] standard deviation
 FORCE_NOISE = 0.05  # [N] standard deviation
@@ -24,7 +25,7 @@ class Sensors:
     noise_colour: float = 0.0  # Correlation of the load cell's noise from one row to the next [1]
     # Readings of the load cell per second [Hz], filled in linearly; None is one per row
     cell_rate: float | None = None
-    # Whether a slider has an encoder of its own, of 1 um; its zero is where it was switched on
+    # Whether joints have encoders of their own; their zeros are where they were switched on
     on_joint: bool = False
 
 

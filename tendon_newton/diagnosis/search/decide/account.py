@@ -33,8 +33,8 @@ def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
     """Return the share of the squared error above the floors that is gone, gaps counting alike."""
     shares = []
     signals = zip(pool.worlds.where.signals, before.scales, after.scales, strict=True)
-    for (force, _), top, left in signals:
-        floor = pool.floors.of(force)
+    for (signal, _), top, left in signals:
+        floor = pool.floors.of(signal)
         if top > floor:
             shares.append((top**2 - left**2) / (top**2 - floor**2))
     if not shares:  # what acts in few rows is seen in the tails alone
@@ -115,7 +115,7 @@ def acts_in(pool: Pool, before: Fit | None, after: Fit | None) -> tuple[str, ...
     if before is None or after is None:
         return None
     worlds = pool.worlds
-    floor = np.where(worlds.where.is_force, pool.floors.force, pool.floors.theta)
+    floor = worlds.where.sizes(pool.floors)
     square = ((after.residual - before.residual) / floor) ** 2
     found = []
     for index, recording in enumerate(worlds.study.wholes):

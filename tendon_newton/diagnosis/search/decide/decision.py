@@ -12,7 +12,7 @@ from tendon_newton.diagnosis.search.decide.plain_models import (
     compare_plain_models,
     fit_plain_models,
 )
-from tendon_newton.diagnosis.search.floors import floors_of, usual_form
+from tendon_newton.diagnosis.search.floors import floors_of, least_scales, usual_form
 from tendon_newton.diagnosis.search.held_out_gain import terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import (
@@ -199,7 +199,7 @@ def asks_plain_models(decisive: Pool, fit: Fit) -> bool:
     """
     if not fit.names:
         return not decisive.leaves_nothing(fit, usual=True)
-    has_force = any(force and rows.any() for force, rows in decisive.worlds.where.signals)
+    has_force = any(signal == "force" for signal, _ in decisive.worlds.where.signals)
     return not (has_force and decisive.leaves_nothing(fit, anywhere=True, usual=True))
 
 
@@ -515,9 +515,5 @@ def new_name(fit: Fit, rival: Fit) -> str:
 
 def sharp(pool: Pool) -> Floors:
     """Return the floors at which rivals are compared: noise, and little else."""
-    noise, form = pool.worlds.study.noise, usual_form(pool.worlds.study)
-    return Floors(
-        theta=float(np.hypot(noise.theta, form.theta / LADDER**2)),
-        force=float(np.hypot(noise.force or 0.0, form.force / LADDER**2)),
-        rest=pool.floors.rest,
-    )
+    study = pool.worlds.study
+    return least_scales(study, usual_form(study), 1.0 / LADDER**2, pool.floors.rest)

@@ -98,10 +98,9 @@ def share_of_form(worlds: SearchWorlds, fit: Fit) -> float:
     if not worlds.study.is_led:
         return 1.0
     noise, shares = worlds.study.noise, [0.0]
-    for force, rows in worlds.where.signals:
-        floor = (noise.force or 0.0) if force else noise.theta
-        left = float(np.mean(fit.residual[rows] ** 2)) if rows.any() else 0.0
-        shares.append(1.0 - floor**2 / left if left > 0.0 else 0.0)
+    for signal, rows in worlds.where.signals:
+        left = float(np.mean(fit.residual[rows] ** 2))
+        shares.append(1.0 - noise.of(signal) ** 2 / left if left > 0.0 else 0.0)
     return max(shares)
 
 

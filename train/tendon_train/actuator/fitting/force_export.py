@@ -87,13 +87,13 @@ def make_card(
 
 def measure(network: ForceNetwork, card: ForceNetworkCard, data: ForceData) -> HeldOut:
     """Return the errors on the test recordings."""
-    from tendon_newton.identification.noise_floor import estimate_noise_floor
+    from tendon_newton.identification.noise_floor import force_noise
 
     predictions = predict(network, card, data.test)
     errors = np.concatenate([p.error for p in predictions])
     return HeldOut(
         force_rmse=rms(errors),
-        noise_floor=estimate_noise_floor(data.test).force,
+        noise_floor=force_noise(data.test),
         rows=errors.size,
         recordings=tuple(r.name for r in data.test),
     )

@@ -1,0 +1,195 @@
+"""The table of signals: what was measured beside what a simulation makes of it, a row for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tendon_newton.data.checks.measures import encoder_noise
+from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.identification.load_cell import fill_between_readings
+from tendon_newton.identification.noise_floor import NoiseFloor, angle_noise, force_noise
+from tendon_newton.mechanisms.geometry.joints import JointKind
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+
+DIVERGED = 1.0e4  # Stands for an angle [rad] or force [N] that is not finite
+Rows = Mapping[str, Array]
+"""What a rollout simulated of one recording, by its own names, shape (N, S, D) or (N, S, J)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """What is compared of one servo of a recording."""
+
+    recording: Recording  # With the signals of this servo alone
+    mechanism: Mechanism  # The bench with this recording's own numbers
+    servo: int = 0
+    cell: tuple[int, int] | None = None  # First row read and rows per reading of a slow load cell
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signal:
+    """One signal: where it is measured and simulated, its noise, and what is not known of it."""
+
+    words: str  # What a report calls it
+    unit: str
+    shown: tuple[float, str]  # What a report multiplies it with, and its unit then
+    rollout: Callable[[Recording], str]  # Name that a rollout has for what it follows from
+    measured: Callable[[View], Array | None]
+    """Components as they were measured [unit], shape (C, T); None where none is compared."""
+    simulated: Callable[[View, Rows], Array]
+    """The same as simulated [unit], shape (N, C, S)."""
+    noise: Callable[[Sequence[View]], float | None]
+    """Standard deviation of what no model could predict, from the views that have it [unit]."""
+    form: Callable[[Scales, View], float]
+    """By how much laws miss it, where they miss an angle and a force by `Scales` [unit]."""
+    by_servo: bool = False  # Whether each servo has its own; else a recording has it once
+    zero: float = 0.0
+    """By how much its zero may be off in each recording [unit]: that is no error of a model."""
+
+    def residual(self, measured: Array, simulated: Array, trusted: Mask) -> Array:
+        """Return measured (C, T) minus simulated (N, C, T), with the likeliest zero."""
+        out = measured - simulated
+        if self.zero > 0.0:
+            middle = out[..., trusted].mean(axis=-1, keepdims=True)
+            out -= np.clip(middle, -self.zero, self.zero)
+        return out
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scales:
+    """A size of each signal, in its own unit."""
+
+    theta: float  # [rad]
+    force: float  # [N]
+    others: Mapping[str, float] = field(default_factory=dict[str, float])
+
+    def of(self, signal: str) -> float:
+        """Return the size of one signal."""
+        return {"theta": self.theta, "force": self.force, **self.others}[signal]
+
+
+def finite(signal: Array) -> Array:
+    """Replace what diverged by a number that no fit will like."""
+    return np.clip(np.nan_to_num(signal, nan=DIVERGED), -DIVERGED, DIVERGED)
+
+
+def compared_signal(recording: Recording) -> str:
+    """Return the simulated signal that an angle is compared with: a joint's on a given path."""
+    on_joint = recording.driven_by == "path" and recording.joint_position is not None
+    return "joints" if on_joint else "angle"
+
+
+def compares_force(recording: Recording) -> bool:
+    """Tell whether a recording's force is compared: it was measured, and is not the input."""
+    return recording.force is not None and recording.driven_by != "force"
+
+
+def of_servo(name: str) -> Callable[[View, Rows], Array]:
+    """Return what takes a servo's own of a rollout's signal."""
+    return lambda view, rows: finite(rows[name][:, None, :, view.servo])
+
+
+def angle_of(view: View, rows: Rows) -> Array:
+    """Return the angle that an encoder would have read [rad], shape (N, 1, S)."""
+    return of_servo(compared_signal(view.recording))(view, rows)
+
+
+def force_of(view: View, rows: Rows) -> Array:
+    """Return the force that the load cell would have told [N], shape (N, 1, S)."""
+    force = of_servo("force")(view, rows)
+    return force if view.cell is None else fill_between_readings(force, *view.cell)
+
+
+def measured_force(view: View) -> Array | None:
+    """Return the force at the load cell [N], shape (1, T)."""
+    force = view.recording.force
+    return force.T if force is not None and compares_force(view.recording) else None
+
+
+def joints_of(view: View, kind: JointKind) -> list[int]:
+    """Return the joints of a kind; none but where a command drives and encoders are on all."""
+    read, joints = view.recording.joint_position, view.mechanism.joints
+    if view.servo or view.recording.driven_by != "command" or read is None:
+        return []
+    return [j for j, own in enumerate(joints) if own.kind == kind and read.shape[1] == len(joints)]
+
+
+def gear(mechanism: Mechanism) -> float:
+    """Return what the first motor turns while all its joints turn alike [rad/rad, rad/m]."""
+    tendon = mechanism.tendons[0]
+    return float(np.abs(tendon.moment_arm).sum()) / tendon.spool_radius
+
+
+def at_joints(kind: JointKind, words: str, unit: str) -> Signal:
+    """Return the row of encoders on joints of a kind; where they have their zeros is not known."""
+
+    def measured(view: View) -> Array | None:
+        joints, read = joints_of(view, kind), view.recording.joint_position
+        return read.T[joints] if joints and read is not None else None
+
+    def noise(views: Sequence[View]) -> float | None:
+        found = [encoder_noise(gear(view.mechanism) * own) / gear(view.mechanism)
+                 for view in views if (read := measured(view)) is not None
+                 for own in read]  # fmt: skip
+        return float(np.median(found)) if found else None
+
+    return Signal(
+        words=words,
+        unit=unit,
+        shown=(1e3, f"m{unit}"),
+        rollout=lambda _: "joints",
+        measured=measured,
+        simulated=lambda view, rows: finite(
+            np.moveaxis(rows["joints"][..., joints_of(view, kind)], 2, 1)
+        ),
+        noise=noise,
+        form=lambda usual, view: usual.theta / gear(view.mechanism),
+        zero=np.inf,
+    )
+
+
+SIGNALS: dict[str, Signal] = {
+    "theta": Signal(
+        words="motor angle",
+        unit="rad",
+        shown=(1e3, "mrad"),
+        rollout=compared_signal,
+        measured=lambda view: view.recording.compared_angle[None, :],
+        simulated=angle_of,
+        noise=lambda views: angle_noise([view.recording for view in views]),
+        form=lambda usual, _: usual.theta,
+        by_servo=True,
+    ),
+    "force": Signal(
+        words="tendon force",
+        unit="N",
+        shown=(1.0, "N"),
+        rollout=lambda _: "force",
+        measured=measured_force,
+        simulated=force_of,
+        noise=lambda views: force_noise([view.recording for view in views]),
+        form=lambda usual, _: usual.force,
+        by_servo=True,
+    ),
+    "joint": at_joints("revolute", "joint angle", "rad"),
+    "slide": at_joints("prismatic", "joint position", "m"),
+}
+"""A further signal is a row here: with it, what a model leaves of it counts in every fit."""
+
+
+def compared(view: View) -> dict[str, Array]:
+    """Return what is compared of a view as it was measured, name -> components, shape (C, T)."""
+    found = {name: signal.measured(view) for name, signal in SIGNALS.items()}
+    return {name: values for name, values in found.items() if values is not None}
+
+
+def noise_of(views: Sequence[View]) -> NoiseFloor:
+    """Return the noise of all signals that some views have."""
+    found = {name: signal.noise(views) for name, signal in SIGNALS.items()}
+    theta, force = found.pop("theta"), found.pop("force")
+    assert theta is not None  # every recording has a motor's angle
+    others = {name: size for name, size in found.items() if size is not None}
+    return NoiseFloor(theta=theta, force=force, others=others)

@@ -1,0 +1,105 @@
+"""The table of signals: what is compared, with its own zero and scale, and how a row is added."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_newton.data.checks.measures import difference_noise
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.evaluation import evaluate_models
+from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
+from tendon_newton.identification.objective import layout, stack
+from tendon_newton.identification.signals import SIGNALS, Scales, Signal, of_servo
+from tendon_newton.identification.study import Study, replacements
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import replay
+
+SERVO = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
+
+
+def measured(bench: str = "finger", **signals: np.ndarray) -> Recording:
+    """A recording that the model explains exactly, with the tip of a finger and its joints."""
+    time = np.arange(0.0, 1.5, 0.0125)
+    wave = (1.5 - np.cos(4.0 * time))[:, None]
+    blank = Recording(
+        name="run.csv", bench=bench, time=time, command=wave, motor_position=0.0 * wave,
+        motor_velocity=0.0 * wave,
+    )  # fmt: skip
+    (run,) = replay([blank], SERVO, time_step=1e-3)
+    mechanism = load_mechanism(bench)
+    tip = tip_position(mechanism, run.joint_position)
+    own = {"joint_position": run.joint_position, "tip": None if tip is None else tip[:, [0, 2]]}
+    return replace(
+        blank, motor_position=run.motor_position, motor_velocity=run.motor_velocity,
+        force=run.force, **{**own, **signals},
+    )  # fmt: skip
+
+
+def study_of(*recordings: Recording) -> Study:
+    """Compare recordings with the model."""
+    return Study(recordings, SERVO, ("gain_error",), time_step=1e-3)
+
+
+def test_zeros_of_encoders_are_no_error() -> None:
+    """Joints count from where they were switched on."""
+    run = measured()
+    assert run.joint_position is not None
+    off = replace(run, joint_position=run.joint_position + np.array([0.7, -0.2]))
+    (left,) = study_of(off).residuals(*replacements([{}]))
+    assert list(left.signals) == ["theta", "force", "joint"]
+    assert np.abs(left.signals["joint"]).max() < 1e-9
+
+
+def test_every_joint_is_a_signal_of_its_own() -> None:
+    """Two joints stand behind angle and force, in the blocks of their recording."""
+    study = study_of(measured())
+    where = layout(study)
+    assert [name for name, _ in where.signals] == ["theta", "force", "joint", "joint"]
+    assert where.block_count == 2
+    assert stack(study.residuals(*replacements([{}]))).shape == (1, 4 * 120)
+
+
+def test_a_slider_has_its_own_unit() -> None:
+    """An encoder on it tells metres; laws miss them by the tendon's part of the motor's turn."""
+    study = study_of(measured("spring_weak"))
+    assert list(study.compared[0]) == ["theta", "force", "slide"]
+    form = study.form(Scales(theta=3e-3, force=0.1))
+    assert form.of("slide") == pytest.approx(3e-3 * 0.0125, rel=1e-6)  # float32 of the asset
+
+
+def test_recordings_without_further_signals_are_compared_as_ever() -> None:
+    """Encoders and a camera beside them change no bit of what angle and force leave."""
+    run = measured()
+    bare = replace(run, joint_position=None, tip=None)
+    column = study_of(bare).table.columns("gain_error")[0]
+    (more,), (less,) = (study_of(r).residuals(*replacements([{column: 1.1}])) for r in (run, bare))
+    assert list(less.signals) == ["theta", "force"]
+    for name, values in less.signals.items():
+        assert np.array_equal(values, more.signals[name])
+
+
+def test_a_further_signal_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a row for the servo's speed it counts in a search, and held-out errors have it."""
+    row = Signal(
+        words="motor speed",
+        unit="rad/s",
+        shown=(1.0, "rad/s"),
+        rollout=lambda _: "rate",
+        measured=lambda view: view.recording.motor_velocity.T,
+        simulated=of_servo("rate"),
+        noise=lambda views: float(
+            np.median([difference_noise(v.recording.motor_velocity[:, 0]) for v in views])
+        ),
+        form=lambda usual, _: 20.0 * usual.theta,
+        by_servo=True,
+    )
+    monkeypatch.setitem(SIGNALS, "speed", row)
+    run = measured(joint_position=None, tip=None)
+    study = study_of(replace(run, motor_velocity=run.motor_velocity + 0.5))
+    worlds = SearchWorlds(study)
+    assert [name for name, _ in worlds.where.signals] == ["theta", "force", "speed"]
+    (errors,) = evaluate_models(study, [{}])
+    assert errors.pooled().others_rmse == {"speed": pytest.approx(0.5, abs=1e-9)}
