@@ -115,14 +115,17 @@ def refuse_elsewhere(path: Path, tag: str, name: str) -> None:
 
 def refuse_couplings(path: Path, root: ET.Element) -> None:
     """Refuse a URDF's mimic and an MJCF's equality: an asset's joints would be free of them."""
-    for element in (*root.findall("joint/mimic"), *root.findall("equality/*")):
-        if element.get("active", "true") == "true":
+    for parent in (*root.findall("joint"), *root.findall("equality")):
+        for element in parent.findall("mimic") if parent.tag == "joint" else parent:
+            if element.get("active", "true") != "true":
+                continue
             words = ET.tostring(element, encoding="unicode").strip().strip("</>")
+            which = shown(parent.get("name", "")) if parent.tag == "joint" else "them"
             raise InvalidAsset(
-                f"{path}: joints of an asset are coupled by strings alone; the file couples them "
-                f"by <{words:.100}>, without which they would move freely: take it out if it may "
-                "go, and give the string an arm at each joint (--moment-arm) if it is one that "
-                "couples them"
+                f"{path}: joints of an asset are coupled by strings alone; the file couples "
+                f"{which} by <{words:.100}>, without which they would move freely: take it out if "
+                "it may go, and give the string an arm at each joint (--moment-arm) if it is one "
+                "that couples them"
             )
 
 
