@@ -193,9 +193,6 @@ def missing(figures: Mapping[str, Any]) -> str:
     return f"{figures['sets']} of {drawn} sets are answered."
 
 
-TIMED = "seconds per dataset, median"  # The figure that counts all answers of a section
-
-
 def own_logs(record: Record) -> str:
     """Return what was planted in each stranger's logs, and what its diagnosis names."""
     rows = []

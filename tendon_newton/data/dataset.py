@@ -1,6 +1,5 @@
 """A dataset: a folder of recordings with ``dataset.toml``, split by recording."""
 
-import hashlib
 import logging
 import os.path
 import shlex
@@ -22,7 +21,6 @@ from tendon_newton.data.bench_overrides import (
 from tendon_newton.data.files.checked_table import CheckedTable, table_of
 from tendon_newton.data.files.file_names import check_path
 from tendon_newton.data.files.html_table import html_table
-from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import kept_inside
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables
@@ -121,8 +119,6 @@ class Dataset:
     """Recordings that a fit may see."""
     test: tuple[Recording, ...]
     """Recordings that are never fitted."""
-    sha256: str = ""
-    """Hash of the list and of every file that was read; empty where none was."""
 
     def __repr__(self) -> str:
         every = (*self.train, *self.test)
@@ -177,19 +173,9 @@ def load_dataset(
         tuple(r for r, entry in zip(recordings, entries, strict=True) if entry.split == split)
         for split in SPLITS
     )
-    sha256 = listed_hash(path, entries)
     if stamps(path, entries) != begun:
         raise InvalidDataset(f"{path}: recordings must stay as they are while they are read")
-    return Dataset(path=path, train=train, test=test, sha256=sha256)
-
-
-def listed_hash(path: Path, entries: Sequence[ListedRecording]) -> str:
-    """Return one SHA-256 of a dataset's list and of all files that it names, in its order."""
-    digest = hashlib.sha256()
-    for file in all_files(path, entries):
-        digest.update(file.relative_to(path).as_posix().encode())
-        digest.update(file_hash(file).encode())
-    return digest.hexdigest()
+    return Dataset(path=path, train=train, test=test)
 
 
 def stamps(path: Path, entries: Sequence[ListedRecording]) -> list[tuple[int, int]]:

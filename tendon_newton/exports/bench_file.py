@@ -9,18 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton import __version__
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
-from tendon_newton.diagnosis.result import SCHEMA
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.mechanisms.authoring.corrected_layer import Numbers, write_corrected_layer
 from tendon_newton.mechanisms.authoring.correction import Correction
-from tendon_newton.mechanisms.authoring.identified_layer import (
-    FoundNumber,
-    Provenance,
-    write_identified_layer,
-)
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.usd.stage_file import usd_errors
@@ -39,7 +33,7 @@ def write_bench(path: Path, correction: Correction, model: Model) -> None:
 
     with tempfile.TemporaryDirectory() as draft:
         layer = Path(draft) / "layer.usda"
-        write_identified_layer(layer, correction, provenance_of(model))
+        write_corrected_layer(layer, correction, numbers_of(model))
         with usd_errors(layer):
             flat = Usd.Stage.Open(str(layer)).Flatten(False).ExportToString()
         written = Path(draft) / path.name
@@ -73,16 +67,13 @@ def close(one: object, other: object) -> bool:
     return bool(np.abs(a - b).max() <= SAME * max(float(np.abs(b).max()), 1.0e-9))
 
 
-def provenance_of(model: Model) -> Provenance:
-    """Return where the numbers of a model come from, as far as the model itself knows."""
-    numbers = {
+def numbers_of(model: Model) -> Numbers:
+    """Return the numbers of a model's effects with their units."""
+    return {
         effect.name: {
-            parameter.name: FoundNumber(
-                value=float(effect.values[parameter.name]), ci95=None, unit=parameter.unit
-            )
+            parameter.name: (float(effect.values[parameter.name]), parameter.unit)
             for parameter in find_effect(effect.name).parameters
             if parameter.name in effect.values
         }
         for effect in model.effects
     }
-    return Provenance(version=__version__, schema=SCHEMA, verdict="", dataset="", numbers=numbers)

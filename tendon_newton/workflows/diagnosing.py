@@ -1,7 +1,7 @@
 """Diagnose a dataset, or hold days against an earlier one, and write all files of the answer."""
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from tendon_newton.data.dataset import FILE_NAME, Dataset, dataset_folders, load_dataset
@@ -12,7 +12,6 @@ from tendon_newton.diagnosis.accounts.checked_data import sound
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.diagnosed_bench import recorded_benches
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.diagnosis.identified import write_identified
 from tendon_newton.diagnosis.in_time.changes import Changes, EarlierDay, find_changes, study_day
 from tendon_newton.diagnosis.in_time.changes_report import write_changes
 from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_events
@@ -24,14 +23,6 @@ from tendon_newton.errors import InvalidDataset, InvalidModelFile, InvalidOutput
 ANSWER = "diagnosis.json"
 
 
-@dataclass(frozen=True, kw_only=True)
-class DiagnosisAnswer:
-    """A diagnosis and where it was written."""
-
-    diagnosis: Diagnosis
-    layers: tuple[Path, ...]  # USD layers of what was found about the mechanisms
-
-
 def diagnose_into(
     out: Path,
     dataset: Dataset,
@@ -41,7 +32,7 @@ def diagnose_into(
     progress: Callable[[str], None],
     budget: float | None = None,
     finish: Callable[[Diagnosis], Model] = lambda diagnosis: diagnosis.model,
-) -> DiagnosisAnswer:
+) -> Diagnosis:
     """Diagnose, and write all files of the answer, or none of them.
 
     Args:
@@ -55,9 +46,8 @@ def diagnose_into(
     with together():
         write_model(out / "model.toml", finish(diagnosis))
         write_report(out / "report.html", diagnosis, evidence, origin)
-        layers = write_identified(out, diagnosis, dataset)
         write_diagnosis(out / ANSWER, diagnosis)
-    return DiagnosisAnswer(diagnosis=diagnosis, layers=layers)
+    return diagnosis
 
 
 def compare_days(

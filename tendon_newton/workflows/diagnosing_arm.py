@@ -22,14 +22,14 @@ from tendon_newton.diagnosis.report_words import cause_text
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.workflows.diagnosing import DiagnosisAnswer, diagnose_into
+from tendon_newton.workflows.diagnosing import diagnose_into
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmAnswer:
     """A diagnosis of each servo of an arm."""
 
-    servos: Mapping[str, DiagnosisAnswer]  # Joint -> its diagnosis, in the arm's order
+    servos: Mapping[str, Diagnosis]  # Joint -> its diagnosis, in the arm's order
     known: KnownArm | None = None  # The arm; None where none was given
     # Joint -> the model that was written, which is the plain one where nothing was named
     models: Mapping[str, Model] = field(default_factory=dict[str, Model])
@@ -119,13 +119,13 @@ def diagnose_each(
     progress: Callable[[str], None],
     until: float | None,
     finish: Callable[[str, Diagnosis], Model] = lambda joint, diagnosis: diagnosis.model,
-) -> dict[str, DiagnosisAnswer]:
+) -> dict[str, Diagnosis]:
     """Diagnose one servo after the other; each has an equal part of the time that is left.
 
     Args:
         finish: Gives the model of a joint that is written.
     """
-    answers: dict[str, DiagnosisAnswer] = {}
+    answers: dict[str, Diagnosis] = {}
     for joint, dataset in datasets.items():
         progress(f"{joint}.")
         waiting = len(datasets) - len(answers)
@@ -192,7 +192,7 @@ def servo_lines(answer: ArmAnswer) -> list[str]:
     """Say what each servo has, whether it was fitted with the arm or named as a cause."""
     lines = ["", "servos, as their model.toml has them, with what was fitted before any cause:"]
     for joint, one in answer.servos.items():
-        model, scale = answer.models[joint], one.diagnosis.scale
+        model, scale = answer.models[joint], one.scale
         parts = [cause_text(e.cause, numbers_of(e), scale) for e in model.effects]
         if isinstance(given := model.actuator.values.get("compliance"), float):
             parts.insert(0, f"compliance {quantity(given, 'rad/(N m)')}")
@@ -213,7 +213,7 @@ def error_lines(answer: ArmAnswer) -> list[str]:
         "plain servos and the diagnosis, all servos together under their commands alone",
     ]
     for joint, one in answer.servos.items():
-        errors = (one.diagnosis.baseline.theta_rmse, one.diagnosis.extended.theta_rmse,
+        errors = (one.baseline.theta_rmse, one.extended.theta_rmse,
                   answer.plain[joint], answer.together[joint])  # fmt: skip
         lines.append(f"  {joint:18s}" + " ".join(f"{1e3 * error:8.1f}" for error in errors))
     return lines

@@ -119,7 +119,7 @@ def test_a_budget_ends_at_one_instant_for_all_servos(arm: Path, tmp_path: Path) 
         progress=lambda _: None,
         until=0.0,
     )
-    assert not any(one.diagnosis.finished for one in answer.servos.values())
+    assert not any(one.finished for one in answer.servos.values())
 
 
 def test_an_arm_of_other_joints_is_refused(arm, tmp_path, capsys) -> None:

@@ -158,7 +158,7 @@ def test_a_diagnosis_from_source_prints_its_answer_and_nothing_else(
     run = from_source(libraries, "diagnose", dataset, "--model", model, "--out", out)
     assert (run.returncode, run.stderr) == (0, "")
     assert not [word for word in CHATTER if word in run.stdout]
-    assert (out / "identified.usda").is_file()
+    assert (out / "report.html").is_file()
 
 
 def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path) -> None:

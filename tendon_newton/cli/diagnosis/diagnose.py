@@ -13,7 +13,7 @@ Before the search starts its data are checked, and the time that it will take is
 ends the search and reports what it has so far, said to be unfinished.
 
 OUT gets report.html (for people), diagnosis.json (for programs), model.toml (the extended model,
-usable as the next --model), identified.usda (what was found about the mechanism, above its asset).
+usable as the next --model). tendon-newton export OUT --to usd has the mechanism as USD.
 Then ask why a cause was named or not: tendon-newton explain OUT.
 
 With --against nothing is searched. Numbers of an earlier answer, and those that walk from day
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from tendon_newton.data.dataset import Dataset
     from tendon_newton.data.model_file import Model
     from tendon_newton.diagnosis.result import Diagnosis, NamedEffect
-    from tendon_newton.workflows.diagnosing import DiagnosisAnswer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,25 +117,24 @@ def main(config: DiagnoseConfig) -> None:
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
     if budget is not None:
         budget = max(0.0, budget - (time.monotonic() - start))
-    answer = diagnose_into(out, dataset, model, origin, progress=progress, budget=budget)
+    diagnosis = diagnose_into(out, dataset, model, origin, progress=progress, budget=budget)
     if config.json:
         print((out / "diagnosis.json").read_text(encoding="utf-8"), end="")
         return
-    print(summary(answer.diagnosis))
-    print("\n".join(["", *places(out, answer)]))
+    print(summary(diagnosis))
+    print("\n".join(["", *places(out, diagnosis)]))
 
 
-def places(out: Path, answer: DiagnosisAnswer) -> list[str]:
+def places(out: Path, diagnosis: Diagnosis) -> list[str]:
     """Say where the files of an answer are, and what to type next."""
     here = str(out)
     lines = [
         f"  report           {out / 'report.html'}",
         f"  extended model   {out / 'model.toml'}",
         f"  for programs     {out / 'diagnosis.json'}",
-        f"  for USD          {', '.join(map(str, answer.layers))}",
         f"  why, or why not  tendon-newton explain {shlex.quote(here)}",
     ]
-    if any(effect.separating_experiment is not None for effect in answer.diagnosis.effects):
+    if any(effect.separating_experiment is not None for effect in diagnosis.effects):
         run = f"tendon-newton experiment {shlex.quote(here)} --out run.csv"
         lines.append(f"  to tell apart    {run}")
     return lines
@@ -207,7 +205,7 @@ def diagnose_joints(
     for joint, one in answer.servos.items():
         why = shlex.join(["tendon-newton", "explain", str(config.out / joint)])
         print(
-            f"\n{joint}{summary(one.diagnosis)}\n\n  report  {config.out / joint / 'report.html'}"
+            f"\n{joint}{summary(one)}\n\n  report  {config.out / joint / 'report.html'}"
             f"\n  why, or why not  {why}"
         )
     if answer.known is None:

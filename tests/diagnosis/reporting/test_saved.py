@@ -23,7 +23,6 @@ from tendon_newton.diagnosis.result import (
     write_diagnosis,
 )
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis
-from tendon_newton.workflows.diagnosing import DiagnosisAnswer
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, named
 from tests.proposed import proposed
 
@@ -97,7 +96,7 @@ def test_the_commands_that_an_answer_proposes_can_be_typed(tmp_path: Path, capsy
     """A space in the folder's name included; a cause's number in the answer is told beside it."""
     found = diagnosis("partly_explained")
     out = written(tmp_path / "my answer", found)
-    said = "\n".join(places(out, DiagnosisAnswer(diagnosis=found, layers=())))
+    said = "\n".join(places(out, found))
     explain, experiment = proposed(said)
     assert experiment[0] == "experiment"
     assert main(explain) == 0

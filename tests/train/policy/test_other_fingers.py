@@ -81,7 +81,8 @@ def exported(antagonist: Trained, tmp_path_factory: pytest.TempPathFactory) -> E
         return export_policy(out, antagonist, config_of("finger_antagonist"))
 
 
-@pytest.mark.parametrize("name", ["finger_routed", pytest.param("thumb", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["finger_routed", "thumb"])
 def test_a_finger_with_a_routed_string_is_learned(name: str, tmp_path: Path) -> None:
     """PPO takes off two fifths of the tip error and more within seconds; none diverges."""
     trained = train(name, tmp_path)

@@ -1,4 +1,4 @@
-"""What a diagnosis found about a mechanism, as USD: the same numbers, for every program."""
+"""A corrected mechanism as a layer of USD: the same numbers, for every program."""
 
 from pathlib import Path
 from typing import Any
@@ -10,13 +10,12 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.mechanisms.authoring.correction import HOMES, correct
-from tendon_newton.mechanisms.authoring.identified_layer import (
-    PROVENANCE,
-    FoundNumber,
-    Provenance,
-    write_identified_layer,
+from tendon_newton.mechanisms.authoring.corrected_layer import (
+    NUMBERS,
+    Numbers,
+    write_corrected_layer,
 )
+from tendon_newton.mechanisms.authoring.correction import HOMES, correct
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -45,18 +44,11 @@ def model_of(*names: str, overrides: BenchOverrides | None = None) -> Model:
     )
 
 
-def provenance_of(**numbers: dict[str, FoundNumber]) -> Provenance:
-    """Return a provenance with some numbers."""
-    return Provenance(
-        version="0.1.0", schema=1, verdict="explained", dataset="ab" * 32, numbers=numbers
-    )
-
-
-def written(folder: Path, model: Model, provenance: Provenance | None = None) -> Mechanism:
+def written(folder: Path, model: Model, numbers: Numbers | None = None) -> Mechanism:
     """Write the layer of the finger for a model, and load it."""
-    path = folder / "identified.usda"
+    path = folder / "corrected.usda"
     correction = correct(load_mechanism("finger"), model)
-    write_identified_layer(path, correction, provenance or provenance_of())
+    write_corrected_layer(path, correction, numbers or {})
     return load_mechanism(path)
 
 
@@ -72,7 +64,7 @@ def numbers_of(mechanism: Mechanism) -> dict[str, Any]:
     return table
 
 
-def test_the_layer_loads_to_the_identified_numbers(tmp_path: Path) -> None:
+def test_the_layer_loads_to_the_corrected_numbers(tmp_path: Path) -> None:
     """All effects and bench numbers at once; what was not found stays the asset's."""
     assert set(FOUND) == set(HOMES)
     model = model_of(*FOUND, overrides=OVERRIDES)
@@ -82,16 +74,16 @@ def test_the_layer_loads_to_the_identified_numbers(tmp_path: Path) -> None:
         assert found[name] == pytest.approx(value, rel=FLOAT32, abs=1e-12), name
 
 
-@pytest.mark.parametrize("name", [name for name in FOUND if name != "force_saturation"])
-def test_the_layer_moves_as_the_effect_does(name: str, tmp_path: Path) -> None:
-    """The effect on the asset as it was, and the layer without the effect, are one motion."""
+def test_the_layer_moves_as_the_effects_do(tmp_path: Path) -> None:
+    """The effects on the asset as it was, and the layer without them, are one motion."""
+    found = {name: values for name, values in FOUND.items() if name != "force_saturation"}
     run = run_of(stairs(np.random.default_rng(0), 80, 0.5, 2.5, 20))
-    layer = written(tmp_path, model_of(name))
+    layer = written(tmp_path, model_of(*found))
     # the radius that a model names counts, whatever the asset's is
     radius = layer.tendons[0].spool_radius
     plain = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": radius}))
     (before,) = simulate([run], ideal_model(), time_step=1e-3)
-    (effect,) = simulate([run], ideal_model(**{name: FOUND[name]}), time_step=1e-3)
+    (effect,) = simulate([run], ideal_model(**found), time_step=1e-3)
     (after,) = simulate([run], plain, time_step=1e-3, mechanism=layer)
     moved = np.ptp(before.joint_position, axis=0)
     assert np.max(np.abs(effect.joint_position - before.joint_position) / moved) > 1e-3
@@ -104,7 +96,7 @@ def test_the_layer_holds_overrides_and_nothing_else(tmp_path: Path) -> None:
     from pxr import Sdf, Usd
 
     written(tmp_path, model_of("joint_stiffness_error"))
-    stage = Usd.Stage.Open(str(tmp_path / "identified.usda"))
+    stage = Usd.Stage.Open(str(tmp_path / "corrected.usda"))
     spring = stage.GetPrimAtPath("/finger/joints/pip").GetAttribute("mjc:stiffness")
     assert spring.Get() == pytest.approx(1.3 * 0.045)
     layer = stage.GetRootLayer()
@@ -117,11 +109,11 @@ def test_the_layer_holds_overrides_and_nothing_else(tmp_path: Path) -> None:
     assert {prim.specifier for prim in prims} == {Sdf.SpecifierOver}
     attributes = [spec.name for spec in specs if isinstance(spec, Sdf.AttributeSpec)]
     assert attributes == ["mjc:stiffness", "mjc:stiffness"]
-    assert not [f for f in check_asset(tmp_path / "identified.usda") if f.severity == "error"]
+    assert not [f for f in check_asset(tmp_path / "corrected.usda") if f.severity == "error"]
 
 
-def test_what_has_no_place_in_usd_stands_in_the_provenance_alone(tmp_path: Path) -> None:
-    """A delay is no attribute of any prim; its number and interval are kept all the same."""
+def test_what_has_no_place_in_usd_stands_beside_it(tmp_path: Path) -> None:
+    """A delay is no attribute of any prim; its number is kept all the same."""
     from pxr import Sdf
 
     model = Model(
@@ -131,19 +123,16 @@ def test_what_has_no_place_in_usd_stands_in_the_provenance_alone(tmp_path: Path)
             NamedValues(name="joint_damping_error", values={"scale": 2.0}),
         ),
     )
-    provenance = provenance_of(
-        command_delay={"delay": FoundNumber(value=0.04, ci95=(0.03, 0.05), unit="s")},
-        joint_damping_error={"scale": FoundNumber(value=2.0, ci95=None, unit="1")},
-    )
-    written(tmp_path, model, provenance)
-    text = (tmp_path / "identified.usda").read_text(encoding="utf-8")
+    numbers = {
+        "command_delay": {"delay": (0.04, "s")},
+        "joint_damping_error": {"scale": (2.0, "1")},
+    }
+    written(tmp_path, model, numbers)
+    text = (tmp_path / "corrected.usda").read_text(encoding="utf-8")
     assert "delay" not in text[text.index('over "finger"') :]
-    kept = Sdf.Layer.FindOrOpen(str(tmp_path / "identified.usda")).customLayerData[PROVENANCE]
-    delay = kept["not_in_usd"]["command_delay"]["delay"]
-    assert (delay["value"], list(delay["ci95"]), delay["unit"]) == (0.04, [0.03, 0.05], "s")
+    kept = Sdf.Layer.FindOrOpen(str(tmp_path / "corrected.usda")).customLayerData[NUMBERS]
+    assert kept["not_in_usd"] == {"command_delay": {"delay": {"value": 0.04, "unit": "s"}}}
     assert kept["in_this_layer"]["joint_damping_error"]["scale"]["value"] == 2.0
-    assert (kept["dataset_sha256"], kept["verdict"]) == ("ab" * 32, "explained")
-    assert set(kept["not_in_usd"]) == {"command_delay"}
 
 
 def test_every_effect_has_a_place_or_is_left() -> None:
@@ -162,4 +151,4 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     """A folder that is not there."""
     correction = correct(load_mechanism("finger"), model_of())
     with pytest.raises(InvalidOutput, match="nowhere"):
-        write_identified_layer(tmp_path / "nowhere" / "x.usda", correction, provenance_of())
+        write_corrected_layer(tmp_path / "nowhere" / "x.usda", correction, {})

@@ -1,11 +1,10 @@
-"""A USD layer of overrides above an asset: the numbers that a diagnosis found, and where from."""
+"""A USD layer of overrides above an asset: the numbers of a corrected mechanism."""
 
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from math import degrees, radians
 from pathlib import Path
 from typing import Any
@@ -19,43 +18,16 @@ from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.mechanisms.usd.stage_file import open_stage, take_units, usd_errors
 from tendon_newton.mechanisms.usd.usd_tendon import TENDON_NUMBERS
 
-PROVENANCE = "tendon_newton"  # Key of the provenance in the layer's ``customLayerData``
+NUMBERS = "tendon_newton"  # Key of the model's numbers in the layer's ``customLayerData``
 RELATIVE = 1.0e-9  # Difference of a number that is none [1]: the rest of the arithmetic
-DOCUMENTATION = """What a diagnosis found about {name}, above its asset: open this in its place.
-
-Every number here is an override; without this layer the asset is as it was. What has no place in
-USD (servo, sensors, springs that remember, lengths of links) stands in customLayerData alone. The
-model.toml beside it says the same of the asset as it was: use one of the two."""
 
 # Prim, attribute, name of its type in `Sdf.ValueTypeNames`, and value
 Overrides = Iterator[tuple[str, str, str, Any]]
+# Effect -> parameter -> value and unit, of all effects of a model, with a place in USD or not
+Numbers = Mapping[str, Mapping[str, tuple[float, str]]]
 
 
-@dataclass(frozen=True, kw_only=True)
-class FoundNumber:
-    """A number that a diagnosis found."""
-
-    value: float
-    ci95: tuple[float, float] | None  # 95 % interval; None for a number that the starting model had
-    unit: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class Provenance:
-    """Program, diagnosis and dataset behind the numbers of a layer."""
-
-    version: str  # Version of the program
-    schema: int  # Schema of its diagnosis
-    verdict: str
-    dataset: str  # SHA-256 of the dataset
-    # Effect -> parameter -> number, of all effects of the model, with a place in USD or not
-    numbers: Mapping[str, Mapping[str, FoundNumber]]
-    # Joint -> length of its link, where the model states lengths: shapes and frames of a link would
-    # have to follow, so that a layer of numbers leaves them
-    lengths: Mapping[str, FoundNumber] = field(default_factory=dict)
-
-
-def write_identified_layer(path: Path, correction: Correction, provenance: Provenance) -> None:
+def write_corrected_layer(path: Path, correction: Correction, numbers: Numbers) -> None:
     """Write the layer; it holds overrides only and names the asset as its sublayer.
 
     A file that is there is replaced.
@@ -78,8 +50,7 @@ def write_identified_layer(path: Path, correction: Correction, provenance: Prove
                 attribute = stage.OverridePrim(prim).CreateAttribute(name, type_name, False)
             attribute.Set(value)
     take_units(layer, base)
-    layer.documentation = DOCUMENTATION.format(name=correction.asset.name)
-    layer.customLayerData = {PROVENANCE: provenance_table(correction, provenance)}
+    layer.customLayerData = {NUMBERS: numbers_table(correction, numbers)}
     del stage  # an open one looks at once for what the next line says, from a layer without a place
     nearby = os.path.relpath(asset, path.resolve().parent)
     layer.subLayerPaths[0] = Path(nearby).as_posix()
@@ -146,30 +117,13 @@ def differs(old: Any, new: Any) -> bool:
     return not np.allclose(old, new, rtol=RELATIVE, atol=0.0)
 
 
-def provenance_table(correction: Correction, provenance: Provenance) -> dict[str, Any]:
-    """Return what the layer says of itself, as USD's dictionaries hold it."""
-    numbers = {
-        effect: {name: number_table(number) for name, number in own.items()}
-        for effect, own in provenance.numbers.items()
+def numbers_table(correction: Correction, numbers: Numbers) -> dict[str, Any]:
+    """Return what of a model stands in the layer and what has no place there, as USD holds it."""
+    tables = {
+        effect: {name: {"value": value, "unit": unit} for name, (value, unit) in own.items()}
+        for effect, own in numbers.items()
     }
-    left = {name: numbers.get(name, {}) for name in correction.left}
-    if provenance.lengths:
-        left["length"] = {joint: number_table(n) for joint, n in provenance.lengths.items()}
     return {
-        "version": provenance.version,
-        "diagnosis_schema": provenance.schema,
-        "verdict": provenance.verdict,
-        "dataset_sha256": provenance.dataset,
-        "in_this_layer": {name: numbers.get(name, {}) for name in correction.applied},
-        "not_in_usd": left,
+        "in_this_layer": {name: tables.get(name, {}) for name in correction.applied},
+        "not_in_usd": {name: tables.get(name, {}) for name in correction.left},
     }
-
-
-def number_table(number: FoundNumber) -> dict[str, Any]:
-    """Return a number with its interval."""
-    from pxr import Vt
-
-    table: dict[str, Any] = {"value": number.value, "unit": number.unit}
-    if number.ci95 is not None:
-        table["ci95"] = Vt.DoubleArray(number.ci95)
-    return table
