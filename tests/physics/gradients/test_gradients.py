@@ -232,6 +232,7 @@ def test_gradients_by_every_other_effect(half: int) -> None:
     check_gradients(make_rollout({"viscous_friction": {"coefficient": 0.3}, **rest}), ())
 
 
+@pytest.mark.slow
 def test_gradients_by_a_motor_that_tires_at_its_greatest_speed() -> None:
     """What load has built up is carried from step to step, and so is its derivative.
 
@@ -240,6 +241,7 @@ def test_gradients_by_a_motor_that_tires_at_its_greatest_speed() -> None:
     check_gradients(make_rollout(TIRING), ())
 
 
+@pytest.mark.slow
 def test_gradients_by_a_gear_under_load() -> None:
     """Both sides' load, sliding and breaking away, beside viscous friction.
 
@@ -297,62 +299,75 @@ def test_a_delay_of_zero_has_the_derivative_of_a_small_delay() -> None:
     assert found == pytest.approx((loss_of(rollout, seeds) - before) / 1.0e-7, rel=1e-3)
 
 
-def test_repeated_gradients_are_the_same() -> None:
-    """The first run launches one by one, the later ones are graphs.
-
-    Nothing is left over from run to run.
-    """
-    rollout = make_rollout(EFFECTS, duration=SHORT)
-    seeds = random_seeds(rollout)
-    found = [rollout.backward(**seeds).parameters.grad.numpy().copy() for _ in range(3)]
-    assert np.array_equal(found[0], found[1])
-    assert np.array_equal(found[0], found[2])
+def repeated(rollout: DifferentiableRollout, count: int) -> list[list[Array]]:
+    """Return the gradients by all that went in, as often as a run is repeated."""
+    seeds, found = random_seeds(rollout), []
+    for _ in range(count):
+        inputs = rollout.backward(**seeds)
+        arrays = [inputs.parameters, inputs.command]
+        arrays += [getattr(inputs.mechanism, name) for name in rollout.bench_names]
+        found.append([array.grad.numpy().copy() for array in arrays])
+    return found
 
 
 def all_gradients(rollout: DifferentiableRollout) -> list[Array]:
     """Return the second gradients, from a captured run, by all that went in."""
-    seeds = random_seeds(rollout)
-    for _ in range(2):
-        inputs = rollout.backward(**seeds)
-    arrays = [inputs.parameters, inputs.command]
-    arrays += [getattr(inputs.mechanism, name) for name in rollout.bench_names]
-    return [array.grad.numpy().copy() for array in arrays]
+    return repeated(rollout, 2)[1]
 
 
-def test_many_substeps_at_once_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def thrice() -> list[list[Array]]:
+    """Return the gradients of a short run and of two repetitions."""
+    return repeated(make_rollout(EFFECTS, duration=SHORT), 3)
+
+
+def test_repeated_gradients_are_the_same(thrice: list[list[Array]]) -> None:
+    """The first run launches one by one, the later ones are graphs.
+
+    Nothing is left over from run to run.
+    """
+    for first, second, third in zip(*thrice, strict=True):
+        assert np.array_equal(first, second)
+        assert np.array_equal(first, third)
+
+
+@pytest.fixture(scope="module")
+def tiring() -> tuple[DifferentiableRollout, list[Array]]:
+    """Return a short run with effects that remember, and its gradients."""
+    rollout = make_rollout(TIRING, duration=SHORT)
+    return rollout, all_gradients(rollout)
+
+
+def test_many_substeps_at_once_give_the_same(tiring, monkeypatch: pytest.MonkeyPatch) -> None:
     """What a GPU does: slopes of many substeps, a sweep along them, what they add up to.
 
     In three parts of the run, with effects that remember, to the rounding of another order.
     """
     monkeypatch.setattr(substep_chain, "TOGETHER", 2 * 280)
-    found = [
-        all_gradients(make_rollout(TIRING, duration=SHORT, at_once=at_once))
-        for at_once in (False, True)
-    ]
-    for one_by_one, together in zip(*found, strict=True):
+    at_once = all_gradients(make_rollout(TIRING, duration=SHORT, at_once=True))
+    for one_by_one, together in zip(tiring[1], at_once, strict=True):
         assert together == pytest.approx(one_by_one, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("at_once", [False, True])
-def test_a_run_in_segments_gives_the_same(at_once: bool) -> None:
+def test_a_run_in_segments_gives_the_same(tiring, at_once: bool) -> None:
     """Only a seventh of the states is kept; the others are simulated again, to the same bits."""
-    whole = make_rollout(TIRING, duration=SHORT, at_once=at_once)
+    whole, gradients = tiring
     parts = make_rollout(TIRING, duration=SHORT, at_once=at_once, segments=7)
-    for kept, repeated in zip(all_gradients(whole), all_gradients(parts), strict=True):
-        assert repeated == pytest.approx(kept, rel=1e-9, abs=1e-9)
+    for kept, again in zip(gradients, all_gradients(parts), strict=True):
+        assert again == pytest.approx(kept, rel=1e-9, abs=1e-9)
     for name in ("joint_position", "motor_position", "force"):
         readings = [getattr(rollout.readings, name).numpy() for rollout in (whole, parts)]
         assert np.array_equal(*readings)
 
 
-def test_more_divided_substeps_than_there_was_room_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_divided_substeps_than_there_was_room_for(thrice, monkeypatch) -> None:
     """The list of substeps that events divide grows with them, also after a run was captured."""
-    plenty = all_gradients(make_rollout(EFFECTS, duration=SHORT))
     monkeypatch.setattr(substep_chain, "LEAST_ROOM", 1)
     rollout = make_rollout(EFFECTS, duration=SHORT)
     friction = rollout.inputs.mechanism.friction
     friction.zero_()
     all_gradients(rollout)
     friction.assign(np.tile(FRICTION, (2, 1)))
-    for roomy, grown in zip(plenty, all_gradients(rollout), strict=True):
+    for roomy, grown in zip(thrice[1], all_gradients(rollout), strict=True):
         assert grown == pytest.approx(roomy, rel=1e-9, abs=1e-9)
