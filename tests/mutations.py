@@ -106,7 +106,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         " or self.estimates.get(effect_of(owner), {})", " or {}", f"{CHANGES} all_servos"),
     Mutation("another-bench-is-a-day", "tendon_newton/workflows/diagnosing.py",
         "if own and other:", "if own and other and len(own) > 1:",
-        "tests/test_mistakes.py -k another"),
+        "tests/doors/test_mistakes.py -k another"),
     Mutation("other-numbers-stand-still", "tendon_newton/diagnosis/in_time/changes.py",
         "moved, probability = name in point.moved,", "moved, probability = True,",
         f"{CHANGES} nothing_else"),

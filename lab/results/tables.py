@@ -59,15 +59,13 @@ def heeded(kept: Records) -> str:
     columns = []
     for asked in ASKED:
         seeds = [hands(record, f"heeding_{asked}_{seed}") for seed in record.seeds]
-        near = [sum(abs(one - asked) <= 0.15 * asked for one in turned) for turned in seeds]
-        cells = [
-            f"{about(each, 0)}; {n} of {len(each)}" for each, n in zip(seeds, near, strict=True)
-        ]
+        packaged = seeds[0]
+        near = sum(abs(one - asked) <= 0.15 * asked for one in packaged)
         close = sum(abs(mean(turned) - asked) <= 0.15 * asked for turned in seeds)
         means = about([mean(turned) for turned in seeds], 0)
-        columns.append([*cells, f"{means}; {close} of {len(seeds)}"])
-    names = ["seed 0, packaged", *(f"seed {seed}" for seed in record.seeds[1:]), "means of seeds"]
-    rows = zip(names, *columns, strict=True)
+        own = f"{about(packaged, 0)}; {near} of {len(packaged)}"
+        columns.append([own, f"{means}; {close} of {len(seeds)}"])
+    rows = zip(("seed 0, packaged", "means of seeds"), *columns, strict=True)
     return table(("policy", *(f"asked for {asked} rad/min" for asked in ASKED)), rows)
 
 
@@ -268,7 +266,6 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         "docs/known_servos.md",
         lambda kept: known_servos.table(kept["comparison"].figures),
     ),
-    "numbers of known servos": ("docs/known_servos.md", lambda kept: known_servos.numbers()),
     "losses": ("docs/comparison.md", lambda kept: ratios(kept["comparison"].figures)),
     "arm": ("docs/lab/so101.md", lambda kept: shares_of_arm(kept["comparison"].figures)),
     "turning": ("docs/policies.md", turning),

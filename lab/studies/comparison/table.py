@@ -129,7 +129,7 @@ def ratios(results: Results) -> str:
             f"{each.ratio:.2f}", str(each.ours["says"]), f"`{each.ours['commit'][:7]}`",
         ]
         for each in found
-        if round(each.ratio, 2) > 1.0
+        if round(each.ratio, 2) > LEVEL
     ]  # fmt: skip
     every = [each.ratio for each in found]
     return (

@@ -49,20 +49,3 @@ def table(rivals: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
     heads = ("servo", "logs", "fitted", "held out", "error [mrad]", "bam m1 to m6, same logs",
              "data sheet", "gains; supply; load")  # fmt: skip
     return table_of(heads, rows)
-
-
-def numbers() -> str:
-    """Return the identified numbers of the servos that ship, with their 95 % intervals."""
-    rows = []
-    for name in names():
-        told = json.loads((SERVOS / name / "diagnosis.json").read_text())
-        causes = (*told["effects"], *told.get("suspected", ()))
-        parts = {"motor and stand": told["fitted"]} | {
-            cause["name"]: cause["parameters"] for cause in causes if cause["parameters"]
-        }
-        for part, each in parts.items():
-            for key, found in each.items():
-                words = (f"`{name}`", part.replace("_", " "), key.replace("_", " "))
-                between = " to ".join(f"{end:.3g}" for end in found["ci95"])
-                rows.append((*words, f"{found['value']:.3g}", between, found["unit"]))
-    return table_of(("servo", "part", "number", "value", "95 % interval", "unit"), rows)
