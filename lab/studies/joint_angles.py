@@ -34,7 +34,7 @@ SETS: tuple[tuple[str, ...], ...] = (
 )
 BENCHES = ("S", "F")  # A slider and a finger, keys of `tests.planted.recordings.MIXES`
 DURATION = (4.0, 5.0)  # Length of each recording [s]
-SIGNALS = {"motor angle and force": (), "with joint angles": ("joint_position",)}
+SIGNALS = {"as ever": (), "joint angles too": ("joint_position",)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,12 +75,9 @@ def seen(dataset: Dataset, signals: Sequence[str]) -> Dataset:
     return replace(dataset, train=less(dataset.train), test=less(dataset.test))
 
 
-def answers(
-    bench: str, planted: tuple[str, ...], seed: int, budget: float | None
-) -> Iterator[Answer]:
+def answers(recipe: Recipe, budget: float | None) -> Iterator[Answer]:
     """Plant a set and diagnose it with each choice of signals."""
     with tempfile.TemporaryDirectory() as folder:
-        recipe = Recipe(effects=planted, seed=seed, mix=bench, duration=DURATION, on_joint=True)
         make_dataset(Path(folder), recipe)
         dataset, model = load_dataset(folder), load_model(Path(folder) / "model.toml")
         for words, signals in SIGNALS.items():
@@ -88,8 +85,8 @@ def answers(
                 seen(dataset, signals), model, progress=lambda _: None, budget=budget
             )
             yield Answer(
-                planted=planted, bench=bench, seed=seed, signals=words, named=classes(found),
-                left=found.extended.to_json(), seconds=found.wall_time_s,
+                planted=recipe.effects, bench=recipe.mix, seed=recipe.seed, signals=words,
+                named=classes(found), left=found.extended.to_json(), seconds=found.wall_time_s,
             )  # fmt: skip
 
 
@@ -123,13 +120,19 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=(2,))
     parser.add_argument("--budget", type=float, default=None, help="of each diagnosis [s]")
     parser.add_argument("--sets", type=int, nargs="+", default=range(len(SETS)))
+    parser.add_argument("--size", type=float, default=1.0, help="of the causes [1]")
+    parser.add_argument("--without-force", action="store_true", help="no load cell")
     asked = parser.parse_args()
     quiet_warp()
     found: list[Answer] = []
     for seed in asked.seeds:
         for bench in asked.bench:
             for place in asked.sets:
-                for answer in answers(bench, SETS[place], seed, asked.budget):
+                recipe = Recipe(
+                    effects=SETS[place], seed=seed, mix=bench, duration=DURATION, on_joint=True,
+                    size=asked.size, without_force=asked.without_force,
+                )  # fmt: skip
+                for answer in answers(recipe, asked.budget):
                     found.append(answer)
                     print(json.dumps(vars(answer)), flush=True)
     print("\n".join(table(found)))

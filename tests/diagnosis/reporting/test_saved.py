@@ -14,6 +14,8 @@ from tendon_newton.data.model_file import write_model
 from tendon_newton.diagnosis.explanation import Estimate, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.report_words import headline
+from tendon_newton.diagnosis.reporting.report_causes import errors_text
+from tendon_newton.diagnosis.reporting.report_tables import key_numbers
 from tendon_newton.diagnosis.result import (
     ActuatorFound,
     CandidateScore,
@@ -51,6 +53,25 @@ def test_a_diagnosis_comes_back_as_it_was(verdict, tmp_path: Path) -> None:
     assert tendon_newton.load_diagnosis(out / "diagnosis.json").to_json() == again.to_json()
     if verdict == "partly_explained":
         assert len(again.plot().axes) == 2
+
+
+def test_what_is_left_of_further_signals_is_told_and_comes_back(tmp_path: Path) -> None:
+    """Encoders on joints: in the file, without each cause too, and in the report's numbers."""
+    found = diagnosis("explained")
+    more = {
+        name: replace(getattr(found, name), others_rmse={"joint": size})
+        for name, size in (("baseline", 0.02), ("extended", 2e-4))
+    }
+    effects = [replace(e, without=replace(e.without, others_rmse={"joint": 0.01}))
+               for e in found.effects]  # fmt: skip
+    found = replace(found, noise_others={"joint": 1e-4}, effects=tuple(effects), **more)
+    out = written(tmp_path / "out", found)
+    again = tendon_newton.load_diagnosis(out)
+    assert again.to_json() == found.to_json()
+    assert found.to_json()["effects"][0]["gain"]["joint_rmse"] == [0.01, 2e-4]
+    (told,) = [row for row in key_numbers(again) if row["label"] == "joint angle, RMS error"]
+    assert told["value"] == "20.0 → 0.200 mrad"
+    assert errors_text(again.extended, again.scale).endswith("0.200 mrad (joint angle)")
 
 
 def test_what_is_seldom_said_comes_back_too(tmp_path: Path) -> None:
