@@ -64,6 +64,19 @@ def test_a_lag_of_the_velocity_is_measured(lag: float) -> None:
     assert ("ahead of" in finding.evidence) == (lag < 0.0)
 
 
+@pytest.mark.parametrize("scale", [57.29578, 1.0 / 57.29578, 0.2])
+def test_a_joint_in_another_unit_is_told_by_its_own_column(scale: float) -> None:
+    """Of two joints the second is; the first was blamed, and failed in a dataset's examination."""
+    own = np.sin(3.0 * TIME)
+    theta = np.stack([np.cos(2.0 * TIME), scale * own], axis=1)
+    command = np.stack([np.cos(2.0 * TIME), own], axis=1)
+    seen = log(bench="servo", motor_position=theta, command=command, force=None,
+               motor_velocity=np.gradient(theta, TIME, axis=0))  # fmt: skip
+    told = [one for one in lint_recording(seen) if one.check == "degrees"]
+    assert told
+    assert all(one.channel.endswith("_1") for one in told)
+
+
 @pytest.mark.parametrize("unit", [180.0 / np.pi, 60.0 / (2.0 * np.pi), np.pi / 180.0])
 def test_a_velocity_in_another_unit_is_a_defect(unit: float) -> None:
     """Degrees or revolutions per minute do not match the slope of the position."""

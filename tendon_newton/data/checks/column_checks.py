@@ -76,8 +76,9 @@ def degrees(recording: Recording) -> Iterator[Finding]:
             ("theta", "theta_d", theta, spread / asked, ANGLE_TOO_FAR),
             ("theta_d", "theta", command, asked / spread, COMMAND_TOO_FAR),
         ):
+            channel = Examined(recording.name, names_of(recording, column)[place])
             if least < ratio < COUNTS:
-                yield Examined(recording.name, column).defect(
+                yield channel.defect(
                     f"moves {ratio:.1f} times as far as {other}, by {np.ptp(size):.3g} rad",
                     f'{column} is in degrees: say unit = "deg" for it in the mapping'
                     if np.ptp(size) > WIDE
@@ -85,7 +86,7 @@ def degrees(recording: Recording) -> Iterator[Finding]:
                     "the mapping",
                 )
             elif (SERVO_RATIO if recording.bench == "servo" else LEAST_RATIO) < ratio <= least:
-                yield Examined(recording.name, column).caution(
+                yield channel.caution(
                     f"moves {ratio:.1f} times as far as {other}, and with it",
                     f"{column} or {other} has another unit or the other side of a gear (scale in "
                     "the mapping); a spring that lets a servo go so little is rare",
