@@ -93,7 +93,14 @@ def test_closing_path_needs_ever_more_force_and_winds_ever_more_tendon(name: str
 
 
 # a hand with a ball is the hand in every panel of the picture
-@pytest.mark.parametrize("name", [name for name in asset_names() if name != "hand"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name == "hand_ball" else [])
+        for name in asset_names()
+        if name != "hand"
+    ],
+)
 def test_asset_has_a_picture(name: str, tmp_path) -> None:
     """``asset show`` writes a PNG of some size."""
     path = tmp_path / "picture.png"

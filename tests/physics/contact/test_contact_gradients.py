@@ -60,6 +60,7 @@ def test_gradients_by_what_is_touched(rollout: DifferentiableRollout) -> None:
     check_numbers(rollout, NUMBERS, SIZES)
 
 
+@pytest.mark.slow
 def test_gradients_by_gain_and_commands_of_a_held_object(rollout: DifferentiableRollout) -> None:
     """What the motor does while the finger holds something."""
     check_gain_and_commands(rollout, ((2, 0), (15, 0), (30, 0), (37, 0)))

@@ -106,6 +106,7 @@ def test_gradients_by_the_weights(rollout: DifferentiableRollout, seeds: dict[st
     assert largest > 1.0
 
 
+@pytest.mark.slow
 def test_gradients_by_effects_bench_and_actions(rollout, seeds) -> None:
     """To 1e-3, and not zero: every number of the effects, springs, masses, arms, commands."""
     rollout.forward()

@@ -135,6 +135,7 @@ def cart(seed: int) -> Recording:
     )
 
 
+@pytest.mark.slow
 def test_a_cart_s_friction_is_named_and_measured() -> None:
     """Dry and viscous friction and a constant offset, each within 2 %, of the whole catalogue.
 
