@@ -1,5 +1,6 @@
 """A folder of datasets with known truths, diagnosed in parallel; a broken-off exam goes on."""
 
+import hashlib
 import json
 import resource
 import sys
@@ -10,7 +11,7 @@ from typing import Any
 
 from tendon_lab.exam.exam_score import Mark, Truth, judge
 from tendon_lab.exam.truth_file import read_truth
-from tendon_newton.data.dataset import listed_hash, read_entries
+from tendon_newton.data.dataset import all_files, read_entries
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import content_hash, file_hash
@@ -104,8 +105,12 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
 
 def question_of(dataset: Path) -> str:
     """Return a hash of all that an answer is made from: recordings, their list and the model."""
-    listed = listed_hash(dataset, read_entries(dataset))
-    return content_hash(f"{listed} {file_hash(dataset / 'model.toml')}".encode())
+    listed = hashlib.sha256()
+    for file in all_files(dataset, read_entries(dataset)):
+        listed.update(file.relative_to(dataset).as_posix().encode())
+        listed.update(file_hash(file).encode())
+    asked = f"{listed.hexdigest()} {file_hash(dataset / 'model.toml')}"
+    return content_hash(asked.encode())
 
 
 def whole(told: str) -> None:
