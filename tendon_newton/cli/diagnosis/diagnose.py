@@ -134,7 +134,9 @@ def places(out: Path, diagnosis: Diagnosis) -> list[str]:
         f"  for programs     {out / 'diagnosis.json'}",
         f"  why, or why not  tendon-newton explain {shlex.quote(here)}",
     ]
-    if any(effect.separating_experiment is not None for effect in diagnosis.effects):
+    open_sets = len(diagnosis.posterior.sets) > 1  # what the verb separates
+    rivals = any(effect.separating_experiment for effect in diagnosis.effects)
+    if open_sets and rivals:
         run = f"tendon-newton experiment {shlex.quote(here)} --out run.csv"
         lines.append(f"  to tell apart    {run}")
     return lines

@@ -70,13 +70,14 @@ def at_times(study: Study, residuals: Sequence[Residual]) -> Iterator[Suspect]:
 
 
 def after_jumps(recording: Recording) -> Mask:
-    """Tell which rows come soon after a jump of some command, shape (T,)."""
+    """Tell which rows come soon after the first one or a jump of some command, shape (T,)."""
     if recording.command is None:
         return np.zeros(recording.sample_count, dtype=np.bool_)
     steps = np.abs(np.diff(recording.command, axis=0))
     jumps = np.flatnonzero((steps > JUMP * np.ptp(recording.command, axis=0)).any(axis=1)) + 1
     latest = np.full(recording.sample_count, -np.inf)
     latest[jumps] = recording.time[jumps]
+    latest[0] = recording.time[0]  # what was commanded before is not known
     since = recording.time - np.maximum.accumulate(latest)
     return since < ANSWERED
 

@@ -122,13 +122,15 @@ def test_an_error_that_comes_at_times_is_told_with_its_time() -> None:
     assert "most of it about t = 2.5 s" in said
 
 
-def test_an_error_at_jumps_of_the_command_is_no_knock() -> None:
-    """A servo that answers a step otherwise errs after it, for a tenth of a second."""
+@pytest.mark.parametrize("at_start", [False, True])
+def test_an_error_at_jumps_of_the_command_is_no_knock(*, at_start: bool) -> None:
+    """A servo that answers a step otherwise errs after it, and a log's first rows are a step's."""
     steps = next(r for r in springs() if "steps" in r.name)
     assert steps.command is not None
     (jump,) = np.flatnonzero(np.abs(np.diff(steps.command[:, 0])) > 0.2) + 1
+    first = 0 if at_start else jump
     moved = np.array(steps.motor_position)
-    moved[jump : jump + 8] += 0.2
+    moved[first : first + 8] += 0.2
     others = [r for r in springs() if r.name != steps.name]
     said = told([replace(steps, motor_position=moved), *others])
     assert not [text for text in said if "knock" in text]

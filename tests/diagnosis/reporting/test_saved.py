@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tendon_newton
@@ -13,6 +14,7 @@ from tendon_newton.cli.diagnosis.diagnose import places, summary
 from tendon_newton.data.model_file import write_model
 from tendon_newton.diagnosis.explanation import Estimate, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
+from tendon_newton.diagnosis.posterior import FittedSet, Posterior
 from tendon_newton.diagnosis.report_words import headline
 from tendon_newton.diagnosis.reporting.report_causes import errors_text
 from tendon_newton.diagnosis.reporting.report_tables import key_numbers
@@ -114,11 +116,17 @@ def test_what_is_no_diagnosis_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_commands_that_an_answer_proposes_can_be_typed(tmp_path: Path, capsys) -> None:
-    """A space in the folder's name included; a cause's number in the answer is told beside it."""
+    """A space in the folder's name included; a cause's number in the answer is told beside it.
+
+    No experiment is proposed that would answer that no other set is open.
+    """
     found = diagnosis("partly_explained")
     out = written(tmp_path / "my answer", found)
-    said = "\n".join(places(out, found))
-    explain, experiment = proposed(said)
+    own = FittedSet(weight=0.5, causes=(), numbers=(), covariance=np.zeros((0, 0)))
+    (explain,), (_, experiment) = (
+        proposed("\n".join(places(out, one)))
+        for one in (replace(found, posterior=Posterior(sets=sets)) for sets in ((own,), (own, own)))
+    )
     assert experiment[0] == "experiment"
     assert main(explain) == 0
     capsys.readouterr()
