@@ -122,6 +122,7 @@ def main() -> None:
     parser.add_argument("--sets", type=int, nargs="+", default=range(len(SETS)))
     parser.add_argument("--size", type=float, default=1.0, help="of the causes [1]")
     parser.add_argument("--without-force", action="store_true", help="no load cell")
+    parser.add_argument("--off-nominal", type=float, default=0.0, help="of the drawing [1]")
     asked = parser.parse_args()
     quiet_warp()
     found: list[Answer] = []
@@ -131,6 +132,7 @@ def main() -> None:
                 recipe = Recipe(
                     effects=SETS[place], seed=seed, mix=bench, duration=DURATION, on_joint=True,
                     size=asked.size, without_force=asked.without_force,
+                    off_nominal=asked.off_nominal,
                 )  # fmt: skip
                 for answer in answers(recipe, asked.budget):
                     found.append(answer)
