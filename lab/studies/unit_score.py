@@ -24,7 +24,7 @@ GEAR = frozenset(
     ("load_dependent_friction", "gear_load_friction", "holding_friction", "load_stribeck_friction")
 )
 SHAPES = frozenset(
-    ("static_force", "static_coefficient", "dissipation", "exponent", "knee", "position")
+    ("static_force", "static_coefficient", "dissipation", "exponent", "knee", "position", "behind")
 )
 """Numbers that shape a law of several beside those that never vanish."""
 CLASS = 3  # Names in a class, the named one included; those after are not heard
@@ -157,13 +157,12 @@ def heard_as(*names: str) -> frozenset[str]:
 
 
 def leaves_null(parameters: Mapping[str, Any]) -> bool:
-    """Tell whether some size's interval leaves out the value at which it means nothing."""
-    lone = len(parameters) == 1
-    sizes = [
-        estimate
-        for name, estimate in parameters.items()
-        if estimate["null"] is not None and (lone or name not in SHAPES)
-    ]
+    """Tell whether some size's interval leaves out the value at which it means nothing.
+
+    A law all of whose numbers could be shapes has its size among them.
+    """
+    strengths = parameters.keys() - SHAPES or parameters.keys()
+    sizes = [e for name, e in parameters.items() if e["null"] is not None and name in strengths]
     return any(not low <= e["null"] <= high for e in sizes for low, high in [e["ci95"]])
 
 

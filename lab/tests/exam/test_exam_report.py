@@ -174,6 +174,8 @@ def test_a_rigid_string_is_the_null_of_its_stiffness_and_a_shape_has_none() -> N
     """An infinite null stands as the end of the range; only sizes count in a law of several."""
     assert not leaves_null({"stiffness": {"ci95": [5e3, 1e6], "null": 1e6}})
     assert leaves_null({"stiffness": {"ci95": [5e3, 9e5], "null": 1e6}})
+    guide = {"exponent": {"ci95": [0.1, 0.2], "null": 0.0}, "behind": {"ci95": [0, 1], "null": 0}}
+    assert leaves_null(guide)  # where the guide sits gives the friction its form
     law = {
         "coulomb_force": {"ci95": [0.0, 2.0], "null": 0.0},
         "static_force": {"ci95": [1.0, 2.0], "null": 0.0},

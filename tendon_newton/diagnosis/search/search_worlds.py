@@ -42,7 +42,9 @@ SEEN = 0.98
 WITHIN = 2.0
 """Tolerances by which a stated number differs as any bench does; beyond it is a cause [1]."""
 STILL = 1.0e-9  # Change of the angle from row to row that is none [rad]
-NEAR = 3  # Rows either side without motion that make a row one at rest
+NEAR, REST_TIME = 3, 0.035
+"""Rows either side without motion that make a row one at rest, and for how long [s] at least: a
+slow shaft stays within a count of its encoder for many fast rows."""
 PASSES = 8  # Fixed-point passes for a scale; each gains a digit
 QUIET = 0.437
 """Score of a signal whose residuals are normal and as large as its floor [nat]: the mean of
@@ -275,7 +277,9 @@ def rests(study: Study) -> Mask:
     out = []
     for index, recording in enumerate(study.recordings):
         moves = np.abs(np.diff(recording.motor_position[:, 0], prepend=np.nan)) > STILL
-        near = np.convolve(moves, np.ones(2 * NEAR + 1), mode="same") > 0.0
+        step = float(np.median(np.diff(recording.time)))
+        reach = min(max(NEAR, int(REST_TIME / step)), (len(moves) - 1) // 2)
+        near = np.convolve(moves, np.ones(2 * reach + 1), mode="same") > 0.0
         rest = ~near[study.timeline(index).trusted]
         out += [rest] * sum(map(len, study.compared[index].values()))
     return np.concatenate(out)
