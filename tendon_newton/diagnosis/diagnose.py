@@ -222,6 +222,10 @@ def conclude(
     start: float,
 ) -> tuple[Diagnosis, Evidence]:
     """Put findings into a diagnosis and measure them on the test recordings."""
+    if findings.nameless == "no_gap" and not any(
+        is_named(findings, c) for c in causes_of(findings)
+    ):
+        findings = replace(findings, verdict="no_gap", final=None, predictor=None)
     final, baseline = findings.final, dict(findings.baseline.values)
     written = findings.predictor or final
     extended = baseline if written is None else dict(written.values)
@@ -235,7 +239,7 @@ def conclude(
         return conclude(train, replace(findings, predictor=None), model, test, rng, start)
     if final is not None and fraction <= 0.0:
         empty = replace(
-            findings, verdict="unexplained", final=None, posterior=Posterior(),
+            findings, verdict=findings.nameless, final=None, posterior=Posterior(),
             notes=(*findings.notes, NO_SMALLER),
         )  # fmt: skip
         return conclude(train, empty, model, test, rng, start)
@@ -331,6 +335,11 @@ def why_suspected(findings: Findings, cause: str) -> str:
     if any(c.name == CHANGE and not c.passed for c in findings.criteria[cause]):
         return "It changes the simulation by less than laws of friction usually miss."
     return "It is worth little beside what no cause explains."
+
+
+def is_named(findings: Findings, cause: str) -> bool:
+    """Tell whether a cause is named, and not only suspected."""
+    return findings.final is not None and not why_suspected(findings, cause)
 
 
 def without_effect(study: Study, extended: Mapping[int, float], effect: str) -> dict[int, float]:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from scipy.interpolate import CubicHermiteSpline
 
 from tendon_newton.data.checks.measures import encoder_count
 from tendon_newton.data.recording import Array, Recording
@@ -72,7 +73,7 @@ def motion_of(time: Array, angle: Array) -> tuple[Array, Array]:
     than fewer do, or than its encoder's counts, less one step, since noise averages out over
     rows and what is cut off does not. Nothing is shifted in time. Of rows that follow each other
     much faster than most, one in a while is taken, so that a window is as long everywhere. A long
-    window is one of means over some rows each, whose noise is smaller by the root of their number.
+    window is one of means over some rows each.
 
     Source: Savitzky and Golay, Smoothing and differentiation of data (1964), with as many rows.
     """
@@ -85,8 +86,11 @@ def motion_of(time: Array, angle: Array) -> tuple[Array, Array]:
         if (2 * reach + 1) * rows > len(kept):
             break
         at, mean = (means(values[kept], rows) for values in (time, angle))
-        *motion, left = quintics(at, mean, reach)
-        left *= float(np.sqrt(rows))
+        place, *motion, left = quintics(at, mean, reach)
+        if rows > 1:
+            inner = kept[rows // 2 : len(at) * rows - rows // 2]
+            path = CubicHermiteSpline(at, place, motion[0])
+            left = rms(angle[inner] - path(time[inner]))
         usual = [known for *_, known in passing]
         if not usual or left <= WIDER * max(counted, float(np.median(usual))):
             rate, acceleration = (np.interp(time, at, values) for values in motion)
@@ -110,11 +114,11 @@ def rows_apart(time: Array, least: float) -> list[int]:
     return kept
 
 
-def quintics(time: Array, angle: Array, reach: int) -> tuple[Array, Array, float]:
+def quintics(time: Array, angle: Array, reach: int) -> tuple[Array, Array, Array, float]:
     """Fit a quintic to each row and those within a reach; near the ends, to as many.
 
     Returns:
-        Rates and accelerations in the rows, shapes (T,), and the noise [rad] that is left.
+        Angles, rates and accelerations in the rows, shapes (T,), and the noise [rad] that is left.
     """
     rows, width = np.arange(len(time)), 2 * reach + 1
     windows = np.clip(rows - reach, 0, len(time) - width)
@@ -129,4 +133,4 @@ def quintics(time: Array, angle: Array, reach: int) -> tuple[Array, Array, float
         found[some] = np.einsum("tij,jtw,tw->ti", inverse, terms, about, optimize=True)
         share[some] = inverse[:, 0, 0]
     left = rms(found[:, 0] / np.sqrt(1.0 - share))
-    return found[:, 1] / scale, 2.0 * found[:, 2] / scale**2, left
+    return angle + found[:, 0], found[:, 1] / scale, 2.0 * found[:, 2] / scale**2, left

@@ -16,9 +16,10 @@ from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import conclude
 from tendon_newton.diagnosis.findings import Findings
+from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
-from tendon_newton.diagnosis.search.decide.account import REMAINS, criteria_of
+from tendon_newton.diagnosis.search.decide.account import OPEN, REMAINS, criteria_of
 from tendon_newton.diagnosis.search.decide.decision import (
     Decided,
     Refusal,
@@ -814,6 +815,15 @@ def test_causes_without_a_name_are_in_the_model_that_is_written(worlds: SearchWo
     assert (helping.name, helping.reason[:19]) == ("viscous_friction", "It helps to predict")
     assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
     assert diagnosis.extended.theta_rmse < 0.5 * helping.without.theta_rmse
+    quiet = replace(
+        findings, nameless="no_gap", suspected=("coulomb_friction",),
+        criteria={"coulomb_friction": (Criterion(name=OPEN, value=1.0, bar=0.0, passed=False),)},
+    )  # fmt: skip
+    diagnosis, _ = conclude(
+        train, quiet, ideal_model(), test, np.random.default_rng(0), time.monotonic()
+    )
+    assert diagnosis.verdict == "no_gap"  # the starting model leaves nothing: none is in the file
+    assert (*diagnosis.effects, *diagnosis.suspected, *diagnosis.model.effects) == ()
 
 
 def test_a_smaller_set_goes_on_where_the_larger_ones_derivatives_lead(worlds, monkeypatch) -> None:

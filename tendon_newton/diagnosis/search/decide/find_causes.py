@@ -172,6 +172,7 @@ def conclude_search(
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
     return Findings(
         verdict=verdict,
+        nameless=verdict_of(decisive, decisive.fits[frozenset()], 0.0),
         baseline=found_of(decisive, baseline),
         final=None if named is None else shown,
         closest=shown,
