@@ -72,8 +72,7 @@ def heeded(kept: Records) -> str:
 TRAINED_ON = {
     "posterior": "what its diagnosis leaves open",
     "diagnosed": "its diagnosis, nothing drawn",
-    "near": "the plant file's numbers, drawn by a tenth",
-    "truth": "the plant file's numbers, nothing drawn",
+    "truth": "the plant's causes, tuned on its runs, nothing drawn",
     "ranges": "data sheet, default ranges",
     "nominal": "data sheet, nothing drawn",
 }
