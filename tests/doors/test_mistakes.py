@@ -199,8 +199,6 @@ MISTAKES: dict[str, Mistake] = {
         said=("mean 'transformer'?",)),
     "a command file": Mistake(words="experiment found --out run.txt",
         said=("a command file is a CSV file, NAME.csv",)),
-    "a time too short for a run": Mistake(words="plan data/model.toml --budget 1s --out new",
-        said=("must hold a run of --run-length",)),
     "an asset": Mistake(words="asset check fingr", said=("did you mean 'finger'?", OWN_ASSETS)),
     "a name that is taken": Mistake(words="asset new finger", said=("an asset's name is its own",)),
     "a log in another coding": Mistake(words=IMPORT, said=("iconv -f utf-16 -t utf-8",),
