@@ -173,7 +173,7 @@ def diagnose_as_stated(
     if not findings.final and within_a_count(train):
         findings = replace(findings, verdict="no_gap", predictor=None)
     elif untold:
-        findings = replace(findings, verdict="unexplained")
+        findings = replace(findings, verdict="unexplained", nameless="unexplained")
     progress("measuring the gain on held-out recordings")
     if findings.predictor is not None:
         whole = Study(dataset.train, model, tuple(EFFECTS), like=train)
@@ -225,7 +225,9 @@ def conclude(
     if findings.nameless == "no_gap" and not any(
         is_named(findings, c) for c in causes_of(findings)
     ):
-        findings = replace(findings, verdict="no_gap", final=None, predictor=None)
+        findings = replace(
+            findings, verdict="no_gap", final=None, predictor=None, posterior=Posterior()
+        )
     final, baseline = findings.final, dict(findings.baseline.values)
     written = findings.predictor or final
     extended = baseline if written is None else dict(written.values)
@@ -239,7 +241,7 @@ def conclude(
         return conclude(train, replace(findings, predictor=None), model, test, rng, start)
     if final is not None and fraction <= 0.0:
         empty = replace(
-            findings, verdict=findings.nameless, final=None, posterior=Posterior(),
+            findings, verdict="unexplained", final=None, posterior=Posterior(),
             notes=(*findings.notes, NO_SMALLER),
         )  # fmt: skip
         return conclude(train, empty, model, test, rng, start)

@@ -37,7 +37,8 @@ class Findings:
     """What a search found on the training recordings."""
 
     verdict: Verdict
-    nameless: Verdict = "unexplained"  # What is said instead where no cause helps on held-out data
+    nameless: Verdict = "unexplained"
+    """What is said where no cause is named: whether the starting model leaves nothing by itself."""
     baseline: Found  # The starting model with its unknown numbers refitted
     final: Found | None  # All named causes together; None where none is named
     closest: Found  # What came closest: the named causes, or what was found and may not be named

@@ -6,18 +6,14 @@ whose fault is too small to shake. A log has noise, counts, steps and slow motio
 ends with a goal that stays.
 """
 
-import argparse
-import json
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lab.exams.one_by_one import take
 from lab.exams.oscillations.plant import CAUSES, Array, Loops, drawn, run
-from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.oscillations.shaking import evenly
 from tendon_newton.data.oscillations.told_loop import tell_joint
 from tendon_newton.data.recording import Indices, Mask
@@ -203,27 +199,5 @@ def score(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Draw, tell, score and write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--each", type=int, default=10, help="logs of each cause")
-    parser.add_argument("--out", type=Path, required=True)
-    chosen = parser.parse_args()
-    rows: list[dict[str, Any]] = []
-    for case in cases(chosen.seed, chosen.each):
-        rows.append(answer(case))
-        say(json.dumps(rows[-1]))
-    figures = {"seed": chosen.seed, "each": chosen.each, **score(rows), "rows": rows}
-    write_text(chosen.out, json.dumps(figures, indent=1) + "\n")
-    say(json.dumps(score(rows), indent=1))
-
-
-def say(text: str) -> None:
-    """Print at once."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
-
-
 if __name__ == "__main__":
-    main()
+    take(__doc__, (10, "logs of each cause"), cases, answer, score)

@@ -5,17 +5,13 @@ Servos of which one of four parts wears, and as many sound ones, each with a log
 first that is ever named, on a day on which its effect has not doubled.
 """
 
-import argparse
-import json
-import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lab.exams.one_by_one import take
 from lab.exams.wear.units import DAYS, PARTS, Unit, drawn_units
-from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.wear.day_fit import fit_days
 from tendon_newton.data.wear.days import Day, stretches_of
@@ -68,27 +64,5 @@ def score(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Draw, tell, score and write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--each", type=int, default=5, help="servos of each part")
-    parser.add_argument("--out", type=Path, required=True)
-    chosen = parser.parse_args()
-    rows: list[dict[str, Any]] = []
-    for unit in drawn_units(chosen.seed, chosen.each):
-        rows.append(answer(unit))
-        say(json.dumps(rows[-1]))
-    figures = {"seed": chosen.seed, "each": chosen.each, **score(rows), "rows": rows}
-    write_text(chosen.out, json.dumps(figures, indent=1) + "\n")
-    say(json.dumps(score(rows), indent=1))
-
-
-def say(text: str) -> None:
-    """Print at once."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
-
-
 if __name__ == "__main__":
-    main()
+    take(__doc__, (5, "servos of each part"), drawn_units, answer, score)

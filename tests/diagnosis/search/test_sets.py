@@ -60,7 +60,7 @@ from tendon_newton.diagnosis.search.refit import (
     without,
 )
 from tendon_newton.diagnosis.search.rule import FORM_THETA, LADDER, NATS, SEARCHED
-from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, Floors, SearchWorlds
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, Floors, SearchWorlds, rests
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.effects import EFFECTS, are_related
@@ -817,6 +817,8 @@ def test_causes_without_a_name_are_in_the_model_that_is_written(worlds: SearchWo
     assert diagnosis.extended.theta_rmse < 0.5 * helping.without.theta_rmse
     quiet = replace(
         findings, nameless="no_gap", suspected=("coulomb_friction",),
+        posterior=posterior_of(pool, named, started(pool, coulomb_friction=0.6),
+                               {frozenset({"coulomb_friction"}): 1.0}),
         criteria={"coulomb_friction": (Criterion(name=OPEN, value=1.0, bar=0.0, passed=False),)},
     )  # fmt: skip
     diagnosis, _ = conclude(
@@ -824,6 +826,29 @@ def test_causes_without_a_name_are_in_the_model_that_is_written(worlds: SearchWo
     )
     assert diagnosis.verdict == "no_gap"  # the starting model leaves nothing: none is in the file
     assert (*diagnosis.effects, *diagnosis.suspected, *diagnosis.model.effects) == ()
+    assert diagnosis.posterior.sets == ()
+    worse = replace(findings, nameless="no_gap", predictor=None,
+                    criteria={"viscous_friction": ()},
+                    final=found_of(pool, started(pool, viscous_friction=30.0)))  # fmt: skip
+    diagnosis, _ = conclude(
+        train, worse, ideal_model(), test, np.random.default_rng(0), time.monotonic()
+    )
+    assert diagnosis.verdict == "no_gap"  # it makes no held-out error smaller
+
+
+def test_a_slow_shaft_of_a_fast_log_is_not_at_rest_within_a_count() -> None:
+    """At 1 kHz a count of 1.5 mrad lasts for 15 rows of a shaft that turns 0.1 rad a second."""
+    time = np.arange(1000) / 1000.0
+    count = 2.0 * np.pi / 4096.0
+    angle = count * np.round(0.1 * np.minimum(time, 0.5) / count)
+    fast: Any = SimpleNamespace(
+        recordings=[SimpleNamespace(time=time, motor_position=angle[:, None])],
+        timeline=lambda _: SimpleNamespace(trusted=np.ones(1000, dtype=bool)),
+        compared=[{"theta": (0,)}],
+    )
+    resting = rests(fast)
+    assert not resting[50:480].any()
+    assert resting[550:].all()
 
 
 def test_a_smaller_set_goes_on_where_the_larger_ones_derivatives_lead(worlds, monkeypatch) -> None:
