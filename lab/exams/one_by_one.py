@@ -13,7 +13,7 @@ Case = TypeVar("Case")
 Row = dict[str, Any]  # What was drawn and what was told of one case
 
 
-def take(
+def main(
     about: str | None,
     each: tuple[int, str],
     draw: Callable[[int, int], Iterable[Case]],

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lab.exams.one_by_one import take
+from lab.exams.one_by_one import main
 from lab.exams.oscillations.plant import CAUSES, Array, Loops, drawn, run
 from tendon_newton.data.oscillations.shaking import evenly
 from tendon_newton.data.oscillations.told_loop import tell_joint
@@ -200,4 +200,4 @@ def score(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    take(__doc__, (10, "logs of each cause"), cases, answer, score)
+    main(__doc__, (10, "logs of each cause"), cases, answer, score)

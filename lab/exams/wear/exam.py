@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lab.exams.one_by_one import take
+from lab.exams.one_by_one import main
 from lab.exams.wear.units import DAYS, PARTS, Unit, drawn_units
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.wear.day_fit import fit_days
@@ -65,4 +65,4 @@ def score(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    take(__doc__, (5, "servos of each part"), drawn_units, answer, score)
+    main(__doc__, (5, "servos of each part"), drawn_units, answer, score)
