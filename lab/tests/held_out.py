@@ -107,9 +107,6 @@ CASES: dict[str, Callable[[Path, bool], Made]] = {
     "evaluate-force": evaluate_force,
     "reproduce": reproduce,
 }
-NO_DATASET = {
-    "train-force-without-cell": "is train-force, on train recordings that lost their force",
-}
 
 if __name__ == "__main__":
     sys.exit(main(CASES, "python -m lab.tests.held_out"))

@@ -1,1 +1,0 @@
-"""Force networks from recordings without a load cell."""
