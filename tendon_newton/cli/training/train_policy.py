@@ -7,9 +7,6 @@ On a diagnosed model, within its intervals, or on a force network:
   tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
   tendon-newton train-policy --force networks/paper-0.safetensors --out policy
 
-With a ball in the way of half of the episodes, to learn holding:
-  tendon-newton train-policy --obstacle sphere --out holding
-
 A hand that turns a ball in its palm:
   tendon-newton train-policy --task turn --out turning
 

@@ -146,8 +146,6 @@ def test_a_world_that_is_no_number_is_named_and_harms_no_other(poison: str) -> N
     changes: dict[str, Any] = {
         "goal_change": 0.2,
         "randomise": ("link_mass", "spool_radius"),
-        "obstacle": "sphere",
-        "obstacle_chance": 0.5,
     }
     healthy, ill = environment(**changes), environment(**changes)
     others = [0, 1, 3, 4, 5]

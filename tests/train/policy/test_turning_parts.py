@@ -247,13 +247,11 @@ def test_the_hand_looks_up_and_its_ball_touches_the_cup() -> None:
         assert gap == pytest.approx(0.0, abs=5e-5)  # the file's numbers end at 0.1 mm
 
 
-def test_a_task_brings_its_hand_and_refuses_obstacles() -> None:
+def test_a_task_brings_its_hand() -> None:
     """The finger stays the tip's, and another hand may be named."""
     assert EnvironmentConfig().finger == "finger"
     assert EnvironmentConfig(task="turn").finger == "hand_ball"
     assert EnvironmentConfig(task="turn", finger="mine.usda").finger == "mine.usda"
-    with pytest.raises(InvalidParameter, match="obstacle must be none"):
-        EnvironmentConfig(task="turn", obstacle="box")
 
 
 @pytest.mark.parametrize(

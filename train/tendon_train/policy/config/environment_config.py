@@ -9,7 +9,6 @@ from tendon_newton.errors import InvalidParameter
 from tendon_train.policy.config.turning_config import TurningConfig
 
 FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}  # Default finger of each task.
-ObstacleChoice = Literal["none", "sphere", "box", "plane"]
 POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "action_unit", "max_step")
 NOT_NEGATIVE = ("joint_friction", "goal_weight", "smooth_weight")
 
@@ -37,10 +36,6 @@ class EnvironmentConfig:
     joint_friction: float = 0.1
     """Dry friction about which joint_friction is drawn, as a share of the torque of a joint's
     spring at the end of its range; a model's own joint_dry_friction counts instead."""
-    obstacle: ObstacleChoice = "none"
-    """Obstacle in the finger's way: none, or a sphere, a box or a plane that the tip meets at an
-    angle drawn like a goal. Its size, stiffness and friction are drawn too."""
-    obstacle_chance: float = 0.5  # Share of the episodes with an obstacle [1].
     rate: float = RATE  # Policy steps per second [Hz].
     history: int = HISTORY  # Samples that the policy sees.
     episode: float = 20.0  # Length of an episode [s].
@@ -71,17 +66,13 @@ class EnvironmentConfig:
     def __post_init__(self) -> None:
         if self.finger == FINGERS["tip"]:  # this finger turns nothing
             object.__setattr__(self, "finger", FINGERS[self.task])
-        if self.task == "turn" and self.obstacle != "none":
-            raise InvalidParameter(
-                f"obstacle must be none where a ball is turned; it is {self.obstacle}"
-            )
         for name in POSITIVE:
             if not getattr(self, name) > 0:
                 raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")
         for name in NOT_NEGATIVE:
             if not getattr(self, name) >= 0.0:
                 raise InvalidParameter(f"{name} must not be negative; it is {getattr(self, name)}")
-        for name, highest in (("spread", 0.9), ("goal_change", 1.0), ("obstacle_chance", 1.0)):
+        for name, highest in (("spread", 0.9), ("goal_change", 1.0)):
             if not 0.0 <= getattr(self, name) <= highest:
                 raise InvalidParameter(
                     f"{name} must be between 0 and {highest:g}; it is {getattr(self, name)}"

@@ -20,7 +20,6 @@ from tendon_train.policy.config.policy_training_config import HIDDEN, OBSERVED
 from tendon_train.policy.worlds.force_model import open_force_model
 from tendon_train.policy.worlds.goal_path import of_each_servo
 from tendon_train.policy.worlds.observation_tensors import ObservationTensors
-from tendon_train.policy.worlds.obstacle import with_obstacle
 from tendon_train.policy.worlds.randomisation import Randomiser, differences_of
 from tendon_train.policy.worlds.task import Task
 from tendon_train.policy.worlds.tip_goal import TipGoal
@@ -80,18 +79,17 @@ class FingerEnvironment(VecEnv):
         if self.device.type == "cuda" and self.device.index is None:  # Warp wants the number
             self.device = torch.device("cuda", torch.cuda.current_device())
         self.max_episode_length = config.episode_steps
-        self.mechanism = with_obstacle(load_mechanism(config.finger), config.obstacle)
+        self.mechanism = load_mechanism(config.finger)
         self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
         self.force = open_force_model(config.force, self.mechanism)
         if config.task == "turn":
             refuse_long_steps(config.max_step, self.force.model)
         differences = differences_of(config, self.force.model)
-        drawn = differences or config.obstacle != "none" or config.task != "tip"
+        drawn = differences or config.task != "tip"
         if simulator is not None and drawn:
             raise InvalidParameter(
-                "another simulator's worlds are all alike: randomise must be none, and so must "
-                f"obstacle; they are {', '.join(config.randomise)} and {config.obstacle}. The task "
-                f"must be tip; it is {config.task}"
+                "another simulator's worlds are all alike: randomise must be none; it is "
+                f"{', '.join(config.randomise)}. The task must be tip; it is {config.task}"
             )
         self.loop: ControlLoop = simulator or ControlLoop(
             self.mechanism,

@@ -9,13 +9,12 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.goal_path import GoalPath
-from tendon_train.policy.worlds.obstacle import ObstaclePlacer
 from tendon_train.policy.worlds.task import TaskOutcome
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 
 class TipGoal:
-    """Goal angles, and obstacles on the way to them where the config asks for some.
+    """Goal angles of the tip.
 
     Raises:
         InvalidParameter: The finger does not pass the goals.
@@ -29,23 +28,10 @@ class TipGoal:
         self._config, self._loop, self._draws = config, loop, draws
         self.path = GoalPath(mechanism, draws.device)  # Goal points
         self.path.require(config.goals)
-        self._obstacle: ObstaclePlacer | None = None
-        if config.obstacle != "none":
-            self._obstacle = ObstaclePlacer(
-                loop,
-                config.obstacle,
-                self.path,
-                goals=config.goals,
-                chance=config.obstacle_chance,
-                spread=config.spread,
-                draws=draws,
-            )
         self.goal = torch.zeros(config.worlds, device=draws.device)  # Goal angles [rad], shape (W,)
 
     def place(self, worlds: Tensor) -> dict[str, Tensor]:
-        """Draw obstacles."""
-        if self._obstacle is not None:
-            self._obstacle.draw(worlds)
+        """Place nothing: a finger begins where its servos are."""
         return {}
 
     def begin(self, worlds: Tensor) -> None:
