@@ -9,7 +9,7 @@ from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tests.exports.models import ANGLE, FORCE
 
-MEASURED = {"mujoco": "tendon_step.py", "newton": "tendon_drive.py", "bam": "bam_servo.py"}
+MEASURED = {"mujoco": "tendon_step.py", "newton": "tendon_drive.py"}
 """Targets whose words are measured, and what runs what they write."""
 
 BAR = (1e3 * ANGLE, FORCE)  # mrad, N

@@ -18,8 +18,8 @@ class CompareConfig:
     """Model file, or a diagnosis: its folder or its diagnosis.json."""
     simulators: tuple[str, ...] = ("newton", "mujoco", "mjcf")
     """Others than ours. Exports are run by newton (its drive), prims (Newton's own alone), mujoco
-    (its program), mjcf (its file alone), and bam where Rhoban/bam is installed; solver_mujoco is
-    Newton's SolverMuJoCo under our own servo."""
+    (its program) and mjcf (its file alone); solver_mujoco is Newton's SolverMuJoCo under our own
+    servo."""
     out: Path = Path("comparison")  # Folder for picture and table; made if it is not there.
     bench: str | None = None
     """Bench; by default that of the recordings or of the diagnosis, else the

@@ -6,7 +6,6 @@ own simulation of the same commands, and what it leaves out.
 
 from tendon_newton import plug_ins
 from tendon_newton.errors import InvalidPlugIn, unknown_name
-from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
 from tendon_newton.exports.configs.mjlab_target import MJLAB
 from tendon_newton.exports.export_target import Exported, ExportTarget
@@ -22,7 +21,6 @@ EXPORTS: dict[str, ExportTarget] = {
     "isaaclab": ISAACLAB,
     "mjlab": MJLAB,
     "networks": NETWORKS,
-    "bam": BAM,
     "usd": USD,
     "urdf": URDF,
 }

@@ -47,15 +47,13 @@ def exported_run(
 
 
 # Simulators beside ours: Newton's SolverMuJoCo under our own servo, then what exports are run by:
-# MuJoCo with the program and with its file alone, Newton with the drive and with its own prims, and
-# Rhoban/bam
+# MuJoCo with the program and with its file alone, Newton with the drive and with its own prims
 COMPARED: dict[str, Callable[[Mechanism, Model, Sequence[Recording]], list[Trajectory]]] = {
     "solver_mujoco": lambda _, model, runs: MujocoSimulator().simulate(runs, model),
     "mujoco": exported_run("mujoco", "tendon_step.py"),
     "mjcf": exported_run("mujoco", "model.xml alone"),
     "newton": exported_run("newton", "tendon_drive.py"),
     "prims": exported_run("newton", "bench_newton.usda"),
-    "bam": exported_run("bam", "bam_servo.py"),
 }
 
 

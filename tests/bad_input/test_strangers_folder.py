@@ -21,8 +21,8 @@ PRODUCT = ("tendon_newton", "train/tendon_train", "hardware/tendon_hardware", "l
 TRAP = "open(__file__ + '.sprung', 'w'); raise SystemExit(f'{__name__} of the current folder')\n"
 OWN_START = {"tendon_newton/safe_path.py", "hardware/tendon_hardware/servos/serial_bus/keeper.py"}
 """Where a command line of this interpreter is made; the keeper's takes no path at all (-I -S)."""
-BAM, SCHEDULER = "tendon_newton/exports/bam_target.py", "tendon_newton/scheduler.py"
-"""Where an environment says the same: of a program of the user's choice, and of a pool."""
+SCHEDULER = "tendon_newton/scheduler.py"
+"""Where an environment says the same, of a pool."""
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def test_only_one_place_says_how_python_is_started() -> None:
     """A further child process would else forget to leave out the current folder."""
     files = [path for part in PRODUCT for path in (ROOT / part).rglob("*.py")]
     texts = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in files}
-    assert {file for file, text in texts.items() if "sys.executable" in text} == {*OWN_START, BAM}
+    assert {file for file, text in texts.items() if "sys.executable" in text} == OWN_START
     pools = re.compile(r"ProcessPoolExecutor|get_context|set_start_method|os\.fork")
     assert {file for file, text in texts.items() if pools.search(text)} == {SCHEDULER}
-    assert all("with safe_children():" in texts[file] for file in (BAM, SCHEDULER))
+    assert "with safe_children():" in texts[SCHEDULER]

@@ -138,7 +138,7 @@ def test_a_simulator_that_has_no_program_for_the_bench_lists_what_has() -> None:
 
 def test_every_target_that_moves_by_itself_can_be_compared() -> None:
     """A target is left out where another program must bring the simulation."""
-    assert {"mujoco", "newton", "bam"} <= set(COMPARED) & set(EXPORTS)
+    assert {"mujoco", "newton"} <= set(COMPARED) & set(EXPORTS)
 
 
 def test_an_unknown_simulator_is_named_with_the_known_ones() -> None:

@@ -38,7 +38,7 @@ from tests.physics.runs import run_of
 # A network takes a minute to be taught to the targets with a network of their own
 SERVOS = [name for name in ACTUATORS if name != "learned"]
 # Targets whose files another servo changes; Newton's drive has tests of its own for each
-OF_THE_SERVO = ("mujoco", "isaaclab", "mjlab", "bam")
+OF_THE_SERVO = ("mujoco", "isaaclab", "mjlab")
 ROUND_OFF = 1.0e-6  # N: what MuJoCo's solver leaves of a force that is none
 
 

@@ -19,7 +19,6 @@ from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import EXPORTS
-from tendon_newton.exports.bam_target import write_bam_target
 from tendon_newton.exports.departure import departure, replayed
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
 from tendon_newton.exports.mujoco.mujoco_target import (
@@ -280,7 +279,7 @@ def test_a_servo_without_force_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("write", [write_mujoco_target, write_bam_target, write_newton_target])
+@pytest.mark.parametrize("write", [write_mujoco_target, write_newton_target])
 def test_a_damaged_model_leaves_no_file(write: Callable[..., object], tmp_path: Path) -> None:
     """Its number is named, and nothing is written that somebody could take for the model."""
     sound = model_of("finger", "pwm_servo")
