@@ -1,6 +1,7 @@
 """The comparison's tables, and its baseline."""
 
 import json
+from argparse import Namespace
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +16,7 @@ from lab.results.record import ROOT, Record, combined, fingerprint, records
 from lab.results.tables import TABLES
 from lab.studies.comparison import bam
 from lab.studies.comparison.four_numbers import Grid, fitted, simulate
-from lab.studies.comparison.rows import keep, waits
+from lab.studies.comparison.rows import alike, keep, of_bam, waits
 from lab.studies.comparison.splits import Split
 from lab.studies.comparison.table import (
     OURS,
@@ -145,6 +146,29 @@ def test_a_rival_that_fits_worse_than_a_model_that_it_contains_is_no_result(monk
     assert row["says"] == "64 trials in 6 searches, not converged"
     with pytest.raises(AssertionError, match="m4 contains a model that fits better"):
         bam.fit(empty, "m4", Path("python"), 1.0, [{"trained": 29.0, "found": {}}])
+
+
+def test_a_fit_to_the_same_logs_is_looked_for_once(monkeypatch, tmp_path: Path) -> None:
+    """If that search ended: one that was stopped, or of other code, is no more than a start."""
+    one = Split(servo="xl330", name="one", train=(), test=(), start=ideal_model(), floor=None)
+    two = replace(one, name="two")
+    assert alike(one, [one, two, replace(two, servo="sts3215")]) == (two.key,)
+    asked: list[tuple[float, int]] = []
+
+    def fit(split: Split, model: str, python: Path, seconds: float, starts: Any) -> dict[str, Any]:
+        asked.append((seconds, len(starts)))
+        return {"held_out": 1.0, "seconds": 0.1, "says": "0 trials, not converged"}
+
+    monkeypatch.setattr(bam, "fit", fit)
+    chosen = Namespace(results=tmp_path / "all.json", seconds=60.0, alike={one.key: (two.key,)})
+    row = {"held_out": 9.0, "seconds": 33.0, "says": "64 trials"}
+    for more in ({}, {"says": "64 trials, not converged"}):
+        keep(chosen.results, two, "bam m1", row | more)
+        found = of_bam(one, "m1", Path("python"), chosen)
+    assert asked == [(0.0, 1), (60.0, 1)]
+    assert found["says"] == "0 trials, not converged"
+    keep(chosen.results, two, "bam m1", row)
+    assert of_bam(one, "m1", Path("python"), chosen) == {**row, "held_out": 1.0}
 
 
 @pytest.mark.parametrize("name", TABLES)

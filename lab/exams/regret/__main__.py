@@ -8,7 +8,8 @@ better.
 OUT/sets has 60 drawn sets (``--cases``, ``--seed``). ``--sets FOLDER ...`` adds folders of datasets
 with a model.toml each, ``--data DATA`` the real splits of ``lab.studies.comparison`` in its
 folders xl330, sts3215 and so101: those with the same training logs count once. Writes
-OUT/answers/NAME.json, OUT/regret/NAME.json and OUT/regret.json. A run that broke off goes on.
+OUT/answers/NAME.json, OUT/regret/NAME.json and OUT/regret.json. A run that broke off goes on;
+``--part 3 16`` does the third of sixteen shares, and ``--score`` counts what is there.
 """
 
 import argparse
@@ -34,6 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--data", type=Path, help="folder with xl330, sts3215 and so101")
     parser.add_argument("--cases", type=int, default=CASES, help="drawn sets; 0 draws none")
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--part", type=int, nargs=2, metavar=("K", "N"), help="the K-th of N")
+    parser.add_argument("--score", action="store_true", help="count what is there, do nothing anew")
     parser.add_argument("--jobs", type=int, default=1)
     chosen = parser.parse_args(arguments)
     for name in ("answers", "regret"):
@@ -45,13 +48,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     logs = list(folders(chosen.out, [*drawn, *chosen.sets]))
     if chosen.data is not None:
         logs += real_splits(chosen.out, chosen.data)
+    if chosen.score:
+        logs = [each for each in logs if (chosen.out / "regret" / f"{each.name}.json").is_file()]
+    if chosen.part:
+        first, step = chosen.part
+        logs = logs[first - 1 :: step]
     found: list[dict[str, Any]] = []
     for _, each in completed(take, logs, JobOptions(jobs=chosen.jobs)):
         found.append(each)
         wins = ", ".join(each["wins"]["causes"]) or "nothing"
         said = ", ".join(each["answer"]["causes"]) or "nothing"
         say(f"{each['regret']:8.2f} {each['name']}: {said}; best: {wins}")
-    write_json(chosen.out / "regret.json", summary(found))
+    if not chosen.part:
+        write_json(chosen.out / "regret.json", summary(found))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from lab.studies.comparison.rows import RESULTS, make_rows, results_in, wanted
+from lab.studies.comparison.rows import RESULTS, alike, make_rows, results_in, wanted
 from lab.studies.comparison.splits import splits_of
 from lab.studies.comparison.table import ratios, tables
 from tendon_newton.data.files.origin import git_commit
@@ -36,6 +36,7 @@ def main() -> None:
     if chosen.anew and (git_commit() or "-").count("-"):
         parser.error("--anew wants a clone without changes: commit them, or rows say nothing")
     every = splits_of(chosen.xl330, chosen.sts3215, chosen.so101)
+    chosen.alike = {each.key: alike(each, every) for each in every}
     splits = [split for split in every if wanted(split.key, chosen.split)]
     for _ in completed(partial(make_rows, chosen=chosen), splits, JobOptions(jobs=chosen.jobs)):
         pass

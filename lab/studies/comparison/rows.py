@@ -7,7 +7,7 @@ import fcntl
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -116,11 +116,21 @@ def diagnosed(split: Split) -> Row:
     }
 
 
-def of_bam(split: Split, model: str, python: Path, seconds: float, kept: Path) -> Row:
-    """Fit one of Rhoban/bam's models, from those that it contains if they are kept."""
-    rows = results_in(kept).get(split.key, {})
+def of_bam(split: Split, model: str, python: Path, chosen: argparse.Namespace) -> Row:
+    """Fit one of Rhoban/bam's models, from those that it contains if they are kept.
+
+    What another split fitted to the same logs is not looked for again, if that search had ended.
+    """
+    results, name = results_in(chosen.results), f"bam {model}"
+    rows, code = results.get(split.key, {}), measured_on(rests_on(name))["code"]
+    alike = [results.get(key, {}).get(name) for key in chosen.alike[split.key]]
+    fitted = [row for row in alike if row is not None and row["code"] == code]
+    if ended := [row for row in fitted if "not converged" not in row["says"]]:
+        return bam.fit(split, model, python, 0.0, ended[:1]) | {
+            key: ended[0][key] for key in ("seconds", "says")
+        }
     contained = [rows[f"bam {m}"] for m in bam.CONTAINS[model] if f"bam {m}" in rows]
-    return bam.fit(split, model, python, seconds, contained)
+    return bam.fit(split, model, python, chosen.seconds, [*contained, *fitted])
 
 
 def study_of(logs: tuple[ImportedLog, ...], model: Model, like: Study | None = None) -> Study:
@@ -172,21 +182,29 @@ def keep(path: Path, split: Split, name: str, row: Row) -> None:
     os.close(folder)
 
 
-def makers_of(
-    split: Split, python: Path | None, seconds: float, kept: Path
-) -> dict[str, Callable[[Split], Row]]:
+def makers_of(split: Split, chosen: argparse.Namespace) -> dict[str, Callable[[Split], Row]]:
     """Return what makes each row of a split, without a diagnosis; Rhoban/bam knows no arm."""
     makers: dict[str, Callable[[Split], Row]] = {"data sheet": data_sheet, "four numbers": four}
     every = {**PLAIN_MODELS, **IN_SIGHT}
     makers |= {name: partial(plain, effects=own) for name, own in every.items()}
     if split.servo == ARM:
         makers["told"] = told
-    elif python is not None:
+    elif chosen.bam is not None:
         for model in bam.CONTAINS:
-            makers[f"bam {model}"] = partial(
-                of_bam, model=model, python=python, seconds=seconds, kept=kept
-            )
+            makers[f"bam {model}"] = partial(of_bam, model=model, python=chosen.bam, chosen=chosen)
     return makers
+
+
+def alike(split: Split, every: Sequence[Split]) -> tuple[str, ...]:
+    """Return the keys of the other splits of a servo that train on the same logs."""
+    names = [log.recording.name for log in split.train]
+    return tuple(
+        other.key
+        for other in every
+        if other.servo == split.servo
+        and other.key != split.key
+        and [log.recording.name for log in other.train] == names
+    )
 
 
 def waits(kept: dict[str, dict[str, Row]], split: Split, name: str, *, anew: bool) -> bool:
@@ -201,7 +219,7 @@ def make_rows(split: Split, chosen: argparse.Namespace) -> None:
     makers: dict[str, Callable[[Split], Row]] = {}
     if (floor := split.floor) is not None:
         makers[REPEATS] = lambda _: {"held_out": floor}
-    makers |= makers_of(split, chosen.bam, chosen.seconds, kept)
+    makers |= makers_of(split, chosen)
     if chosen.diagnose:
         makers[OURS] = diagnosed
     for name, make in makers.items():
