@@ -151,10 +151,27 @@ def test_a_motor_that_is_too_slow_for_its_goals_has_them(
     assert list(no_command(log)) == []
     for size, pace in ((1.0, 1.0), (0.5, 6.0)):  # the second's speeds are far above its angles
         angle = size * np.sin(pace * time)
-        rate = replace(log, command=np.gradient(angle, time)[:, None],
-                       motor_position=angle[:, None])  # fmt: skip
-        (found,) = no_command(rate)
+        asked = replace(log, command=np.gradient(angle, time)[:, None],
+                        motor_position=angle[:, None])  # fmt: skip
+        (found,) = no_command(asked)
         assert "speed of theta" in found.evidence
+
+
+def test_a_weak_motor_amid_a_sine_is_not_driven_by_its_speed() -> None:
+    """Its speed goes with the goal, but is zero at the middle of the goals and not at zero."""
+    time = np.arange(2400) / 80.0
+    goal = 1.8 + 1.55 * np.sin(4.0 * np.pi * time)
+    angle = (
+        1.2 - 0.027 * np.cos(4.0 * np.pi * time) - 0.05 * np.exp(-time / 3.0)
+    )  # at first from its rest
+    log = Recording(
+        name="weak", bench="finger", time=time, command=goal[:, None],
+        motor_position=angle[:, None], motor_velocity=np.gradient(angle, time)[:, None],
+    )  # fmt: skip
+    assert list(no_command(log)) == []
+    speeds = replace(log, motor_position=np.cumsum(0.219 * goal[:, None], axis=0) / 80.0)
+    (found,) = no_command(speeds)
+    assert "it is a speed command" in " ".join(str(part) for part in vars(found).values())
 
 
 def test_a_known_wrong_number_is_found_near_a_jump_too() -> None:

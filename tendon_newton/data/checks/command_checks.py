@@ -201,6 +201,10 @@ def rate_text(
     if like.same < ALIKE or 1.0 - like.same**2 > CLEARER * (1.0 - same**2):
         return None
     shifted = goal[: len(goal) - like.same_delay], speed[like.same_delay :]
+    # a speed that is asked for has the zero of its command, a weak motor amid a sine has not
+    proportion = float(shifted[0] @ shifted[1] / np.sqrt(np.prod([x @ x for x in shifted])))
+    if proportion < ALIKE:
+        return None
     slope = float(np.cov(*shifted)[0, 1] / np.var(shifted[0]))  # [1/s] or [1]
     evidence = f"goes with the speed of theta (correlation {like.same:.2f}), not with theta"
     if slope > 1.0 / SLOWEST and slope * step < SAME_SIZE[0]:
