@@ -1,14 +1,19 @@
-"""From a diagnosis to a policy: what a finger's tip misses, by what its policy was trained on.
+"""From a model to a policy: what a finger's tip misses, by what its policy was trained on.
 
-``python -m lab.studies.diagnosed_policies --out DIR --devices cuda:0 cuda:1 --minutes 8``
+``python -m lab.studies.diagnosed_policies --out DIR --minutes 8`` compares what a diagnosis leaves
+open with a data sheet. The paper's experiment, with a Transformer beside, is
 
-Each unit of the virtual bench is recorded and diagnosed by the two commands that a newcomer types.
-Policies of one recipe are trained on each of `ARMS` with each seed, and climb the paper's stairs
-on their unit. Those of a data sheet know no unit and climb on all of them. Each job begins as soon
-as what it reads is there: all arms of a seed before the next seed. ``table.json`` and ``table.md``
-compare the posterior with each other arm, paired by unit over the seeds that both have; they are
-written anew after each climb. ``jobs.jsonl`` has a line for each job. What is in DIR is not done
-again, and after ``--minutes`` nothing but climbs begins.
+``python -m lab.studies.diagnosed_policies --out DIR --arms ideal ranges network diagnosed truth
+--units 3101 3102 3103 3104 3105 3106 3107 3108 3109 3110``
+
+Each unit of the virtual bench is recorded and diagnosed by the two commands that a newcomer types;
+a network has the paper's 36 minutes of recordings. Policies of one recipe are trained on each of
+`ARMS` with each seed, and climb the paper's stairs on their unit. Those of `SHARED` arms know no
+unit and climb on all of them. Each policy of a network or a diagnosis also climbs on the next unit,
+which it does not know. All GPUs are used, all arms of a seed before the next seed. ``table.json``
+and ``table.md`` compare each arm with the first, paired by unit over the seeds that both have; they
+are written anew after each job. What is in DIR is not done again, and after ``--minutes`` nothing
+but climbs begins.
 """
 
 from __future__ import annotations
@@ -16,14 +21,10 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import json
 import os
 import sys
-import time
 import tomllib
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import mean
@@ -33,8 +34,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import ttest_rel
 
+from lab.studies.job_graph import Job, Places, failures, run
 from lab.studies.policy_transfer import climb, file_of
-from lab.studies.units import timed
+from lab.studies.units import read, timed
+from tendon_hardware.control.goals import DWELL
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import write_json
@@ -42,27 +45,39 @@ from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.diagnosis.posterior import Posterior, read_posterior, write_posterior
-from tendon_newton.scheduler import THREADS_VARIABLE, JobOptions, core_count, open_executor
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.scheduler import THREADS_VARIABLE
+from tendon_newton.workflows.climbing import stair_levels
+from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_train.actuator.training_config import TrainingConfig
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import train_policy
-from tendon_train.policy.worlds.force_model import moves_finger
+from tendon_train.policy.scoring.policy_evaluation import goal_points
+from tendon_train.policy.worlds.force_model import IDEAL, moves_finger
+from tendon_train.policy.worlds.goal_path import GoalPath
 from tendon_train.refresh.drift import tune
 
 Array = NDArray[np.float64]
-Climb = tuple[Path, int, Path]  # Policy, unit, folder of the results
-Units = Mapping[int, Mapping[int, float]]  # Unit -> seed -> tip error [mm]
-Errors = dict[str, dict[int, dict[int, float]]]  # The same by arm
-UNITS = tuple(range(2001, 2011))  # Units that no choice has seen
+Units = Mapping[str, Mapping[int, float]]  # Unit -> seed -> tip error [mm]
+Errors = dict[str, dict[str, dict[int, float]]]  # The same by arm
+UNITS = tuple(str(unit) for unit in range(2001, 2011))
 RANGES = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
 NEAR = ("gain_error", "spool_radius", "joint_spring")
-ARMS = ("posterior", "diagnosed", "ranges", "truth", "near", "nominal", "intervals")
+ARMS = ("posterior", "diagnosed", "ranges", "truth", "near", "nominal", "intervals", "ideal",
+        "network")  # fmt: skip
 """A diagnosis with its posterior, and with nothing drawn; a data sheet with the default ranges; the
 unit's own causes, and drawn about them by a tenth; a data sheet with nothing drawn; a diagnosis
-with the intervals of its causes each by itself."""
-SHARED = ("nominal", "ranges")  # Arms that know no unit
+with the intervals of its causes each by itself; the paper's ideal source with the default ranges,
+and its Transformer with nothing drawn."""
+SHARED = ("ideal", "nominal", "ranges")  # Arms that know no unit
 KNOWN = ("truth", "near")  # Arms that need no diagnosis
+LEARNED = ("network", "diagnosed", "posterior")  # Arms that are tried on a unit they do not know
+ELSEWHERE = " of the next unit"
+OURS, PACKAGED = "finger-stairs", "packaged"
+"""The policy that comes with the program, of another unit's diagnosis."""
+NETWORK = TrainingConfig(network="transformer", purpose="simulation")
 RECIPE = PolicyTrainingConfig(
     steps=32, batch=16_384, epochs=4, iterations=100, checkpoint_every=10,
     learning_rate=1.0e-3, learning_rate_end=1.0e-4, exploration_end=0.2,
@@ -76,13 +91,10 @@ LINKS = {
 """Numbers of joints and links, and what a plant's file calls them."""
 OF_LINKS = ("joint_stiffness_error", "joint_damping_error", "inertia_error")
 """Effects that are the mean of those numbers."""
-CLIMBS = "climbs"
 HEAD = (
-    "| trained on | climbs | tip error [mm]: mean of units (range) | posterior's share of it | p "
-    "| p of the aim |"
+    "| trained on | climbs | failed | tip error [mm]: mean of units (range) | share of the first's "
+    "| p | at the end of a stair [mm] |"
 )
-AIMS = {"nominal": 0.5, "ranges": 0.5, "truth": 1.15, "near": 1.15}
-"""Share of another arm's error that the posterior's shall stay below [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +102,7 @@ class Training:
     """One policy: what it is trained on, on which unit, and with which seed."""
 
     arm: str
-    unit: int
+    unit: str
     seed: int
     out: Path
 
@@ -105,16 +117,34 @@ class Training:
         """Its file."""
         return self.folder / "policy.onnx"
 
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """Files without which it cannot begin."""
+        if self.arm == "ideal":
+            return ()
+        if self.arm in SHARED:
+            return (recorded(self.unit, self.out),)
+        if self.arm in KNOWN:
+            return (self.out / f"truth_{self.unit}.toml",)
+        if self.arm == "network":
+            return (network_of(self.unit, self.out),)
+        return (diagnosed(self.unit, self.out),)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """Where everything stands, and on which units and with which seeds."""
+    """Where everything stands, and on which units and with which seeds.
+
+    A unit is a number, or 7_friction for number 7 whose gear has run dry.
+    """
 
     out: Path
-    units: tuple[int, ...]
+    units: tuple[str, ...]
     seeds: tuple[int, ...]
     arms: tuple[str, ...]
     recipe: PolicyTrainingConfig
+    network: TrainingConfig = NETWORK
+    elsewhere: bool = True  # Whether policies also climb on a unit that they do not know
 
     @property
     def trainings(self) -> list[Training]:
@@ -126,34 +156,113 @@ class Study:
             for unit in (self.units[:1] if arm in SHARED else self.units)
         ]
 
-    def climbs(self, training: Training) -> list[Climb]:
-        """Return the climbs of a policy."""
-        units = self.units if training.arm in SHARED else (training.unit,)
-        return [(training.policy, unit, self.out / CLIMBS) for unit in units]
+    def climbs(self, training: Training) -> list[tuple[str, str]]:
+        """Return the climbs of a policy: in the name of which arm, and on which unit."""
+        if training.arm in SHARED:
+            return [(training.arm, unit) for unit in self.units]
+        following = self.units[(self.units.index(training.unit) + 1) % len(self.units)]
+        own = [(training.arm, training.unit)]
+        if self.elsewhere and training.arm in LEARNED and following != training.unit:
+            own.append((training.arm + ELSEWHERE, following))
+        return own
+
+    @property
+    def all_climbs(self) -> list[tuple[str, int, tuple[Path, str, Path]]]:
+        """Return arm and seed of each climb, and policy, unit and folder of the result."""
+        folder = self.out / "climbs"
+        packaged = policy_file(Path(OURS))
+        return [
+            (name, training.seed, (training.policy, unit, folder))
+            for training in self.trainings
+            for name, unit in self.climbs(training)
+        ] + [(PACKAGED, 0, (packaged, unit, folder)) for unit in self.units]
 
 
-def record(unit: int, out: Path) -> str:
-    """Record a unit, and write its own causes."""
-    recordings = out / f"recordings_{unit}"
-    port = ("--port", f"virtual::{unit}:new", "--faster-than-real-time")
-    words = ("collect", "--plan", "quick", *port, "--out", str(recordings))
-    if not (recordings / "dataset.toml").exists():
-        timed(words, out / f"collect_{unit}.log")
+def recorded(unit: str, out: Path, which: str = "recordings") -> Path:
+    """Return a file that is there when a unit is recorded: a minute, or ``long``."""
+    return out / f"{which}_{unit}" / "recorded"
+
+
+def diagnosed(unit: str, out: Path) -> Path:
+    """Return the file that is there when a unit is diagnosed."""
+    return out / f"answer_{unit}" / "intervals.json"
+
+
+def network_of(unit: str, out: Path) -> Path:
+    """Return the file of a unit's force network."""
+    return out / f"network_{unit}" / f"{NETWORK.name}.safetensors"
+
+
+def jobs_of(study: Study, threads: int) -> list[Job]:
+    """Return all jobs of a study, those of more worth first.
+
+    Args:
+        threads: Threads of each diagnosis.
+    """
+    out, jobs = study.out, list[Job]()
+    for unit in study.units:
+        ready = recorded(unit, out)
+        jobs += [
+            Job(makes=ready, work=record, what=(unit, out)),
+            Job(makes=diagnosed(unit, out), needs=(ready,), work=diagnose,
+                what=(unit, out, threads), threads=threads),
+            Job(makes=recorded(unit, out, "long"), work=record, what=(unit, out, "long")),
+            Job(makes=network_of(unit, out), needs=(recorded(unit, out, "long"),), work=learn,
+                what=(unit, out, study.network), on_device=True),
+            Job(makes=out / f"truth_{unit}.toml", needs=(ready,), work=find_truth,
+                what=(unit, out)),
+        ]  # fmt: skip
+    for training in study.trainings:
+        jobs.append(Job(makes=training.policy, needs=training.reads, work=train,
+                        what=(training, study.recipe), on_device=True))  # fmt: skip
+    for _, _, what in study.all_climbs:
+        jobs.append(Job(makes=file_of(*what), needs=(what[0],), work=climb, what=(what,),
+                        wanted=True, brief=True))  # fmt: skip
+    return jobs
+
+
+def record(unit: str, out: Path, which: str = "recordings") -> str:
+    """Record a minute of a unit, or the paper's plan."""
+    number, _, state = unit.partition("_")
+    words = (
+        "collect", "--plan", "paper" if which == "long" else "quick", "--out",
+        str(out / f"{which}_{unit}"), "--port", f"virtual::{number}:{state or 'new'}",
+        "--faster-than-real-time",
+    )  # fmt: skip
+    timed(words, out / f"collect_{which}_{unit}.log")
+    recorded(unit, out, which).touch()
+    return f"unit {unit}: {which} are there"
+
+
+def find_truth(unit: str, out: Path) -> str:
+    """Write a unit's own causes."""
     quiet_warp()
-    write_truth(recordings, out / f"truth_{unit}.toml")
-    return f"unit {unit} is recorded"
+    write_truth(out / f"recordings_{unit}", out / f"truth_{unit}.toml")
+    return f"unit {unit}: its own causes are tuned"
 
 
-def diagnose(unit: int, out: Path, threads: int) -> str:
+def diagnose(unit: str, out: Path, threads: int) -> str:
     """Diagnose a unit with some threads, and write what its policies are trained on."""
     os.environ[THREADS_VARIABLE] = str(threads)
     answer = out / f"answer_{unit}"
     words = ("diagnose", str(out / f"recordings_{unit}"), "--out", str(answer))
     timed(words, out / f"diagnose_{unit}.log")
     path = answer / "intervals.json"
-    write_posterior(path, by_themselves(read_posterior(answer / "diagnosis.json")))
+    if (answer / "diagnosis.posterior.json").exists():  # a log without a gap has none
+        write_posterior(path, by_themselves(read_posterior(answer / "diagnosis.json")))
     path.write_text((answer / "diagnosis.json").read_text())  # the last file: all is there
     return f"unit {unit} is diagnosed"
+
+
+def learn(unit: str, out: Path, config: TrainingConfig, device: str) -> str:
+    """Train a unit's Transformer on the paper's plan."""
+    words = (
+        "train-force", str(out / f"long_{unit}"), "--network", config.network, "--purpose",
+        config.purpose, "--epochs", str(config.epochs), "--device", device, "--out",
+        str(out / f"network_{unit}"),
+    )  # fmt: skip
+    timed(words, out / f"network_{unit}.log")
+    return f"unit {unit}: its network is trained"
 
 
 def write_truth(recordings: Path, path: Path) -> None:
@@ -212,20 +321,11 @@ def by_themselves(posterior: Posterior) -> Posterior:
     return Posterior(sets=(own,))
 
 
-def inputs(training: Training) -> Path:
-    """Return the file without which a training cannot begin."""
-    if training.arm in SHARED:
-        return training.out / f"recordings_{training.unit}" / "dataset.toml"
-    if training.arm in KNOWN:
-        return training.out / f"truth_{training.unit}.toml"
-    return training.out / f"answer_{training.unit}" / "intervals.json"
-
-
 def config_of(training: Training, recipe: PolicyTrainingConfig) -> PolicyTrainingConfig:
     """Return the settings of a training."""
     unit, out = training.unit, training.out
     sheet, answer = out / f"recordings_{unit}" / "model.toml", out / f"answer_{unit}"
-    truth = out / f"truth_{unit}.toml"
+    truth, network = out / f"truth_{unit}.toml", network_of(unit, out)
     force, randomise, spread = {
         "posterior": (answer / "model.toml", (str(answer / "diagnosis.json"),), 0.3),
         "intervals": (answer / "model.toml", (str(answer / "intervals.json"),), 0.3),
@@ -234,6 +334,8 @@ def config_of(training: Training, recipe: PolicyTrainingConfig) -> PolicyTrainin
         "near": (truth, NEAR, 0.1),
         "nominal": (sheet, ("none",), 0.3),
         "ranges": (sheet, RANGES, 0.3),
+        "ideal": (IDEAL, RANGES, 0.3),
+        "network": (network, ("none",), 0.3),
     }[training.arm]
     environment = replace(recipe.environment, force=str(force), randomise=randomise, spread=spread)
     return replace(recipe, environment=environment, seed=training.seed)
@@ -250,163 +352,129 @@ def train(training: Training, recipe: PolicyTrainingConfig, device: str) -> str:
     return f"{training.folder.name}: {trained.points[-1].text}"
 
 
-def told(work: Callable[..., str], *what: Any) -> dict[str, Any]:
-    """Do a job and say how it went: one that fails ends no other."""
-    start = time.monotonic()
-    try:
-        said, failed = work(*what), False
-    except Exception as error:  # whatever it is, the other jobs go on
-        said, failed = f"{work.__name__} {what[0]}: {error!r}", True
-    return {"said": said, "failed": failed, "seconds": round(time.monotonic() - start, 1)}
-
-
-class Running:
-    """The jobs of a study, each begun as soon as what it reads is there."""
-
-    def __init__(self, study: Study, cores: Executor, trainers: Executor, until: float) -> None:
-        self._study, self._cores, self._trainers, self._until = study, cores, trainers, until
-        self._begun: set[Any] = set()
-        self._now: dict[Future[dict[str, Any]], str] = {}  # with the device that each has
-
-    def begin(self, key: Any, executor: Executor, place: str, work: Callable[..., str],
-              *what: Any) -> None:  # fmt: skip
-        """Begin a job, unless it was begun."""
-        if key not in self._begun:
-            self._begun.add(key)
-            self._now[executor.submit(told, work, *what)] = place
-
-    def begin_ready(self, devices: Sequence[str], each: int) -> None:
-        """Begin what can be done now: at most so many trainings on each device."""
-        study = self._study
-        for training in study.trainings:
-            for what in study.climbs(training) if training.policy.exists() else ():
-                if not file_of(*what).exists():
-                    self.begin(what, self._cores, "core", climb, what)
-        if time.monotonic() > self._until:
-            return
-        threads = max(1, core_count() // len(study.units))
-        known = {*study.arms} <= {*SHARED, *KNOWN}
-        for unit in study.units:
-            if not (study.out / f"truth_{unit}.toml").exists():
-                self.begin(("record", unit), self._cores, "core", record, unit, study.out)
-            elif not (known or (study.out / f"answer_{unit}" / "intervals.json").exists()):
-                what = unit, study.out, threads
-                self.begin(("diagnose", unit), self._cores, "core", diagnose, *what)
-        for training in study.trainings:
-            count = Counter(self._now.values())
-            device = min(devices, key=count.__getitem__)
-            if count[device] >= each:
-                return
-            climbed = all(file_of(*what).exists() for what in study.climbs(training))
-            if inputs(training).exists() and not (climbed or training.policy.exists()):
-                work = training, study.recipe, device
-                self.begin(training, self._trainers, device, train, *work)
-
-    def next_ended(self) -> dict[str, Any] | None:
-        """Wait for the next job that ends, and return how it went; none runs any more."""
-        if not self._now:
-            return None
-        future = next(iter(wait(self._now, return_when=FIRST_COMPLETED).done))
-        place = self._now.pop(future)
-        return {"place": place, **future.result()}
-
-
-def run(study: Study, devices: Sequence[str], each: int, until: float) -> None:
-    """Do what is missing of a study, and write its table after each climb."""
-    trainers = JobOptions(jobs=max(2, each * len(devices)))
-    cores = JobOptions(jobs=max(2, core_count()))
-    start = time.monotonic()
-    with open_executor(cores) as on_cores, open_executor(trainers) as on_devices:
-        running = Running(study, on_cores, on_devices, until)
-        running.begin_ready(devices, each)
-        while (ended := running.next_ended()) is not None:
-            line = json.dumps({"at": round(time.monotonic() - start, 1), **ended})
-            print(line, flush=True)
-            with (study.out / "jobs.jsonl").open("a", encoding="utf-8") as lines:
-                lines.write(line + "\n")
-            running.begin_ready(devices, each)
-            write_table(study)
-    write_table(study)
-
-
 def errors_of(study: Study, figure: str) -> Errors:
     """Return a number of all climbs that there are [mm]."""
     errors: Errors = {}
-    for training in study.trainings:
-        for what in study.climbs(training):
-            if (path := file_of(*what)).exists():
-                error = 1e3 * float(json.loads(path.read_text())[figure])
-                own = errors.setdefault(training.arm, {}).setdefault(what[1], {})
-                own[training.seed] = round(error, 3)
+    for arm, seed, what in study.all_climbs:
+        if (path := file_of(*what)).exists():
+            error = round(1e3 * float(read(path)[figure]), 3)
+            errors.setdefault(arm, {}).setdefault(what[1], {})[seed] = error
     return errors
 
 
+def still_error() -> float:
+    """Return what a tip misses on the stairs that stands still where that is best [mm]."""
+    finger = load_mechanism("finger")
+    levels = stair_levels(RECIPE.environment.rate, DWELL)
+    goals = goal_points(finger, levels)
+    places = goal_points(finger, np.linspace(*GoalPath(finger).range, 500))
+    gaps = np.linalg.norm(goals[:, None] - places[None], axis=-1)
+    return float(1e3 * np.sqrt(np.mean(gaps**2, axis=0)).min())
+
+
 def write_table(study: Study) -> None:
-    """Write the errors of all climbs [mm], and how the posterior does beside each other arm."""
-    errors = errors_of(study, "rmse")
-    rows = {arm: row_of(arm, errors) for arm in errors}
-    lines = [HEAD, "|---|---|---|---|---|---|"]
-    lines += [
-        f"| {arm} | {sum(map(len, errors[arm].values()))} | {row['mean_mm']:.2f} "
-        f"({row['least_mm']:.1f} to {row['greatest_mm']:.1f}) | {row.get('share', np.nan):.2f} | "
-        f"{row.get('p', np.nan):.2g} | {row.get('p_aim', np.nan):.2g} |"
-        for arm, row in rows.items()
-    ]
-    origin = {"command": " ".join(["python -m lab.studies.diagnosed_policies", *sys.argv[1:]]),
-              "commit": git_commit(), "units": list(study.units)}  # fmt: skip
-    kept = {"tip_error_mm": errors, "settled_error_mm": errors_of(study, "settled_error")}
-    write_json(study.out / "table.json", {**origin, "arms": rows, **kept})
-    (study.out / "table.md").write_text("\n".join(lines) + "\n")
+    """Write the errors of all climbs [mm], and how each arm does beside the first."""
+    errors, settled, still = (
+        errors_of(study, "rmse"),
+        errors_of(study, "settled_error"),
+        still_error(),
+    )
+    rows = {arm: row_of(arm, errors, study.arms[0], still) for arm in errors}
+    lines = [HEAD, "|---|---|---|---|---|---|---|"]
+    for arm, row in rows.items():
+        ends = [mean(own.values()) for own in settled[arm].values()]
+        lines.append(
+            f"| {arm} | {row['climbs']} | {row['failed']} | {row['mean_mm']:.2f} "
+            f"({row['least_mm']:.1f} to {row['greatest_mm']:.1f}) | {row.get('share', np.nan):.2f} "
+            f"| {row.get('p', np.nan):.2g} | {mean(ends):.2f} |"
+        )
+    lines += [f"| a finger that stands still | | | {still:.1f} | | | |", ""]
+    failed = failures(study.out)
+    kept = {
+        "command": " ".join(["python -m lab.studies.diagnosed_policies", *sys.argv[1:]]),
+        "commit": git_commit(), "units": list(study.units), "still_mm": still, "failed": failed,
+        "steps": study.recipe.iterations * study.recipe.steps * study.recipe.environment.worlds,
+        "arms": rows, "tip_error_mm": errors, "settled_error_mm": settled,
+    }  # fmt: skip
+    write_json(study.out / "table.json", kept)
+    (study.out / "table.md").write_text("\n".join([*lines, *failed]) + "\n")
 
 
-def row_of(arm: str, errors: Errors) -> dict[str, float]:
-    """Return an arm's errors [mm], and beside it those of the posterior, paired by unit."""
+def row_of(arm: str, errors: Errors, first: str, still: float) -> dict[str, float]:
+    """Return an arm's errors [mm], and beside them those of the first arm, paired by unit.
+
+    Args:
+        still: Error of a finger that stands still [mm]; a policy that misses as much has failed.
+    """
     values = [mean(own.values()) for own in errors[arm].values()]
-    out = {"mean_mm": mean(values), "least_mm": min(values), "greatest_mm": max(values)}
-    first, other = paired(errors.get(ARMS[0], {}), errors[arm])
-    if len(first) < 2 or arm == ARMS[0]:
+    every = [error for own in errors[arm].values() for error in own.values()]
+    out: dict[str, float] = {
+        "mean_mm": mean(values), "least_mm": min(values), "greatest_mm": max(values),
+        "climbs": len(every), "failed": sum(error >= still for error in every),
+    }  # fmt: skip
+    own, other = paired(errors[arm], errors.get(first, {}), arm == PACKAGED)
+    if len(own) < 2 or arm == first:
         return out
-    out |= {"pairs": len(first), "share": float(first.sum() / other.sum())}
-    out["p"] = float(ttest_rel(first, other).pvalue)
-    if arm in AIMS:
-        aimed = ttest_rel(first, AIMS[arm] * other, alternative="less")
-        out["p_aim"] = float(aimed.pvalue)
-    return out
+    out |= {"pairs": len(own), "share": float(own.sum() / other.sum())}
+    return out | {"p": float(ttest_rel(own, other).pvalue)}
 
 
-def paired(one: Units, other: Units) -> tuple[Array, Array]:
-    """Return the errors of two arms on the units of both, means over the seeds of both [mm]."""
-    seeds = {unit: one[unit].keys() & other[unit].keys() for unit in one.keys() & other.keys()}
-    pairs = [
-        [mean(arm[unit][seed] for seed in both) for arm in (one, other)]
-        for unit, both in sorted(seeds.items()) if both
-    ]  # fmt: skip
-    first, second = np.array(pairs).reshape(-1, 2).T
-    return first, second
+def paired(one: Units, other: Units, any_seed: bool = False) -> tuple[Array, Array]:
+    """Return the errors of two arms on the units of both, means over the seeds of both [mm].
+
+    Args:
+        any_seed: Whether all seeds of both count, as one of them has a single policy.
+    """
+    pairs: list[tuple[float, float]] = []
+    for unit in sorted(one.keys() & other.keys()):
+        seeds = one[unit].keys() & other[unit].keys()
+        first, second = (
+            [arm[unit][seed] for seed in (arm[unit] if any_seed else seeds)] for arm in (one, other)
+        )
+        if first and second:
+            pairs.append((mean(first), mean(second)))
+    first_arm, second_arm = np.array(pairs).reshape(-1, 2).T
+    return first_arm, second_arm
+
+
+def reader(about: str | None) -> argparse.ArgumentParser:
+    """Return a parser of the words that this study and `lab.studies.refresh` have in common."""
+    parser = argparse.ArgumentParser(
+        description=about, formatter_class=argparse.ArgumentDefaultsHelpFormatter
+    )
+    parser.add_argument("--out", type=Path, required=True, help="folder of all results")
+    parser.add_argument("--units", nargs="+", default=list(UNITS))
+    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(5)))
+    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS[:-3]))
+    parser.add_argument("--devices", nargs="+", default=[], help="by default all GPUs")
+    parser.add_argument("--each", type=int, default=6, help="trainings at once on each device")
+    parser.add_argument("--cores", type=int, help="for all but trainings; by default all")
+    parser.add_argument("--threads", type=int, default=2, help="of each diagnosis")
+    parser.add_argument("--minutes", type=float, default=1.0e6, help="then climbs alone begin")
+    parser.add_argument("--worlds", type=int, default=RECIPE.environment.worlds)
+    parser.add_argument("--iterations", type=int, default=RECIPE.iterations)
+    parser.add_argument("--epochs", type=int, default=NETWORK.epochs, help="of each network")
+    return parser
+
+
+def study_of(words: argparse.Namespace) -> Study:
+    """Return the study that some words ask for; its folder is made."""
+    (words.out / "climbs").mkdir(parents=True, exist_ok=True)
+    environment = replace(RECIPE.environment, worlds=words.worlds)
+    return Study(
+        out=words.out, units=tuple(words.units), seeds=tuple(words.seeds), arms=tuple(words.arms),
+        recipe=replace(RECIPE, environment=environment, iterations=words.iterations),
+        network=replace(NETWORK, epochs=words.epochs),
+    )  # fmt: skip
 
 
 def main() -> None:
     """Do what is missing, and write the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.ArgumentDefaultsHelpFormatter
-    )
-    parser.add_argument("--out", type=Path, required=True, help="folder of all results")
-    parser.add_argument("--units", type=int, nargs="+", default=list(UNITS))
-    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(5)))
-    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS[:-1]))
-    parser.add_argument("--devices", nargs="+", default=["cpu"])
-    parser.add_argument("--each", type=int, default=8, help="trainings at once on each device")
-    parser.add_argument("--minutes", type=float, default=1.0e6, help="then nothing new begins")
-    parser.add_argument("--worlds", type=int, default=RECIPE.environment.worlds)
-    parser.add_argument("--iterations", type=int, default=RECIPE.iterations)
-    words = parser.parse_args()
-    (words.out / CLIMBS).mkdir(parents=True, exist_ok=True)
-    environment = replace(RECIPE.environment, worlds=words.worlds)
-    study = Study(
-        out=words.out, units=tuple(words.units), seeds=tuple(words.seeds), arms=tuple(words.arms),
-        recipe=replace(RECIPE, environment=environment, iterations=words.iterations),
-    )  # fmt: skip
-    run(study, words.devices, words.each, time.monotonic() + 60.0 * words.minutes)
+    words = reader(__doc__).parse_args()
+    study = study_of(words)
+    places = Places.of(words.devices, words.each, words.cores, words.minutes)
+    run(jobs_of(study, words.threads), places, words.out, lambda: write_table(study))
+    write_table(study)
     print((words.out / "table.md").read_text())
 
 

@@ -48,21 +48,25 @@ def main() -> None:
     write_tables(told.out, told.units)
 
 
-def file_of(policy: Path, unit: int, out: Path) -> Path:
+def file_of(policy: Path, unit: int | str, out: Path) -> Path:
     """Return where a climb's numbers stand."""
     return out / f"{policy.resolve().parent.name}.unit_{unit}.json"
 
 
-def climb(what: tuple[Path, int, Path]) -> str:
-    """Let one policy climb on one unit, keep its numbers, and say in a line how it went."""
+def climb(what: tuple[Path, int | str, Path]) -> str:
+    """Let one policy climb on one unit, keep its numbers, and say in a line how it went.
+
+    A unit may be 7_friction: number 7 whose gear has run dry.
+    """
     policy, unit, out = what
+    place = str(unit).replace("_", ":")
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         code = run_verb(
             [
                 "evaluate-policy",
                 str(policy),
                 "--port",
-                f"virtual:finger:{unit}",
+                f"virtual:finger:{place}",
                 "--out",
                 folder,
                 "--faster-than-real-time",

@@ -1,139 +1,120 @@
-"""Is wear noticed from the logs of a policy, is it named, and does a refresh make up for it?
+"""Ten worn benches: what a refresh gains, beside training anew and doing nothing.
 
-Usage: ``.venv/bin/python -m lab.studies.refresh POLICY --out FOLDER [notice] [restore]``.
+``python -m lab.studies.refresh --out DIR --arms diagnosed --seeds 0``
 
-``POLICY`` is a policy file. ``notice``: on each unit of the virtual finger the policy follows goals
-at random, and stairs; the model's numbers are fitted to both logs. Then it follows other goals on
-the unit as it was, on one whose gear has run dry, and on one whose spool has slipped, and each log
-is held against the model. ``restore``: a policy is trained on that model and climbs on the unit as
-it was; the unit wears; `refresh` goes from the policy's logs to another that climbs there. What is
-done is kept in FOLDER, and not done again.
+Each unit of the virtual bench is recorded and diagnosed, and a policy is trained on its diagnosis,
+as `lab.studies.diagnosed_policies` does it, with which a DIR can be shared: its words, such as
+``--arms`` and ``--seeds``, are understood here, and its jobs are done too. Then the gear of each
+second unit runs dry, and the spool of the others slips. The policy climbs there, and follows goals
+at random; `refresh` goes from these logs to another policy. Beside it stand the policy that was
+there, one that is trained anew on a diagnosis of the worn bench, the data sheet's, and the packaged
+one. On each unit as it was, `refresh` is asked as well, and should say nothing. ``worn.json`` and
+``worn.md`` have the result.
 """
 
-import argparse
-import contextlib
-import io
-import json
-import time
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
+from statistics import mean
 from typing import Any
 
 import numpy as np
+from scipy.stats import ttest_rel
 
-from tendon_hardware.deployment.deploy_log import policy_span
-from tendon_hardware.virtual_bench.physics.constants import BENCH_SEEDS
-from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from lab.studies.diagnosed_policies import (
+    OURS,
+    PACKAGED,
+    Study,
+    Training,
+    diagnosed,
+    jobs_of,
+    reader,
+    still_error,
+    study_of,
+    write_table,
+)
+from lab.studies.job_graph import Job, Places, failures, run
+from lab.studies.policy_transfer import climb, file_of
+from lab.studies.units import read
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.origin import git_commit
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import DeployOptions, RefreshOptions
-from tendon_newton.workflows.refreshing import refresh
-from tendon_train.policy.config.environment_config import EnvironmentConfig
-from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
-from tendon_train.policy.runs.policy_export import export_policy
-from tendon_train.policy.runs.policy_training import train_policy
-from tendon_train.refresh.drift import find_drift, growth, model_error, tune
-from tendon_train.refresh.refresh_logs import (
-    fitted_parts,
-    logs_as_dataset,
-    read_logs,
-    taut_parts,
-    without_beginning,
-)
-from tendon_train.refresh.refresh_outcome import judge_drift
-from tendon_train.refresh.slip import slip_since, taut_from
+from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_newton.workflows.refreshing import find_drift_in_logs, open_ledger, refresh
 from tests.hardware.silent_operator import SilentOperator
 
-STATES = ("new", "friction", "spool")
-ANSWERS: dict[str, tuple[str, ...]] = {
+STATES = ("friction", "spool")  # Wear of each second unit, and of the others
+NAMES: dict[str, tuple[str, ...]] = {
     "new": (),
     "friction": (
-        "coulomb_friction",
-        "viscous_friction",
-        "load_dependent_friction",
-        "holding_friction",
+        "coulomb_friction", "viscous_friction", "load_dependent_friction", "holding_friction",
     ),
     "spool": ("tendon_slack", "position_offset"),
-}
+}  # fmt: skip
 """Names that say what is the matter."""
 DURATION = 30.0  # Length of a log of random goals [s]
 STAIRS = 16.5  # Length of the paper's stairs [s]
-GPU_SIZES = {"worlds": 8192, "batch": 32768, "iterations": 100, "discount": 0.95, "trace": 0.95}
-"""A training of half a minute on a GPU."""
-CPU_SIZES = {"worlds": 256, "batch": 1024, "iterations": 350, "discount": 0.8, "trace": 0.9}
-"""One of some minutes on a core."""
+BEFORE, WORN, REFRESHED, KEPT, ANEW, SHEET = (
+    "its policy, before the wear", "its policy, nothing done", "refreshed", "refreshed, if better",
+    "trained anew", "data sheet",
+)  # fmt: skip
 
 
-def start_model() -> Model:
-    """Return the data sheet's motor behind the host's loop, with what every gear has."""
-    motor = NamedValues(
-        name="pwm_servo",
-        values={
-            "duty_per_rad": 0.1,
-            "max_duty": 0.9,
-            "supply_voltage": 9.0,
-            "torque_constant": 1.2,
-            "resistance": 13.0,
-            "armature": 0.0025,
-            "spool_radius": 0.0125,
-        },
-    )
-    effects = {
-        "coulomb_friction": {"force": 3.5},
-        "load_dependent_friction": {"coefficient": 0.2},
-        "joint_stiffness_error": {"scale": 0.9},
-        "tendon_slack": {"length": 5e-4},
-        "routing_friction": {"exponent": 0.1},
-        "viscoelastic_spring": {"stiffness_ratio": 0.4, "relaxation_time": 1.4},
-    }
-    return Model(
-        actuator=motor,
-        effects=tuple(NamedValues(name=name, values=own) for name, own in effects.items()),
-        fit=("torque_constant", "resistance"),
-    )
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """A unit, how it wears, and where all about it stands."""
 
+    unit: str
+    state: str  # ``friction``, ``spool``, or ``new`` for one that does not wear
+    out: Path
+    iterations: int
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("policy", type=Path)
-    parser.add_argument("parts", nargs="*", default=["notice"])
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--seeds", type=int, nargs="*", default=list(BENCH_SEEDS[:5]))
-    parser.add_argument("--iterations", type=int, default=100, help="of the new policy")
-    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="of trainings")
-    arguments = parser.parse_args()
-    quiet_warp()
-    seeds = arguments.seeds
-    if "notice" in arguments.parts:
-        rows = [
-            notice(arguments.policy, arguments.out / f"unit_{seed}", seed, state)
-            for seed in seeds
-            for state in STATES
-        ]
-        summarise(rows)
-    if "restore" in arguments.parts:
-        for seed in seeds:
-            for state in STATES[1:]:
-                restore(arguments, arguments.out / f"unit_{seed}", seed, state)
+    @property
+    def folder(self) -> Path:
+        """Where its refresh stands."""
+        return self.out / f"refresh_{self.unit}_{self.state}"
+
+    @property
+    def policy(self) -> Path:
+        """The policy that drives it."""
+        return Training(arm="diagnosed", unit=self.unit, seed=0, out=self.out).policy
+
+    @property
+    def logs(self) -> tuple[Path, Path, Path]:
+        """Folders of its logs: stairs before, stairs now, goals at random now."""
+        own = self.out / f"logs_{self.unit}"
+        return (
+            own / f"before_{self.state}",
+            own / f"stairs_{self.state}",
+            own / f"goals_{self.state}",
+        )
+
+    def options(self, device: str) -> RefreshOptions:
+        """Return what its refresh is asked."""
+        before, stairs, goals = self.logs
+        return RefreshOptions(
+            logs=(stairs, goals), reference=(before,), policy=self.policy, out=self.folder,
+            model=self.out / f"answer_{self.unit}" / "model.toml", iterations=self.iterations,
+            device=device, port=f"virtual:finger:{self.unit}:{self.state}",  # type: ignore[arg-type]
+            faster_than_real_time=True,
+        )  # fmt: skip
 
 
 def fly(policy: Path, folder: Path, port: str, goals: str, duration: float) -> Path:
     """Deploy once, in lockstep, and return the log; a log that is there is taken."""
     logs = sorted(folder.glob("*.mcap"))
     if not logs:
-        with contextlib.redirect_stdout(io.StringIO()):
-            drive(
-                DeployOptions(
-                    policy=policy,
-                    port=port,
-                    goals=goals,
-                    duration=duration,
-                    out=folder,
-                    faster_than_real_time=True,
-                ),
-                SilentOperator(),
-            )
+        options = DeployOptions(
+            policy=policy, port=port, goals=goals, duration=duration, out=folder,
+            faster_than_real_time=True,
+        )  # fmt: skip
+        drive(options, SilentOperator())
         logs = sorted(folder.glob("*.mcap"))
     return logs[0]
 
@@ -149,158 +130,145 @@ def random_goals(path: Path, seed: int) -> str:
     return str(path)
 
 
-def fitted_model(policy: Path, folder: Path, seed: int) -> Path:
-    """Fit the model to two logs of the unit as it was, and return its file."""
-    path = folder / "model.toml"
-    if not path.exists():
-        goals = random_goals(folder / "goals_before.txt", 2 * seed)
-        port = f"virtual:finger:{seed}"
-        logs = [
-            fly(policy, folder / "before", port, goals, DURATION),
-            fly(policy, folder / "stairs_new", port, "stairs", STAIRS),
-        ]
-        recordings = [without_beginning(log) for log in read_logs(logs, policy_span)]
-        write_model(path, tune(taut_parts(recordings), start_model()).model)
-    return path
+def notice(bench: Bench) -> str:
+    """Let the policy drive a bench before and after its wear, and say what has worn."""
+    quiet_warp()
+    before, stairs, goals = bench.logs
+    port = f"virtual:finger:{bench.unit}:{bench.state}"
+    fly(bench.policy, before, f"virtual:finger:{bench.unit}", "stairs", STAIRS)
+    fly(bench.policy, stairs, port, "stairs", STAIRS)
+    asked = random_goals(goals / "goals.txt", 2 * int(bench.unit) + 1)
+    fly(bench.policy, goals, port, asked, DURATION)
+    options = bench.options("cpu")
+    bench.folder.mkdir(parents=True, exist_ok=True)
+    ledger = open_ledger(options, bench.folder)
+    drift = find_drift_in_logs(options, ledger, SilentOperator())
+    (bench.folder / "noticed").write_text(drift.verdict)
+    return f"unit {bench.unit} {bench.state}: {drift.verdict}, {[c.name for c in drift.causes]}"
 
 
-def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
-    """Hold a later log of a unit against its model."""
-    kept = folder / f"notice_{state}.json"
-    if kept.exists():
-        return json.loads(kept.read_text(encoding="utf-8"))
-    model = load_model(fitted_model(policy, folder, seed))
-    goals = random_goals(folder / "goals_later.txt", 2 * seed + 1)
-    log = fly(policy, folder / f"later_{state}", f"virtual:finger:{seed}:{state}", goals, DURATION)
-    begin = time.monotonic()
-    logs = read_logs([log], policy_span)
-    later = fitted_parts(logs)
-    dataset = logs_as_dataset(log.parent, logs, taut_from(later, model))
-    diagnosis, _ = find_drift(dataset, model)
-    before = next((folder / "before").glob("*.mcap"))
-    new = read_logs([before], policy_span)
-    earlier = logs_as_dataset(before.parent, new)
-    reference = model_error(earlier.test, model)
-    drift = judge_drift(
-        diagnosis,
-        reference,
-        grown=growth(dataset, earlier, model),
-        slip=slip_since(fitted_parts(new), later),
+def restore(bench: Bench, device: str) -> str:
+    """Go on to a refreshed policy; where nothing was noticed nothing is trained."""
+    quiet_warp()
+    refresh(bench.options(device), SilentOperator())
+    judged = stages(bench.folder).get("better", {})
+    (bench.folder / "restored").touch()
+    return f"unit {bench.unit} {bench.state} is refreshed: {judged}"
+
+
+def stages(folder: Path) -> dict[str, Any]:
+    """Return what a refresh has come to."""
+    path = folder / "refresh.json"
+    return read(path)["stages"] if path.exists() else {}
+
+
+def benches_of(study: Study, iterations: int) -> list[Bench]:
+    """Return each unit worn, and as it was."""
+    return [
+        Bench(unit=unit, state=state, out=study.out, iterations=iterations)
+        for number, unit in enumerate(study.units)
+        for state in (STATES[number % 2], "new")
+    ]
+
+
+def worn_study(study: Study) -> Study:
+    """Return the study of policies that are trained anew on worn units."""
+    units = tuple(f"{b.unit}_{b.state}" for b in benches_of(study, 1) if b.state != "new")
+    return replace(
+        study, units=units, seeds=study.seeds[:1], arms=("diagnosed", "ranges"), elsewhere=False
     )
-    row = {
-        "seed": seed,
-        "state": state,
-        "named": [(cause.name, *cause.rivals) for cause in drift.causes],
-        "numbers": [cause.numbers for cause in drift.causes],
-        "candidate": [
-            (effect.name, *effect.indistinguishable_from) for effect in diagnosis.effects
-        ],
-        "theta_mrad": [1e3 * reference, 1e3 * drift.theta_rmse, 1e3 * drift.corrected_theta_rmse],
-        "seconds": time.monotonic() - begin,
+
+
+def jobs_of_refresh(study: Study, threads: int) -> list[Job]:
+    """Return all jobs, those of more worth first: one seed, what is worn, the other seeds."""
+    first = replace(study, seeds=study.seeds[:1])
+    jobs = [*jobs_of(first, threads), *jobs_of(worn_study(study), threads)]
+    for bench in benches_of(study, study.recipe.iterations):
+        noticed = bench.folder / "noticed"
+        needs = (bench.policy, diagnosed(bench.unit, study.out))
+        jobs.append(Job(makes=noticed, needs=needs, work=notice, what=(bench,), wanted=True))
+        if bench.state != "new":
+            climbed = (bench.policy, f"{bench.unit}_{bench.state}", study.out / "climbs")
+            jobs += [
+                Job(makes=bench.folder / "restored", needs=(noticed,), work=restore,
+                    what=(bench,), on_device=True, wanted=True),
+                Job(makes=file_of(*climbed), needs=(bench.policy,), work=climb, what=(climbed,),
+                    wanted=True, brief=True),
+            ]  # fmt: skip
+    return [*jobs, *jobs_of(study, threads)]
+
+
+def write_worn(study: Study) -> None:
+    """Write the tip errors of all benches [mm], and what was noticed."""
+    errors: dict[str, dict[str, float]] = {}
+    noticed: dict[str, dict[str, Any]] = {}
+    for bench in benches_of(study, 1):
+        name, found = f"{bench.unit}_{bench.state}", stages(bench.folder)
+        if "drift" in found:
+            causes = [(c["name"], *c["rivals"]) for c in found["drift"]["causes"]]
+            right = bool(causes) and bool({*causes[0]} & {*NAMES[bench.state]})
+            noticed[name] = {"verdict": found["drift"]["verdict"], "named": causes, "right": right}
+        if bench.state != "new":
+            for arm, error in errors_on(bench, found).items():
+                errors.setdefault(arm, {})[name] = round(error, 3)
+    still, restored = still_error(), errors.get(KEPT, {})
+    lines = ["| policy on the worn bench | benches | tip error [mm]: mean (range) | p |",
+             "| --- | --- | --- | --- |"]  # fmt: skip
+    for arm, own in errors.items():
+        both = sorted(own.keys() & restored.keys())
+        one, other = ([errors[b] for b in both] for errors in (own, restored))
+        p = float(ttest_rel(one, other).pvalue) if len(both) > 1 else np.nan
+        told = f"{mean(own.values()):.1f} ({min(own.values()):.1f} to {max(own.values()):.1f})"
+        lines.append(f"| {arm} | {len(own)} | {told} | {p:.1g} |")
+    lines.append(f"| a finger that stands still | | {still:.1f} | |")
+    kept = {
+        "command": " ".join(["python -m lab.studies.refresh", *sys.argv[1:]]),
+        "commit": git_commit(), "still_mm": still, "tip_error_mm": errors, "noticed": noticed,
+        "failed": failures(study.out),
+    }  # fmt: skip
+    write_json(study.out / "worn.json", kept)
+    (study.out / "worn.md").write_text("\n".join(lines) + "\n")
+
+
+def errors_on(bench: Bench, found: Mapping[str, Any]) -> dict[str, float]:
+    """Return what each policy misses on a worn bench [mm], as far as it climbed there."""
+    errors = {arm: 1e3 * read(path)["rmse"] for arm, path in climbs_of(bench).items()
+              if path.exists()}  # fmt: skip
+    if (bench.folder / "restored").exists() and WORN in errors:
+        judged = found.get("better")  # nothing where no wear was noticed
+        new = 1e3 * judged["new"] if judged else errors[WORN]
+        errors[REFRESHED] = new
+        errors[KEPT] = new if judged and judged["written"] else errors[WORN]
+    return errors
+
+
+def climbs_of(bench: Bench) -> dict[str, Path]:
+    """Return the file of each climb that is compared."""
+    worn, folder = f"{bench.unit}_{bench.state}", bench.out / "climbs"
+    anew = Training(arm="diagnosed", unit=worn, seed=0, out=bench.out)
+    return {
+        BEFORE: file_of(bench.policy, bench.unit, folder),
+        WORN: file_of(bench.policy, worn, folder),
+        ANEW: file_of(anew.policy, worn, folder),
+        SHEET: file_of(replace(anew, arm="ranges").policy, worn, folder),
+        PACKAGED: file_of(policy_file(Path(OURS)), worn, folder),
     }
-    kept.write_text(json.dumps(row, indent=1) + "\n", encoding="utf-8")
-    print(described(row), flush=True)
-    return row
 
 
-def described(row: dict[str, Any]) -> str:
-    """Return a row in words."""
-    named = "; ".join(" or ".join(names) for names in row["named"]) or "nothing"
-    earlier, before, after = row["theta_mrad"]
-    return (
-        f"unit {row['seed']} {row['state']:9s} named {named:42s} "
-        f"error before {earlier:5.1f}, now {before:5.1f}, with it {after:5.1f} mrad   "
-        f"{row['seconds']:.0f} s"
-    )
+def main() -> None:
+    """Do what is missing, and write the tables."""
+    words = reader(__doc__).parse_args()
+    study = study_of(words)
+    places = Places.of(words.devices, words.each, words.cores, words.minutes)
 
+    def write_tables() -> None:
+        write_table(study)
+        write_worn(study)
 
-def summarise(rows: list[dict[str, Any]]) -> None:
-    """Say how often wear was noticed and named."""
-    for state in STATES:
-        own = [row for row in rows if row["state"] == state]
-        noticed = sum(bool(row["named"]) for row in own)
-        right = sum(
-            bool(row["named"]) and bool(set(row["named"][0]) & set(ANSWERS[state])) for row in own
-        )
-        print(f"{state:9s} of {len(own)}: something named {noticed}, the right thing first {right}")
-
-
-def restore(arguments: argparse.Namespace, folder: Path, seed: int, state: str) -> None:
-    """Refresh a policy for a worn unit, from a log of stairs and one of random goals."""
-    model = fitted_model(arguments.policy, folder, seed)
-    policy = trained_policy(model, folder / "policy", arguments.device)
-    own = folder / "own"
-    before = fly(policy, own / "stairs_new", f"virtual:finger:{seed}", "stairs", STAIRS)
-    port = f"virtual:finger:{seed}:{state}"
-    later = fly(policy, own / f"stairs_{state}", port, "stairs", STAIRS)
-    goals = random_goals(folder / "goals_later.txt", 2 * seed + 1)
-    longer = fly(policy, own / f"later_{state}", port, goals, DURATION)
-    begin = time.monotonic()
-    out = folder / f"refresh_{state}"
-    refresh(
-        RefreshOptions(
-            logs=(later, longer),
-            reference=(before,),
-            model=model,
-            policy=policy,
-            out=out,
-            iterations=arguments.iterations,
-            device=arguments.device,
-            port=port,
-            faster_than_real_time=True,
-        ),
-        SilentOperator(),
-    )
-    seconds = time.monotonic() - begin
-    row = {"seed": seed, "state": state, "seconds": seconds, "tip_mm": stairs_errors(out)}
-    (folder / f"restore_{state}.json").write_text(json.dumps(row, indent=1) + "\n")
-    tips = ", ".join(f"{name} {error:.1f} mm" for name, error in row["tip_mm"].items())
-    print(
-        f"unit {seed} {state:9s} tip on the stairs, RMS: {tips or 'wear not noticed'}; "
-        f"{seconds:.0f} s",
-        flush=True,
-    )
-
-
-def trained_policy(model: Path, out: Path, device: str) -> Path:
-    """Train a policy on a model, 26 M steps on a GPU or 3 M on a core, and return its file."""
-    path = out / "policy.onnx"
-    if not path.exists():
-        sizes = GPU_SIZES if device == "cuda" else CPU_SIZES
-        environment = EnvironmentConfig(
-            worlds=sizes["worlds"],
-            force=str(model),
-            max_step=2.0e-3,
-            randomise=("none",),
-            goal_change=0.03,
-        )
-        config = PolicyTrainingConfig(
-            environment=environment,
-            steps=32,
-            batch=sizes["batch"],
-            epochs=4,
-            learning_rate=1.0e-3,
-            learning_rate_end=1.0e-4,
-            exploration_end=0.2,
-            iterations=sizes["iterations"],
-            device=device,
-            discount=sizes["discount"],
-            trace=sizes["trace"],
-        )
-        trained = train_policy(config, out, report=lambda progress: None)
-        export_policy(out, trained, config)
-    return path
-
-
-def stairs_errors(out: Path) -> dict[str, float]:
-    """Return the tip's errors [mm] on the bench's stairs that a refresh compared, if it did."""
-    table = json.loads((out / "refresh.json").read_text(encoding="utf-8"))
-    figures = table["stages"].get("figures", [])
-    climbs = [f for f in figures if not f["where"].startswith("simulation")]
-    if not climbs:
-        return {}
-    chosen = {"new": climbs[0], "worn": climbs[1], "refreshed": climbs[-1]}
-    return {name: 1.0e3 * figure["rmse"] for name, figure in chosen.items()}
+    run(jobs_of_refresh(study, words.threads), places, words.out, write_tables)
+    write_tables()
+    for name in ("table.md", "worn.md"):
+        print((words.out / name).read_text())
 
 
 if __name__ == "__main__":

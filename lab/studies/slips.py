@@ -2,8 +2,8 @@
 
 Usage: ``.venv/bin/python -m lab.studies.slips FOLDER --out OUT [--seeds 0 1 2 3]``.
 
-``FOLDER/unit_SEED`` holds a unit's ``model.toml`` and the ``policy/policy.onnx`` that has learned
-on it, as `lab.studies.refresh restore` leaves them; ``--policy`` is one for all units. The
+``FOLDER`` holds units' models and the policies that have learned on them, as `lab.studies.refresh`
+leaves them; ``--policy`` is one for all units. The
 policy climbs the stairs on the unit as it was, and the stairs and goals at random on the unit whose
 spool has slipped. How far it has is found with and without the first log. Then the policy climbs
 there again with what it reads of the angle less what was found: nothing is trained.
@@ -41,9 +41,10 @@ def main() -> None:
     arguments = parser.parse_args()
     quiet_warp()
     for seed in arguments.seeds:
-        unit = arguments.folder / f"unit_{seed}"
-        policy = arguments.policy or unit / "policy" / "policy.onnx"
-        print(measured(seed, policy, unit / "model.toml", arguments.out / f"unit_{seed}"))
+        folder = arguments.folder
+        policy = arguments.policy or folder / "policies" / f"diagnosed_{seed}-0" / "policy.onnx"
+        model = folder / f"answer_{seed}" / "model.toml"
+        print(measured(seed, policy, model, arguments.out / f"unit_{seed}"))
 
 
 def measured(seed: int, policy: Path, model: Path, out: Path) -> str:

@@ -1,10 +1,14 @@
 """From the logs of a worn bench to a corrected model and a policy that knows it."""
 
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
-from tendon_hardware.control.goals import DWELL
+import numpy as np
+
+from tendon_hardware.control.goals import DWELL, stairs
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_log import policy_span, step_table
@@ -55,6 +59,10 @@ from tendon_train.refresh.slip import SLIP, SLIPS, slip_since, taut_from, with_s
 
 POLICY_ENDINGS = (".onnx", ".pt")
 """Endings of the two files that a training writes of the same policy."""
+CORRECTED = "simulation, corrected"
+STEPS_OFF = 0.05
+"""Mean distance [rad] from the goals of the stairs up to which a log's are the same: a policy's
+step is seen up to 50 ms late."""
 
 
 def refresh(options: RefreshOptions, operator: Operator) -> Drift:
@@ -172,7 +180,7 @@ def correct_model(
 def train_policy_on(options: RefreshOptions, ledger: Ledger, operator: Operator) -> None:
     """Train the policy on."""
     done = ledger.done("training")
-    if done is not None and done["iterations"] == options.iterations:
+    if done and done["iterations"] == options.iterations and new_policy(options).exists():
         return
     begin, diagnosed = time.monotonic(), options.out / "diagnosis" / "diagnosis.json"
     exported = retrain(
@@ -202,13 +210,36 @@ def compare_policies(
     mechanism = load_mechanism(find_training(options.policy).config.environment.finger)
     climbs = [*simulated(options), *logged(options), *deployed_anew(options, ledger, operator)]
     scores: list[ClimbScore] = [score(c, reachable_error(mechanism, c.goal)) for c in climbs]
-    stairs = [k for k, c in enumerate(climbs) if c.time[-1] < 1.1 * climbs[0].time[-1]]
+    alike = [k for k, c in enumerate(climbs) if c.time[-1] < 1.1 * climbs[0].time[-1]]
     picture = draw_climbs(
-        [climbs[k] for k in stairs], [scores[k] for k in stairs], options.out / "climb.png"
+        [climbs[k] for k in alike], [scores[k] for k in alike], options.out / "climb.png"
     )
     figures = [TipFigure(policy=s.policy, where=s.place, rmse=s.rmse) for s in scores]
     ledger.finish("figures", [asdict(figure) for figure in figures])
+    keep_if_better(options, climbs, scores, ledger)
     return figures, picture
+
+
+def keep_if_better(
+    options: RefreshOptions, climbs: Sequence[Climb], scores: Sequence[ClimbScore], ledger: Ledger
+) -> None:
+    """Take the files of the new policy away unless it misses less than the old one.
+
+    Where both followed the stairs on the bench as it is now, that decides; else the simulation.
+    """
+    goals, found = stairs(DWELL), dict[str, dict[str, list[float]]]()
+    for climb, judged in zip(climbs, scores, strict=True):
+        asked = [goals.value(instant) for instant in climb.time]
+        where = CORRECTED if climb.place == CORRECTED else climb.place.split(": ")[0]
+        if np.mean(np.abs(climb.goal - asked)) < STEPS_OFF:
+            found.setdefault(where, {}).setdefault(climb.policy, []).append(judged.rmse)
+    both = [where for where, own in found.items() if {"old", "new"} <= own.keys()]
+    where = next((each for each in both if each != CORRECTED), CORRECTED)
+    old, new = (float(np.mean(found[where][name])) for name in ("old", "new"))
+    ledger.finish("better", {"where": where, "old": old, "new": new, "written": new < old})
+    if new >= old:
+        for ending in POLICY_ENDINGS:
+            new_policy(options).with_suffix(ending).unlink(missing_ok=True)
 
 
 def simulated(options: RefreshOptions) -> list[Climb]:
@@ -219,8 +250,8 @@ def simulated(options: RefreshOptions) -> list[Climb]:
     climbs: list[Climb] = []
     for name, file, force, place in (
         ("old", old, options.model, "simulation, as the model had it"),
-        ("old", old, options.out / "model.toml", "simulation, corrected"),
-        ("new", new, options.out / "model.toml", "simulation, corrected"),
+        ("old", old, options.out / "model.toml", CORRECTED),
+        ("new", new, options.out / "model.toml", CORRECTED),
     ):
         loaded = load_policy(file)
         policy = RunnablePolicy(name=name, card=loaded.card, run=loaded.run)
@@ -290,10 +321,25 @@ def write_outcome(
             f"{trained['iterations']} iterations, {trained['samples']:,} steps, "
             f"{trained['seconds']:.0f} s on {options.device}"
         )
+    judged = ledger.done("better") if figures else None
+    if judged is not None:
+        facts["policy that is better"] = better_text(judged)
     write_page(options.out / "refresh.html", drift, figures, facts, picture)
     for figure in figures:
         operator.announce(f"  {figure.policy:4s} {1e3 * figure.rmse:6.1f} mm RMS   {figure.where}")
     operator.announce(f"\nwrote {options.out / 'refresh.html'}")
     if trained is not None:
         operator.announce(f"  corrected model  {options.out / 'model.toml'}")
-        operator.announce(f"  new policy       {options.out / 'training' / 'policy.onnx'}")
+        if judged is None or judged["written"]:
+            operator.announce(f"  new policy       {new_policy(options)}")
+        else:
+            operator.announce(f"  no new policy: {better_text(judged)}")
+
+
+def better_text(judged: Mapping[str, Any]) -> str:
+    """Return in words which policy is better, and where that was seen."""
+    old, new = 1e3 * judged["old"], 1e3 * judged["new"]
+    figures = f"({new:.1f} mm, the old one {old:.1f} mm; {judged['where']})"
+    if judged["written"]:
+        return f"the new one {figures}"
+    return f"the new one misses as much or more {figures}, so it is not written; keep the old one"

@@ -85,13 +85,14 @@ def test_the_verb_goes_from_a_log_to_a_new_policy(bench, capsys) -> None:
         "diagnosis/report.html",
         "model.toml",
         "refresh.html",
-        "training/policy.onnx",
+        "training/policy.json",
         "climb.png",
     ):
         assert (out / name).stat().st_size > 0, name
     table = json.loads((out / "refresh.json").read_text(encoding="utf-8"))
     stages = table["stages"]
-    assert list(stages) == ["drift", "model", "training", "bench", "figures"]
+    assert list(stages) == ["drift", "model", "training", "bench", "figures", "better"]
+    assert (out / "training/policy.onnx").exists() is stages["better"]["written"]
     places = [(f["policy"], f["where"].split(":")[0]) for f in stages["figures"]]
     assert places == [
         ("old", "simulation, as the model had it"),

@@ -2,20 +2,33 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 import torch
 
+from tendon_hardware.control.goals import DWELL
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_newton.data.files.ledger import Ledger
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.model_file import write_model
+from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidPolicyFile
+from tendon_newton.workflows.climbing import stair_levels
 from tendon_newton.workflows.options import RefreshOptions
-from tendon_newton.workflows.refreshing import new_policy, train_policy_on
+from tendon_newton.workflows.refreshing import (
+    CORRECTED,
+    better_text,
+    keep_if_better,
+    new_policy,
+    train_policy_on,
+)
 from tendon_train.policy.runs.policy_checkpoint import load_start
 from tendon_train.policy.runs.policy_export import export_policy
 from tendon_train.policy.runs.policy_training import make_runner
+from tendon_train.policy.scoring.policy_evaluation import Climb
 from tendon_train.refresh.retraining import find_training, retrain
 from tests.hardware.silent_operator import SilentOperator
 from tests.physics.runs import ideal_model
@@ -135,3 +148,51 @@ def test_a_policy_without_its_training_is_refused(earlier: Path, tmp_path: Path)
     for file in (checkpoint, earlier.parent / "checkpoints" / "000002.pt"):
         with pytest.raises(InvalidPolicyFile, match="layers of the same widths"):
             load_start(file, runner.alg, "cpu")
+
+
+def climb(policy: str, place: str, goals: Array) -> Climb:
+    """Return a climb with some goals at 20 Hz."""
+    steps, tip = len(goals), np.zeros((len(goals), 1, 3))
+    return Climb(
+        policy=policy, place=place, time=np.arange(steps) / 20.0, goal=goals, tip=tip,
+        tip_angle=tip[..., 0], goal_point=tip[:, 0], command=tip[..., 0],
+        motor_position=tip[..., 0],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("bench_goals", "on_bench", "simulated", "written"),
+    [
+        ("stairs", (9.0, 7.0), (7.0, 8.0), True),  # the bench decides
+        ("stairs", (7.0, 9.0), (8.0, 7.0), False),
+        ("stairs", (7.0, 7.0), (8.0, 7.0), False),
+        ("others", (7.0, 9.0), (8.0, 7.0), True),  # its logs are of other goals
+        ("others", (9.0, 7.0), (7.0, 8.0), False),
+    ],
+)
+def test_a_policy_that_is_not_better_is_not_written(
+    bench_goals, on_bench, simulated, written, model, tmp_path
+) -> None:
+    """Neither of its files stays where it misses as much as the old one; its training does."""
+    options = RefreshOptions(logs=(), model=model, policy=tmp_path, out=tmp_path)
+    files = [new_policy(options).with_suffix(ending) for ending in (".onnx", ".pt")]
+    checkpoint = tmp_path / "training" / "checkpoints" / "000001.pt"
+    checkpoint.parent.mkdir(parents=True)
+    for file in (*files, checkpoint):
+        file.touch()
+    goals = stair_levels(20.0, DWELL)
+    driven = goals if bench_goals == "stairs" else goals[::-1] ** 2
+    climbs = [
+        *(climb(who, CORRECTED, goals) for who in ("old", "new")),
+        climb("old", "bench, before: a.mcap", goals),
+        climb("old", "bench, now: b.mcap", driven),
+        climb("new", "bench, now: c.mcap", goals),
+    ]
+    errors = (*simulated, 5.0, *on_bench)
+    scores: Any = [SimpleNamespace(rmse=1e-3 * error) for error in errors]
+    ledger = Ledger(tmp_path / "refresh.json", {})
+    keep_if_better(options, climbs, scores, ledger)
+    assert ledger.done("better")["written"] is written
+    assert [file.exists() for file in files] == [written, written]
+    assert checkpoint.exists()
+    assert ("not written" in better_text(ledger.done("better"))) is not written
