@@ -236,6 +236,12 @@ class Diagnosis:
     next_steps: tuple[str, ...] = ()
     """What came closest, what stopped it and what to do, where a gap is left."""
 
+    @property
+    def separable(self) -> bool:
+        """Whether the verb experiment has sets to separate, and names that would change."""
+        rivals = any(effect.separating_experiment for effect in self.effects)
+        return rivals and len(self.posterior.sets) > 1
+
     def noise_of(self, signal: str) -> float | None:
         """Return the noise of one signal, in its unit; None where it was not recorded."""
         sizes = {"theta": self.noise_theta, "force": self.noise_force, **self.noise_others}

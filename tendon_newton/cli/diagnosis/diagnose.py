@@ -134,9 +134,7 @@ def places(out: Path, diagnosis: Diagnosis) -> list[str]:
         f"  for programs     {out / 'diagnosis.json'}",
         f"  why, or why not  tendon-newton explain {shlex.quote(here)}",
     ]
-    open_sets = len(diagnosis.posterior.sets) > 1  # what the verb separates
-    rivals = any(effect.separating_experiment for effect in diagnosis.effects)
-    if open_sets and rivals:
+    if diagnosis.separable:
         run = f"tendon-newton experiment {shlex.quote(here)} --out run.csv"
         lines.append(f"  to tell apart    {run}")
     return lines

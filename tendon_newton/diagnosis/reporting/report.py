@@ -83,6 +83,7 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         **answer(diagnosis),
         "consequence": CONSEQUENCES[diagnosis.verdict],
         "next_steps": diagnosis.next_steps,
+        "separable": diagnosis.separable,
         "numbers": key_numbers(diagnosis),
         "quotation": origin.quotation(),
         **pictures(diagnosis, evidence, comparisons),

@@ -166,15 +166,18 @@ def test_the_first_screen_is_a_table_of_causes(pages: dict[str, str]) -> None:
 
 
 def test_the_run_that_the_page_proposes_can_be_asked_for(with_force, tmp_path) -> None:
-    """The command is there once, and the verb takes it, a space in the folder too."""
+    """The verb takes the command, a space in the folder too; one open set needs no run."""
     page = tmp_path / "my data" / "report.html"
     page.parent.mkdir()
-    write_report(page, diagnosis("partly_explained"), with_force)
-    commands = re.findall(
-        r"<code>tendon-newton experiment (.*?)</code>", unescape(page.read_text(encoding="utf-8"))
-    )
-    (asked,) = commands
-    config = tyro.cli(ExperimentConfig, args=shlex.split(asked))
+    own = FittedSet(weight=0.5, causes=(), numbers=(), covariance=np.zeros((0, 0)))
+    asked = []
+    for sets in ((own,), (own, own)):
+        found = replace(diagnosis("partly_explained"), posterior=Posterior(sets=sets))
+        write_report(page, found, with_force)
+        text = unescape(page.read_text(encoding="utf-8"))
+        asked.append(re.findall(r"<code>tendon-newton experiment (.*?)</code>", text))
+    assert asked[0] == []
+    config = tyro.cli(ExperimentConfig, args=shlex.split(asked[1][0]))
     assert config.diagnosis == page.parent
     assert config.out.suffix == ".csv"
 
