@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.actuators import ACTUATORS as KINDS
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.exports import EXPORTS
@@ -79,6 +81,8 @@ TYPICAL: dict[str, dict[str, float]] = {
 """A number for each effect that shows on the standard commands."""
 TORQUE = {"kp": 0.05, "kd": 0.002, "max_torque": 0.25, "armature": 2.0e-4, "spool_radius": 0.0125}
 ACTUATORS = {"ideal": IDEAL, "pwm_servo": PWM, "pd_torque": TORQUE, "learned": LEARNED}
+# A network takes a minute to be taught to the targets with a network of their own
+SERVOS = [name for name in KINDS if name != "learned"]
 
 
 def model_of(bench: str, actuator: str, *effects: str) -> Model:
@@ -92,6 +96,14 @@ def model_of(bench: str, actuator: str, *effects: str) -> Model:
         actuator=NamedValues(name=actuator, values=values),
         effects=tuple(NamedValues(name=name, values=TYPICAL[name]) for name in effects),
     )
+
+
+def model_for(bench: str, servo: str) -> Model:
+    """Return a servo with usual numbers."""
+    if servo in ACTUATORS:
+        return model_of(bench, servo)
+    values = {p.name: p.nominal for p in find_actuator(servo).parameters}
+    return Model(actuator=NamedValues(name=servo, values=values))
 
 
 def short_run(bench: str, model: Model, rows: int = 60) -> Recording:

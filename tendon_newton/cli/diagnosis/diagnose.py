@@ -364,7 +364,7 @@ def summary(diagnosis: Diagnosis) -> str:
         lines += ["", "  suspected, and in the model because it predicts better with them:"]
     for effect in diagnosis.suspected:
         lines += [numbers_line(effect, diagnosis.servos), f"  {'':26s} {effect.reason}"]
-    lines += ["", "  held-out error           before      after"]
+    lines += [""] * bool(lines[-1]) + ["  held-out error           before      after"]
     for label, name, scale, unit in (
         (f"{diagnosis.angle_name}, RMS", "theta_rmse", 1e3, "mrad"),
         (f"{diagnosis.angle_name}, mean abs.", "theta_mae", 1e3, "mrad"),

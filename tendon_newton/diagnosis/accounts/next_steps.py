@@ -21,14 +21,22 @@ CLOSE = 3  # Single causes that are told where no set was found
 WORTH_SAYING = 0.1  # Share of the gap from which a cause came close [1]
 GO_ON = "Let the search come to its end: run it again, with more --budget or without Ctrl-C."
 """What to do first after a search that was ended early."""
+SECOND_BENCH = (
+    "Record the same commands on a second bench: what stays is the servo's, what changes is the "
+    "mechanism's."
+)
+UNLOADED = (
+    "Record the same commands without what the servo carries: what stays is the servo's, what "
+    "changes is its load's."
+)
 RECORD: dict[str, str] = {
     "theta": "slow ramps over the whole range, there and back",
     "theta_dot": "sines of several speeds",
     "theta_d": "steps of several sizes and slow ramps",
     "theta_d_change": "steps of several sizes",
-    "force": "the same command under another spring or load",
-    "force_change": "the same command under another spring or load",
-    "t": "one command, repeated for ten minutes",
+    "force": "the same motion under another spring or load",
+    "force_change": "the same motion under another spring or load",
+    "t": "one motion, repeated for ten minutes",
     "time_since_reversal": "slow ramps with rests before they turn",
 }
 """Signal that the rest depends on -> what shows more of it."""
@@ -47,10 +55,11 @@ def next_steps(
         return ()
     benches = tuple(dict.fromkeys(r.bench for r in (*dataset.train, *dataset.test)))
     # beside a search that ended early, what is still missing stands apart everywhere
-    apart = standing_apart(train, model, closest, benches) if diagnosis.finished else ()
-    data = [suspect.text for suspect in apart]
+    odd = standing_apart(train, model, closest, benches) if diagnosis.finished else ()
+    data = [suspect.text for suspect in odd]
     tried = tuple(came_closest(diagnosis)) if diagnosis.verdict == "unexplained" else ()
-    last = to_record(diagnosis) if diagnosis.finished else [GO_ON]
+    apart = what_apart(led=train.is_led, kinematic=train.kinematic)
+    last = to_record(diagnosis, apart) if diagnosis.finished else [GO_ON]
     return (*data, *tried, *better_start(dataset, model, diagnosis, train), *last)
 
 
@@ -125,16 +134,20 @@ def stated_mode(dataset: Dataset) -> str | None:
     return mode if isinstance(mode, str) else None
 
 
-def to_record(diagnosis: Diagnosis) -> Iterator[str]:
-    """Say what to record next."""
+def what_apart(*, led: bool, kinematic: bool) -> str:
+    """Say what to record to tell servo and mechanism apart; nothing where a path was led."""
+    if led:
+        return ""
+    return UNLOADED if kinematic else SECOND_BENCH
+
+
+def to_record(diagnosis: Diagnosis, apart: str) -> Iterator[str]:
+    """Say what to record next; `apart` where all recordings are of one bench."""
     if diagnosis.baseline.force_rmse is None:
         yield "Record the force: without it servo and mechanism cannot be looked at apart."
     benches = {setting.bench for setting in diagnosis.recorded}
-    if len(benches) == 1:
-        yield (
-            f"All recordings are of {next(iter(benches))}. Record the same commands on a second "
-            "bench: what stays is the servo's, what changes is the mechanism's."
-        )
+    if len(benches) == 1 and apart:
+        yield f"All recordings are of {next(iter(benches))}. {apart}"
     signal = next((s for s in diagnosis.unexplained.depends_on if s in RECORD), None)
     if signal is not None:
         yield f"What is left depends most on {signal}: record {RECORD[signal]}."

@@ -18,6 +18,7 @@ from tendon_newton.diagnosis.accounts.next_steps import (
     came_closest,
     next_steps,
     to_record,
+    what_apart,
 )
 from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong, standing_apart
 from tendon_newton.diagnosis.explanation import Setting
@@ -218,10 +219,19 @@ def test_what_to_record_follows_from_what_is_missing() -> None:
         baseline=replace(found.baseline, force_rmse=None),
         recorded=(Setting(bench="finger", seconds=30.0),),
     )
-    said = "\n".join(to_record(blind))
+    said = "\n".join(to_record(blind, what_apart(led=False, kinematic=False)))
     assert "Record the force" in said
     assert "All recordings are of finger" in said
     assert "depends most on theta: record slow ramps over the whole range" in said
+    assert "Record the same commands on a second bench" in said
+    assert "\n\n\n" not in summary(diagnosis("no_gap"))
+
+
+def test_no_second_bench_is_asked_of_a_servo_alone_or_of_a_path_that_was_led() -> None:
+    """A simulated servo without a mechanism has a load to leave out, and a led path no commands."""
+    one, other = (what_apart(led=led, kinematic=True) for led in (False, True))
+    assert one.startswith("Record the same commands without what the servo carries")
+    assert other == ""
 
 
 def test_where_nothing_comes_close_that_is_said() -> None:
