@@ -18,7 +18,7 @@ from functools import cache
 
 from lab.results.doubts import CELLS, cells_of, doubts, older_cells
 from lab.results.record import FOLDER, ROOT, Record, combined, fingerprints_at, records
-from lab.results.tables import TABLES
+from lab.results.tables import TABLES, shown
 from tendon_newton.data.files.json_file import write_json
 
 
@@ -34,10 +34,10 @@ def with_table(text: str, name: str, table: str) -> str:
 def write(*, only_compare: bool) -> int:
     """Write every table into its page, or tell which pages differ; return how many did."""
     kept, differ = records(), 0
-    for name, (page, make) in TABLES.items():
+    for name, (page, _) in TABLES.items():
         path = ROOT / page
         before = path.read_text(encoding="utf-8")
-        after = with_table(before, name, make(kept))
+        after = with_table(before, name, shown(name, kept))
         if before == after:
             continue
         differ += 1

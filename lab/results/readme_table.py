@@ -5,7 +5,7 @@ from statistics import mean
 
 from lab.results.cells import ASKED, Records, about, constant, hands, share, table
 from lab.results.record import Record
-from lab.studies.comparison.table import beside_rivals, distinct_fits
+from lab.studies.comparison.table import OTHERS, OURS, REPEATS, beside_rivals, distinct_fits
 
 NAMED, ALONE = "single: true cause first or in its class", "single: nothing else named"
 Row = tuple[str, str, str]  # Figure, what stands beside it, and what a constant answer reaches
@@ -38,15 +38,22 @@ def planted(kept: Records) -> Row:
 
 
 def servo(name: str) -> Callable[[Records], Row]:
-    """Return our error on the splits of a servo, and that of the best rival of each."""
+    """Return our error on a servo's splits; on each the best of other programs, and of ours."""
 
     def cells(kept: Records) -> Row:
         figures = kept["comparison"].figures
-        found = [s for s in beside_rivals(figures) if s.split.startswith(name)]
-        fits = distinct_fits(figures, [s.split for s in found])
-        ours, best = about([s.ours["held_out"] for s in found]), about([s.left for s in found])
-        of_fits = "" if fits == len(found) else f" of {fits} fits"
-        return f"{ours} mrad", f"{len(found)} splits{of_fits}; best rivals: {best}", ""
+        plain = {row for rows in figures.values() for row in rows} - {REPEATS, OURS, *OTHERS}
+        kinds = {"Rhoban/bam": OTHERS, "plain": plain}
+        found = {
+            kind: [s for s in beside_rivals(figures, rivals) if s.split.startswith(name)]
+            for kind, rivals in kinds.items()
+        }
+        splits = [s.split for s in found["plain"]]
+        fits = distinct_fits(figures, splits)
+        of_fits = "" if fits == len(splits) else f" of {fits} fits"
+        told = [f"{kind} {about([s.left for s in each])}" for kind, each in found.items() if each]
+        ours = about([s.ours["held_out"] for s in found["plain"]])
+        return f"{ours} mrad", f"{len(splits)} splits{of_fits}; {', '.join(told)}", ""
 
     return cells
 

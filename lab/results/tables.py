@@ -7,7 +7,7 @@ from typing import Any
 from scipy.stats import ttest_rel
 
 from lab.results.cells import ASKED, Records, about, constant, hands, of_rate, share, table
-from lab.results.readme_table import readme
+from lab.results.readme_table import origin, readme
 from lab.results.record import Record
 from lab.studies.comparison.table import ratios, shares_of_arm
 from lab.studies.comparison.table import tables as tables_of_comparison
@@ -157,12 +157,15 @@ SHOWN = (
     ("many", "many: recall"),
     ("many", "many: precision"),
     ("clean", "clean: no cause named"),
+    ("clean", "clean: verdict no_gap"),
     ("other", "clean: no cause named"),
+    ("other", "clean: verdict no_gap"),
     ("outside", "outside: no wrong name"),
     *((part, "parameters: 95 % interval holds the truth")
       for part in ("single", "cell", "form", "other", "weak", "pair", "many")),
 )  # fmt: skip
 """Rates of the exam that its users read first: a section, and what is counted there."""
+TIME = "seconds per dataset, median"
 TOO_WEAK = ", below what is expected to be seen"
 
 
@@ -174,7 +177,7 @@ def exam_rows(kept: Records) -> str:
         rate = figures["sections"].get(section, {}).get(name)
         if not rate or rate["at_least"] is None:
             continue
-        kind, said = name.split(": ")
+        kind, said = name.replace("verdict no_gap", "verdict *no gap*").split(": ")
         constant = (share(rate.get("fixed")), share(rate.get("random")))
         found = of_rate({**rate, "hits": round(rate["value"] * rate["cases"]),
                          "of": rate["cases"], "rate": rate["value"]})  # fmt: skip
@@ -185,9 +188,12 @@ def exam_rows(kept: Records) -> str:
 
 
 def missing(figures: Mapping[str, Any]) -> str:
-    """Say how many of the drawn sets have an answer."""
-    drawn = sum(figures["drawn"].values())
-    return f"{figures['sets']} of {drawn} sets are answered."
+    """Say how many of the drawn sets have an answer, by section: each answer took its time."""
+    drawn = figures["drawn"]
+    answered = {name: rates[TIME]["cases"] for name, rates in figures["sections"].items()}
+    rows = [(words, answered.get(name, 0), drawn[name]) for name, words in SECTIONS.items()]
+    total = f"{figures['sets']} of {sum(drawn.values())} drawn sets are answered:"
+    return f"{total}\n\n{table(('sets', 'answered', 'drawn'), rows)}"
 
 
 def own_logs(record: Record) -> str:
@@ -285,3 +291,26 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
 """File and maker of each table, by the name in its marks."""
+
+
+class Asked(dict[str, Record]):
+    """Records that tell which of them a table has asked for."""
+
+    def __init__(self, kept: Records) -> None:
+        super().__init__(kept)
+        self.names: list[str] = []
+
+    def __getitem__(self, name: str) -> Record:
+        """Return a record, and note its name."""
+        self.names.append(name)
+        return super().__getitem__(name)
+
+
+def shown(name: str, kept: Records) -> str:
+    """Return a table as its page shows it: below it stands of which code its records are."""
+    asked = Asked(kept)
+    text = TABLES[name][1](asked)
+    if name == "readme" or name.startswith("mechanics"):
+        return text  # each row tells its own; the table tells it
+    told = [f"{origin(kept[each])}, {kept[each].date}" for each in dict.fromkeys(asked.names)]
+    return f"{text}\n\nMeasured at {'; '.join(told)}."

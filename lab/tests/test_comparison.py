@@ -12,8 +12,9 @@ import pytest
 
 from lab.results.__main__ import with_table
 from lab.results.doubts import doubts
+from lab.results.readme_table import origin
 from lab.results.record import ROOT, Record, combined, fingerprint, records
-from lab.results.tables import TABLES
+from lab.results.tables import TABLES, shown
 from lab.studies.comparison import bam
 from lab.studies.comparison.four_numbers import Grid, fitted, simulate
 from lab.studies.comparison.rows import alike, keep, of_bam, waits
@@ -188,18 +189,23 @@ def test_another_setting_stands_beside_the_answer_on_the_same_fits() -> None:
 @pytest.mark.parametrize("name", TABLES)
 def test_a_page_shows_what_was_measured(name: str) -> None:
     """``python -m lab.results --write`` would change nothing."""
-    page, make = TABLES[name]
-    text = (ROOT / page).read_text(encoding="utf-8")
-    assert with_table(text, name, make(records())) == text
+    text = (ROOT / TABLES[name][0]).read_text(encoding="utf-8")
+    assert with_table(text, name, shown(name, records())) == text
+
+
+def test_a_table_tells_of_which_code_its_figures_are() -> None:
+    """All do: the README's in each row."""
+    kept = records()
+    assert shown("exam", kept).endswith(f"Measured at {origin(kept['exam'])}, {kept['exam'].date}.")
+    assert "`" in shown("names", kept).splitlines()[-1].split("; ")[1]
 
 
 def test_a_number_that_was_edited_by_hand_is_noticed() -> None:
     """A table with another number is not that of its record."""
-    page, make = TABLES["readme"]
-    text = (ROOT / page).read_text(encoding="utf-8")
+    text = (ROOT / TABLES["readme"][0]).read_text(encoding="utf-8")
     edited = text.replace(" times**", "1 times**")
     assert edited != text
-    assert with_table(edited, "readme", make(records())) == text
+    assert with_table(edited, "readme", shown("readme", records())) == text
 
 
 def test_a_docstring_changes_no_result_and_a_number_does(tmp_path: Path) -> None:

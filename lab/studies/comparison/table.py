@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import mean, median
 from typing import Any
@@ -18,6 +18,8 @@ ROWS = {
     **{f"bam m{k}": f"Rhoban/bam m{k}" for k in range(1, 7)},
 }
 """Rows, in order, with their words; then come plain models of ours, by their names."""
+OTHERS = tuple(f"bam m{k}" for k in range(1, 7))
+"""Rows of other people's programs."""
 
 HERE = "lab/studies/comparison"
 PARTS = ("diagnosis", "identification", "simulation", "effects", "actuators", "data")
@@ -105,11 +107,17 @@ class Beside:
         return self.ours["held_out"] / self.left
 
 
-def beside_rivals(results: Results) -> list[Beside]:
-    """Return each split that has a diagnosis and rivals, the worst ratio first."""
+def beside_rivals(results: Results, rivals: Collection[str] = ()) -> list[Beside]:
+    """Return each split that has a diagnosis and rivals, the worst ratio first.
+
+    Args:
+        results: Rows of each split.
+        rivals: Rows that are rivals; without any all are but the repeats.
+    """
     found: list[Beside] = []
     for split, rows in results.items():
-        left = {r: cells["held_out"] for r, cells in rows.items() if r not in (REPEATS, OURS)}
+        asked = rivals or rows.keys() - {REPEATS, OURS}
+        left = {row: cells["held_out"] for row, cells in rows.items() if row in asked}
         if OURS in rows and left:
             best = min(left, key=left.__getitem__)
             found.append(Beside(split=split, ours=rows[OURS], rival=best, left=left[best]))
