@@ -49,7 +49,6 @@ NO_DATASET = {
     "explain": "reads a diagnosis",
     "asset": "reads an asset",
     "export": "reads a model",
-    "compare": "reads a model and draws what simulators make of it",
     "train-policy": "reads a model and, if told, the posterior of a diagnosis",
     "evaluate-policy": "reads policies",
     "doctor": "reads a bench; with --against is diagnose --against",

@@ -31,7 +31,6 @@ VERBS: dict[str, str] = {
     "asset": "tendon_newton.cli.asset",
     "servo": "tendon_newton.cli.known_servo",
     "export": "tendon_newton.cli.export",
-    "compare": "tendon_newton.cli.compare",
     "train-force": "tendon_newton.cli.training.train_force",
     "fit-tendon": "tendon_newton.cli.training.fit_tendon",
     "train-policy": "tendon_newton.cli.training.train_policy",

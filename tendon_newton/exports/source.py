@@ -1,4 +1,4 @@
-"""What is exported or compared: a model or a diagnosis, a bench, and the commands to replay."""
+"""What is exported: a model or a diagnosis, a bench, and the commands to replay."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -83,14 +83,13 @@ def test_of_several_benches_one_must_be_named(tmp_path: Path) -> None:
     assert read_source(several, "thumb", None).mechanism.name == "thumb"
 
 
-@pytest.mark.parametrize("verb", ["export", "compare", "simulate"])
+@pytest.mark.parametrize("verb", ["export", "simulate"])
 def test_verbs_refuse_in_one_line(verb, found, tmp_path, capsys) -> None:
     """Each verb that simulates a diagnosis beside recordings of another bench."""
     data = str(tmp_path / "data")
     write_dataset(tmp_path / "data", [recording()], [])
     words = {
         "export": [str(found), "--to", "mujoco", "--dataset", data],
-        "compare": [str(found), "--dataset", data],
         "simulate": [data, "--model", str(found)],
     }
     line = refusal([verb, *words[verb], "--out", str(tmp_path / "out")], capsys)

@@ -180,8 +180,6 @@ MISTAKES: dict[str, Mistake] = {
     "a solver": Mistake(words="simulate data --model data/model.toml --solver mujco --out new",
         said=("did you mean 'mujoco'?",)),
     "a target": Mistake(words="export found --to mujco --out new", said=("mean 'mujoco'?",)),
-    "a simulator": Mistake(words="compare data/model.toml --simulators newtn --out new",
-        said=("mean 'newton'?",)),
     "a port": Mistake(words="collect --port virtal --out new", said=("did you mean 'virtual'?",)),
     "a port that is not there": Mistake(words="collect --port /dev/ttyNONE --out new",
         said=("/dev/ttyNONE: no such port",)),

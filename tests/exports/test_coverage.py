@@ -7,13 +7,12 @@ import pytest
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidParameter, TendonNewtonError, UnknownName
+from tendon_newton.errors import TendonNewtonError, UnknownName
 from tendon_newton.exports import EXPORTS, find_export
-from tendon_newton.exports.comparison import COMPARED, compare, comparison_table, plot_comparison
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tendon_newton.exports.newton.plain import IN_THE_PRIMS
 from tendon_newton.simulation.hosts.replay import bench_of
-from tests.exports.models import ANGLE, FORCE, model_of, short_run
+from tests.exports.models import model_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "export.md"
 WORDS = {"exact": "exact", "approximate": "nearly", "none": "-"}
@@ -104,45 +103,3 @@ def test_an_optional_number_may_be_left_out(target: str, tmp_path: Path) -> None
     """A limit without a knee goes everywhere."""
     model = with_effect("force_saturation", limit=3.0)
     assert EXPORTS[target].write(tmp_path, bench_of(BENCH, model), model).files
-
-
-def test_simulators_stand_in_one_table_and_one_picture(tmp_path: Path) -> None:
-    """The exported program is ours to an encoder count; the file alone is farther away."""
-    model = model_of("spring_weak", "ideal")
-    mechanism, run = bench_of("spring_weak", model), short_run("spring_weak", model)
-    found = compare(("mujoco", "mjcf"), mechanism, model, [run])
-    assert found.departures["mujoco"].angle < ANGLE
-    assert found.departures["mujoco"].force < FORCE
-    assert found.departures["mujoco"].angle < found.departures["mjcf"].angle
-    assert [line.split(" | ")[0] for line in comparison_table(found).splitlines()[2:]] == [
-        "| mujoco",
-        "| mjcf",
-    ]
-    plot_comparison(tmp_path / "compare.png", found)
-    assert (tmp_path / "compare.png").stat().st_size > 10_000
-
-
-def test_a_simulator_that_cannot_hold_the_model_says_so() -> None:
-    """The file alone has no force network."""
-    model = model_of("finger", "learned")
-    with pytest.raises(InvalidParameter, match="cannot run here"):
-        COMPARED["mjcf"](bench_of("finger", model), model, [short_run("finger", model)])
-
-
-def test_a_simulator_that_has_no_program_for_the_bench_lists_what_has() -> None:
-    """Newton's own prims drive one joint each, so that a finger's string is the drive's alone."""
-    model = model_of("finger", "ideal")
-    with pytest.raises(InvalidParameter, match=r"cannot run here: there is tendon_drive\.py"):
-        COMPARED["prims"](bench_of("finger", model), model, [short_run("finger", model)])
-
-
-def test_every_target_that_moves_by_itself_can_be_compared() -> None:
-    """A target is left out where another program must bring the simulation."""
-    assert {"mujoco", "newton"} <= set(COMPARED) & set(EXPORTS)
-
-
-def test_an_unknown_simulator_is_named_with_the_known_ones() -> None:
-    """The message lists what there is."""
-    model = model_of("finger", "ideal")
-    with pytest.raises(UnknownName, match="mjcf"):
-        compare(("gazebo",), bench_of("finger", model), model, [])
