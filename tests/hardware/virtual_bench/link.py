@@ -19,7 +19,7 @@ from tendon_hardware.virtual_bench.physics.unit import (
 
 ID = 1
 SUCCESS, SILENT, BROKEN = 0, -3001, -3002
-TORQUE, MODE, PWM_GOAL, POSITION_GOAL, POSITION = 64, 11, 100, 116, 132
+TORQUE, MODE, PWM_GOAL, POSITION = 64, 11, 100, 132
 EXTENDED, PWM = 4, 16
 
 

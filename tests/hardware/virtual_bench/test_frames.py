@@ -18,7 +18,7 @@ from tendon_hardware.virtual_bench.memory.protocol import (
     stuffed,
     unstuffed,
 )
-from tests.hardware.virtual_bench.link import ID, POSITION_GOAL, SUCCESS, Link
+from tests.hardware.virtual_bench.link import ID, SUCCESS, Link
 
 # examples of the e-manual's page on Protocol 2.0
 EXAMPLES = {
@@ -136,9 +136,9 @@ def test_the_paper_s_data_take_less_than_five_minutes() -> None:
 def test_the_smaller_servo_runs_on_its_own_numbers() -> None:
     """An XL330 on 5 V has no alert, holds its own limits and turns."""
     link = Link("spring_weak", model=XL330_M288_T)
-    link.enable(4)
+    link.enable(16)
     start = link.read(132, 4)
-    link.write(POSITION_GOAL, 4, start + 300)
+    link.write(100, 2, 300)
     link.wait(1.0)
-    assert link.read(132, 4) == pytest.approx(start + 300, abs=60)  # its weaker loop holds more off
+    assert link.read(132, 4) > start + 300
     assert link.read(144, 2) == pytest.approx(50, abs=6)

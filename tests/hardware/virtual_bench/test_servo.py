@@ -54,7 +54,6 @@ def test_factory_values_are_the_manuals(link) -> None:
         (MODE, 1, 2, BAD_RANGE),
         (POSITION, 4, 0, NO_ACCESS),
         (POSITION_GOAL, 2, 100, BAD_LENGTH),
-        (POSITION_GOAL, 4, 4096, BEYOND_LIMIT),
         (PWM_GOAL, 2, 886, BAD_RANGE),
         (14, 1, 0, NO_ACCESS),
         (65, 1, 1, 0),
@@ -78,52 +77,6 @@ def test_eeprom_is_locked_while_torque_is_on(link) -> None:
     link.enable(EXTENDED)
     assert link.write(MODE, 1, PWM) == NO_ACCESS
     assert link.read(MODE, 1) == EXTENDED
-
-
-def test_extended_position_takes_goals_beyond_a_turn(link) -> None:
-    """In mode 4 the one-turn limits do not hold; -1 and a turn are both legal."""
-    link.enable(EXTENDED)
-    assert link.write(POSITION_GOAL, 4, 5000) == 0
-    assert link.write(POSITION_GOAL, 4, -1) == 0
-
-
-def test_the_position_loop_reaches_its_goal() -> None:
-    """A step of 500 counts on the weak spring ends within 30: dry friction over the stiff loop."""
-    link = Link("spring_weak")
-    link.enable(EXTENDED)
-    start = link.read(POSITION, 4)
-    link.write(POSITION_GOAL, 4, start + 500)
-    link.wait(1.5)
-    assert link.read(POSITION, 4) == pytest.approx(start + 500, abs=30)
-
-
-@pytest.mark.parametrize("mode", [0, 1, 3, 4, 5, 16])
-def test_every_mode_pulls_the_tendon_in(mode) -> None:
-    """A positive goal turns the spool the positive way, whatever the goal is of."""
-    link = Link("spring_weak")
-    link.enable(mode)
-    goals = {0: (102, 2, 300), 1: (104, 4, 60), 16: (PWM_GOAL, 2, 300)}
-    start = link.read(POSITION, 4)
-    address, size, value = goals.get(mode, (POSITION_GOAL, 4, start + 400))
-    assert link.write(address, size, value) == 0
-    link.wait(0.5)
-    assert link.bench.state().angle > 0.1
-
-
-def test_a_profile_velocity_limits_the_speed() -> None:
-    """With a profile velocity of 20 steps the trajectory register never says more, and arrives."""
-    link = Link("spring_weak")
-    link.enable(EXTENDED)
-    start = link.read(POSITION, 4)
-    link.write(112, 4, 20)
-    link.write(108, 4, 50)
-    link.write(POSITION_GOAL, 4, start + 300)
-    rates = []
-    for _ in range(80):
-        link.wait(0.025)
-        rates.append(link.read(136, 4))
-    assert max(rates) == pytest.approx(20, abs=1)
-    assert link.read(140, 4) == start + 300
 
 
 def test_the_watchdog_trips_latches_and_is_cleared(link) -> None:
@@ -180,53 +133,11 @@ def test_a_reboot_forgets_ram_and_turns_but_keeps_eeprom(link) -> None:
     assert link.read(POSITION, 4) < 4096
 
 
-def test_a_factory_reset_is_refused(link) -> None:
-    """It would change id and speed of a bench that somebody has set up."""
-    assert link.sdk.factoryReset(link.port, ID, 0xFF) == (SUCCESS, 1)
-
-
-def test_group_reads_and_writes(link) -> None:
-    """Sync and bulk read, sync write, registered write and action do what single ones do."""
-    from dynamixel_sdk import GroupBulkRead, GroupSyncRead, GroupSyncWrite
-
-    write = GroupSyncWrite(link.port, link.sdk, 84, 2)
-    write.addParam(ID, [44, 1])
-    assert write.txPacket() == SUCCESS
-    sync = GroupSyncRead(link.port, link.sdk, 84, 2)
-    sync.addParam(ID)
-    assert sync.txRxPacket() == SUCCESS
-    assert sync.getData(ID, 84, 2) == 300
-    bulk = GroupBulkRead(link.port, link.sdk)
-    bulk.addParam(ID, 84, 2)
-    assert bulk.txRxPacket() == SUCCESS
-    assert bulk.getData(ID, 84, 2) == 300
-    assert link.sdk.regWriteTxRx(link.port, ID, 84, 2, [1, 2]) == (SUCCESS, 0)
-    assert link.read(84, 2) == 300
-    link.sdk.action(link.port, 0xFE)
-    assert link.read(84, 2) == 513
-
-
 def test_the_status_return_level_silences_answers(link) -> None:
     """At level 1 a write is carried out without an answer; a read still answers."""
     link.write(68, 1, 1)
     assert link.sdk.write1ByteTxRx(link.port, ID, 65, 1)[0] == SILENT
     assert link.read(65, 1) == 1
-
-
-def test_indirect_addresses_lead_to_their_targets(link) -> None:
-    """A user's block of registers reads and writes what it points at."""
-    for k, target in enumerate((84, 85)):
-        assert link.write(168 + 2 * k, 2, target) == 0
-    assert link.write(208, 2, 777) == 0
-    assert link.read(84, 2) == 777
-    assert link.read(208, 2) == 777
-
-
-def test_a_homing_offset_moves_the_position(link) -> None:
-    """The offset is added to what the encoder says."""
-    before = link.read(POSITION, 4)
-    link.write(20, 4, 1000)
-    assert link.read(POSITION, 4) == pytest.approx(before + 1000, abs=2)  # one count of noise
 
 
 def test_the_tick_counts_milliseconds(link) -> None:

@@ -13,7 +13,7 @@ from tendon_hardware.virtual_bench.memory.protocol import FrameParser, Instructi
 
 HEADER = b"\xff\xff"
 BROADCAST = 0xFE
-PING, READ, WRITE, SYNC_WRITE = 0x01, 0x02, 0x03, 0x83
+PING, READ, WRITE = 0x01, 0x02, 0x03
 
 
 def inverted_sum(body: bytes) -> int:
@@ -80,23 +80,11 @@ class FeetechEmulator(EmulatedServo):
         if code == READ and len(data) == 2 and not quiet:
             self._refresh()
             return self._status(self._registers.read(data[0], data[1]))
-        if code == SYNC_WRITE:
-            self._take_share(data)
-            return b""
         if code != WRITE or len(data) < 2:
             return b""  # assumed: what it does not know it does not answer
         self._registers.write(data[0], data[1:])
         level = self._registers.value(at.RESPONSE_LEVEL)
         return self._status() if level and not quiet else b""
-
-    def _take_share(self, data: bytes) -> None:
-        """Take this servo's share of a write to several."""
-        if len(data) < 2:
-            return
-        length = data[1]
-        for k in range(2, len(data) - length, length + 1):
-            if data[k] == self.identifier:
-                self._registers.write(data[0], data[k + 1 : k + 1 + length])
 
     def _status(self, data: bytes = b"") -> bytes:
         return status_frame(self.identifier, self._registers.value(at.STATUS), data)

@@ -12,48 +12,29 @@ BAUD_RATE = 8
 RETURN_DELAY = 9
 DRIVE_MODE = 10
 OPERATING_MODE = 11
-HOMING_OFFSET = 20
-MOVING_THRESHOLD = 24
 TEMPERATURE_LIMIT = 31
 MAX_VOLTAGE = 32
 MIN_VOLTAGE = 34
 PWM_LIMIT = 36
-CURRENT_LIMIT = 38
-VELOCITY_LIMIT = 44
-MAX_POSITION = 48
-MIN_POSITION = 52
 PWM_SLOPE = 62
 SHUTDOWN = 63
 TORQUE_ENABLE = 64
 STATUS_RETURN_LEVEL = 68
-REGISTERED_INSTRUCTION = 69
 HARDWARE_ERROR = 70
-VELOCITY_I, VELOCITY_P = 76, 78
-POSITION_D, POSITION_I, POSITION_P = 80, 82, 84
 BUS_WATCHDOG = 98
 GOAL_PWM = 100
-GOAL_CURRENT = 102
-GOAL_VELOCITY = 104
-PROFILE_ACCELERATION = 108
-PROFILE_VELOCITY = 112
 GOAL_POSITION = 116
 REALTIME_TICK = 120
-MOVING = 122
-MOVING_STATUS = 123
 PRESENT_PWM = 124
 PRESENT_CURRENT = 126
 PRESENT_VELOCITY = 128
 PRESENT_POSITION = 132
-VELOCITY_TRAJECTORY = 136
-POSITION_TRAJECTORY = 140
 INPUT_VOLTAGE = 144
 TEMPERATURE = 146
 
 
 FIRST_RAM_ADDRESS = 64
 TABLE_SIZE = 228
-INDIRECT_ADDRESSES = range(168, 208, 2)
-INDIRECT_DATA = range(208, 228)
 PWM_FULL = 885  # Register value of full duty; one step is 0.113 %
 COUNTS_PER_TURN = 4096
 VELOCITY_UNIT = 0.0239691227
@@ -130,7 +111,7 @@ XL330_M288_T = ServoModel(
 
 def register_table(model: ServoModel) -> dict[int, TableRegister]:
     """Return a servo's registers by address."""
-    rows = [*eeprom_rows(model), *ram_rows(model), *present_rows(), *indirect_rows()]
+    rows = [*eeprom_rows(model), *ram_rows(model), *present_rows()]
     return {row.address: row for row in rows}
 
 
@@ -202,12 +183,3 @@ def present_rows() -> list[TableRegister]:
         TableRegister(address=146, size=1, writable=False),
         TableRegister(address=147, size=1, writable=False, initial=1),
     ]
-
-
-def indirect_rows() -> list[TableRegister]:
-    """Return the map of a user's own block of registers, each first pointing at itself."""
-    addresses = [
-        TableRegister(address=a, size=2, initial=INDIRECT_DATA[k], low=64, high=227)
-        for k, a in enumerate(INDIRECT_ADDRESSES)
-    ]
-    return addresses + [TableRegister(address=a, size=1, high=255) for a in INDIRECT_DATA]

@@ -4,8 +4,6 @@ from tendon_hardware.virtual_bench.memory import control_table as at
 from tendon_hardware.virtual_bench.memory.control_table import (
     COUNTS_PER_TURN,
     GOALS,
-    INDIRECT_ADDRESSES,
-    INDIRECT_DATA,
     TABLE_SIZE,
     ServoModel,
     TableRegister,
@@ -21,12 +19,6 @@ from tendon_hardware.virtual_bench.memory.protocol import (
 CURRENT, VELOCITY, POSITION, EXTENDED, CURRENT_POSITION, PWM = 0, 1, 3, 4, 5, 16
 MODES = (CURRENT, VELOCITY, POSITION, EXTENDED, CURRENT_POSITION, PWM)
 """Values of the operating mode."""
-LIMITS = {
-    at.GOAL_PWM: at.PWM_LIMIT,
-    at.GOAL_CURRENT: at.CURRENT_LIMIT,
-    at.GOAL_VELOCITY: at.VELOCITY_LIMIT,
-}
-"""Goals and the registers that limit them."""
 WATCHDOG_TRIPPED = 0xFF
 
 
@@ -57,8 +49,6 @@ class Registers:
             if not register.in_eeprom:
                 self.store(register.address, register.initial)
         self._base = count - count % COUNTS_PER_TURN
-        self.store(at.GOAL_CURRENT, self.value(at.CURRENT_LIMIT))
-        self.store(at.GOAL_VELOCITY, self.value(at.VELOCITY_LIMIT))
         self.reset_goals(self.turned(count))
         self._cache()
 
@@ -92,7 +82,7 @@ class Registers:
         """Return a block, or ``None`` where it leaves the table."""
         if length < 1 or address + length > TABLE_SIZE:
             return None
-        return bytes(self._bytes[self._target(a)] for a in range(address, address + length))
+        return bytes(self._bytes[address : address + length])
 
     def write(self, address: int, data: bytes, position: int) -> int:
         """Write a block and return 0 or the error code.
@@ -102,17 +92,14 @@ class Registers:
         """
         if not data or address + len(data) > TABLE_SIZE:
             return BAD_RANGE
-        targets = [self._target(a) for a in range(address, address + len(data))]
         writes: list[tuple[TableRegister, int]] = []
         k = 0
         while k < len(data):
-            register = self._table.get(targets[k])
+            register = self._table.get(address + k)
             if register is None or not register.writable:
                 return NO_ACCESS
             chunk = data[k : k + register.size]
-            if targets[k : k + register.size] != list(
-                range(register.address, register.address + register.size)
-            ):
+            if len(chunk) < register.size:
                 return BAD_LENGTH
             value = int.from_bytes(chunk, "little", signed=register.signed)
             if error := self._fault(register, value):
@@ -124,18 +111,10 @@ class Registers:
         self._cache()
         return 0
 
-    def _target(self, address: int) -> int:
-        """Follow an indirect address."""
-        if address in INDIRECT_DATA:
-            return self.value(INDIRECT_ADDRESSES[address - INDIRECT_DATA[0]])
-        return address
-
     def _fault(self, register: TableRegister, value: int) -> int:
         """Return the error of writing a value, 0 for none."""
         address = register.address
         if register.in_eeprom and self.value(at.TORQUE_ENABLE):
-            return NO_ACCESS
-        if address in INDIRECT_ADDRESSES and self.value(at.TORQUE_ENABLE):
             return NO_ACCESS
         if not register.low <= value <= register.high:
             return BAD_RANGE
@@ -151,15 +130,8 @@ class Registers:
             and self.value(at.HARDWARE_ERROR) & self.value(at.SHUTDOWN)
         ):
             return NO_ACCESS  # shut down: only a reboot helps
-        limit = LIMITS.get(address)
-        if limit is not None and abs(value) > self.value(limit):
+        if address == at.GOAL_PWM and abs(value) > self.value(at.PWM_LIMIT):
             return BEYOND_LIMIT
-        if address == at.GOAL_POSITION and self.value(at.OPERATING_MODE) == POSITION:
-            return (
-                0
-                if self.value(at.MIN_POSITION) <= value <= self.value(at.MAX_POSITION)
-                else BEYOND_LIMIT
-            )
         return 0
 
     def _put(self, register: TableRegister, value: int, position: int) -> None:
@@ -174,8 +146,6 @@ class Registers:
     def trip_watchdog(self, position: int) -> None:
         """Stop and lock the goals until the watchdog is written to 0."""
         self.store(at.BUS_WATCHDOG, WATCHDOG_TRIPPED)
-        self.store(at.GOAL_VELOCITY, 0)
-        self.store(at.GOAL_CURRENT, 0)
         self.store(at.GOAL_POSITION, position)
         if self.value(at.OPERATING_MODE) == PWM:
             self.store(at.GOAL_PWM, 0)
@@ -194,21 +164,9 @@ class Registers:
         self.torque = bool(value(at.TORQUE_ENABLE))
         self.mode = value(at.OPERATING_MODE)
         self.reversed = bool(value(at.DRIVE_MODE) & 1)
-        self.homing_offset = value(at.HOMING_OFFSET)
         self.pwm_limit = value(at.PWM_LIMIT)
         self.pwm_slope = value(at.PWM_SLOPE) * self.model.pwm_slope_unit
         self.temperature_limit = float(value(at.TEMPERATURE_LIMIT))
         self.voltage_window = (0.1 * value(at.MIN_VOLTAGE), 0.1 * value(at.MAX_VOLTAGE))
         self.watchdog = value(at.BUS_WATCHDOG)
-        self.velocity_i, self.velocity_p = value(at.VELOCITY_I), value(at.VELOCITY_P)
-        self.position_d, self.position_i, self.position_p = (
-            value(at.POSITION_D),
-            value(at.POSITION_I),
-            value(at.POSITION_P),
-        )
-        self.goal_pwm, self.goal_current = value(at.GOAL_PWM), value(at.GOAL_CURRENT)
-        self.goal_velocity, self.goal_position = value(at.GOAL_VELOCITY), value(at.GOAL_POSITION)
-        self.profile_acceleration, self.profile_velocity = (
-            value(at.PROFILE_ACCELERATION),
-            value(at.PROFILE_VELOCITY),
-        )
+        self.goal_pwm = value(at.GOAL_PWM)
