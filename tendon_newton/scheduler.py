@@ -1,4 +1,4 @@
-"""Many jobs that do not need each other: in turn, on the cores of this machine, or on a cluster.
+"""Many jobs that do not need each other: in turn, or on the cores of this machine.
 
 A job is a function of a module and its arguments; arguments and result are pickled. Trainings,
 diagnoses and climbs are such jobs: each takes a core for minutes.
@@ -13,7 +13,7 @@ from multiprocessing import get_context, parent_process
 from threading import Thread
 from typing import Any, TypeVar
 
-from tendon_newton.errors import InvalidParameter, MissingDependency
+from tendon_newton.errors import InvalidParameter
 from tendon_newton.safe_path import safe_children
 
 Item = TypeVar("Item")
@@ -24,7 +24,6 @@ THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
 # Environment variables with the threads of libraries; several would only wait for each other
 LIBRARY_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 MOST_JOBS = 1024
-CONNECTION_LIMIT = 30.0  # Time in which a scheduler must answer [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,10 +31,6 @@ class JobOptions:
     """Where jobs are done."""
 
     jobs: int = 1  # Processes side by side; the cores are shared among them
-    # Address of a Dask scheduler, tcp://HOST:8786, whose workers do the jobs in place of processes
-    # here. They must see the same folders under the same names, and take one job at a time (dask
-    # worker ADDRESS --nthreads 1).
-    scheduler: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse numbers of processes that no computer has."""
@@ -56,31 +51,12 @@ class InTurn(Executor):
         return future
 
 
-class OnCluster(Executor):
-    """Gives jobs to the workers of a cluster, each of which has one core for it."""
-
-    def __init__(self, inner: Executor) -> None:
-        self._inner = inner
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Send a job."""
-        return self._inner.submit(on_one_core, fn, *args, **kwargs)
-
-
 @contextmanager
 def open_executor(options: JobOptions) -> Generator[Executor]:
     """Open what does the jobs; those that have not begun are dropped when the block ends.
 
-    An interrupt ends those that run here as well: what they write is whole or not there.
-
-    Raises:
-        MissingDependency: A scheduler is named, and Dask is not installed.
-        InvalidParameter: No scheduler answers there.
+    An interrupt ends those that run as well: what they write is whole or not there.
     """
-    if options.scheduler is not None:
-        with cluster(options.scheduler) as executor:
-            yield executor
-        return
     if options.jobs == 1:
         yield InTurn()
         return
@@ -103,26 +79,6 @@ def open_executor(options: JobOptions) -> Generator[Executor]:
             pool.shutdown(cancel_futures=True)
 
 
-@contextmanager
-def cluster(address: str) -> Generator[Executor]:
-    """Connect to the workers of a Dask scheduler."""
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise MissingDependency(
-            "--scheduler needs the package 'distributed', which is not installed; "
-            "pip install 'tendon-newton[cluster]'"
-        ) from error
-    try:
-        client: Any = Client(address, timeout=CONNECTION_LIMIT, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise InvalidParameter(f"no Dask scheduler answers at {address}: {error}") from error
-    try:
-        yield OnCluster(client.get_executor(pure=False))
-    finally:
-        client.close()
-
-
 def completed(
     work: Callable[[Item], Result], items: Sequence[Item], options: JobOptions
 ) -> Iterator[tuple[Item, Result]]:
@@ -138,12 +94,6 @@ def completed(
         futures = {executor.submit(work, item): item for item in items}
         for future in as_completed(futures):
             yield futures[future], future.result()
-
-
-def on_one_core(work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """Do a job in a process that others started, whose neighbours have the other cores."""
-    share_cores(core_count())
-    return work(*args, **kwargs)
 
 
 def begin_worker(jobs: int) -> None:

@@ -37,12 +37,11 @@ def main() -> None:
     words.add_argument("--out", type=Path, required=True)
     words.add_argument("--units", nargs="+", type=int, default=list(BENCH_SEEDS))
     words.add_argument("--jobs", type=int, default=1)
-    words.add_argument("--scheduler")
     told = words.parse_args()
     told.out.mkdir(parents=True, exist_ok=True)
     climbs = [(policy, unit, told.out) for policy in told.policies for unit in told.units]
     missing = [each for each in climbs if not file_of(*each).exists()]
-    options = JobOptions(jobs=told.jobs, scheduler=told.scheduler)
+    options = JobOptions(jobs=told.jobs)
     for _, done in completed(climb, missing, options):
         print(done, flush=True)
     write_tables(told.out, told.units)

@@ -1,1 +1,1 @@
-"""Jobs in turn, in processes and on a cluster."""
+"""Jobs in turn and in processes."""

@@ -1,53 +1,17 @@
-"""Jobs in turn, in processes of this machine, and on the workers of a cluster."""
+"""Jobs in turn, and in processes of this machine."""
 
-import json
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tendon_newton import scheduler
-from tendon_newton.errors import InvalidParameter, TendonNewtonError
+from tendon_newton.errors import InvalidParameter
 from tendon_newton.scheduler import InTurn, JobOptions, completed, core_count, open_executor
 from tests.scheduling.jobs import refuse, squared
 from tests.search_path import search_path
-
-
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Address of a Dask scheduler with two workers on this machine."""
-    distributed = pytest.importorskip("distributed", reason="pip install 'tendon-newton[cluster]'")
-    folder = tmp_path_factory.mktemp("cluster")
-    file = folder / "scheduler.json"
-    environment = os.environ | {"PYTHONPATH": search_path(Path(__file__).parents[2])}
-    scheduler = ["scheduler", "--port", "0", "--no-dashboard", "--host", "127.0.0.1"]
-    worker = ["worker", "--nworkers", "2", "--nthreads", "1", "--no-dashboard"]
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-m", "dask", *words, "--scheduler-file", str(file)],
-            cwd=folder,
-            env=environment,
-            stderr=subprocess.DEVNULL,
-        )
-        for words in (scheduler, worker)
-    ]
-    try:
-        for _ in range(300):
-            if file.is_file() and file.read_text():
-                break
-            time.sleep(0.1)
-        address = json.loads(file.read_text())["address"]
-        with distributed.Client(address, set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=60)  # the first would take all jobs alone
-        yield address
-    finally:
-        for process in reversed(processes):
-            process.terminate()
-            process.wait(timeout=30)
 
 
 def test_an_interrupt_ends_the_jobs_that_run() -> None:
@@ -115,17 +79,6 @@ def test_processes_share_the_cores() -> None:
     assert os.getpid() not in {result[2] for result in found.values()}
 
 
-def test_workers_of_a_cluster_do_the_same(cluster: str) -> None:
-    """Both of two workers take jobs, each in one thread."""
-    options = JobOptions(scheduler=cluster)
-    found = dict(completed(squared, [3, 4, 5, 6], options))
-    assert {item: result[0] for item, result in found.items()} == {3: 9, 4: 16, 5: 25, 6: 36}
-    assert {result[1] for result in found.values()} == {"1"}
-    processes = {result[2] for result in found.values()}
-    assert len(processes) == 2
-    assert os.getpid() not in processes
-
-
 @pytest.mark.parametrize("options", [JobOptions(), JobOptions(jobs=2)])
 def test_an_error_of_a_job_is_raised(options: JobOptions) -> None:
     """As it is, whoever did the job."""
@@ -147,17 +100,6 @@ def test_there_is_at_least_one_process(jobs: int) -> None:
     """The message says how many there may be."""
     with pytest.raises(InvalidParameter, match="1 to 1024 processes"):
         JobOptions(jobs=jobs)
-
-
-def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No traceback of a library: an address that nobody answers, or a package that is missing."""
-    monkeypatch.setattr(scheduler, "CONNECTION_LIMIT", 1.0)  # 30 s for a cluster far away
-    options = JobOptions(scheduler="tcp://127.0.0.1:1")
-    with (
-        pytest.raises(TendonNewtonError, match=r"127\.0\.0\.1:1|'distributed'"),
-        open_executor(options),
-    ):
-        pass
 
 
 def test_only_cores_that_a_process_may_use_count() -> None:

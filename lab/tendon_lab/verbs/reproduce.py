@@ -10,8 +10,8 @@ file for other verbs. What is finished is not done again; the same seed gives th
 
 The stages, with --only: recordings, diagnosis, networks, hybrids, ramp, force, tip, policies.
 Without --quick it takes hours on a few cores: ten benches, longer trainings, policies of its own.
-With --jobs N, N processes do the jobs of all stages side by side, with --scheduler the workers of a
-cluster; with --device cuda the policies learn on GPUs, all else is done on the CPU.
+With --jobs N, N processes do the jobs of all stages side by side; with --device cuda the policies
+learn on GPUs, all else is done on the CPU.
 
 On real recordings, one folder for each bench, with the test recordings named as here:
   tendon-newton reproduce --recordings bench_a bench_b --out reproduction
