@@ -246,13 +246,14 @@ def conclude(
         )  # fmt: skip
         return conclude(train, empty, model, test, rng, start)
     low, high = fraction_interval(before, after, train.noise, rng)
-    structure = find_structure(train, extended)
     found = described(train, findings, causes, partial, model)
     named = tuple(cause for cause in found if not cause.reason)
     verdict = findings.verdict if named or final is None else "unexplained"
     less = [errors for cause, errors in zip(found, partial, strict=True) if not cause.reason]
     if verdict == "explained" and is_in_doubt(before, after, less, others, train.noise, high):
         verdict = "partly_explained"
+    rest = verdict in ("partly_explained", "unexplained")
+    structure = find_structure(train, extended) if rest else None
     effects = () if written is None else written.effects
     diagnosis = Diagnosis(
         verdict=verdict,
@@ -272,9 +273,7 @@ def conclude(
         candidates=findings.candidates,
         unexplained=Unexplained(
             fraction=remaining_fraction(verdict, fraction),
-            depends_on=structure.depends_on
-            if verdict in ("partly_explained", "unexplained")
-            else (),
+            depends_on=() if structure is None else structure.depends_on,
             structure=structure,
         ),
         model=extended_model(train, model, extended, effects),

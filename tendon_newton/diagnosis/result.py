@@ -176,7 +176,8 @@ class Unexplained:
 
     fraction: float  # Share of the held-out squared error above the noise
     depends_on: tuple[str, ...] = ()  # Signals that it depends on, strongest first
-    structure: RemainderStructure | None = None  # What a flexible learner makes of it
+    structure: RemainderStructure | None = None
+    """What a flexible learner makes of it; none where the verdict leaves nothing to look for."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as the contract names it, and what was learned besides."""

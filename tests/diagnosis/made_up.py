@@ -76,20 +76,20 @@ def named(effect: str, value: float | None = None, **changes: Any) -> NamedEffec
     return replace(cause, **changes)
 
 
-def structure(*, found: bool) -> RemainderStructure:
-    """A made-up ripple over the motor angle, or nothing."""
+def structure() -> RemainderStructure:
+    """A made-up ripple over the motor angle."""
     x = np.linspace(0.0, 3.0, 20)
     ripple = Profile(
         signal="theta", center=x, mean=np.sin(9.0 * x), error=0.1 + 0.0 * x, learned=np.sin(9.0 * x)
     )
     return RemainderStructure(
         side="servo",
-        found=found,
-        held_out_r2=0.8 if found else -0.02,
-        p_value=1.0 / 61.0 if found else 0.4,
+        found=True,
+        held_out_r2=0.8,
+        p_value=1.0 / 61.0,
         size=0.7,
-        importance={"theta": 1.0, "t": 0.3} if found else {},
-        profiles=(ripple, replace(ripple, signal="t")) if found else (),
+        importance={"theta": 1.0, "t": 0.3},
+        profiles=(ripple, replace(ripple, signal="t")),
     )
 
 
@@ -132,7 +132,7 @@ def diagnosis(verdict: Verdict) -> Diagnosis:
         unexplained=Unexplained(
             fraction=0.03,
             depends_on=("theta", "t") if rest else (),
-            structure=structure(found=rest),
+            structure=structure() if rest else None,
         ),
         model=Model(
             actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),

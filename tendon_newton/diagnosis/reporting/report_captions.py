@@ -138,8 +138,6 @@ def structure_sentence(diagnosis: Diagnosis) -> str:
     if structure is None:
         return ""
     if not structure.found:
-        if diagnosis.verdict in ("no_gap", "explained"):
-            return "A flexible learner, too, can predict nothing of it on recordings held out."
         return (
             "It is more than noise, but a flexible learner cannot predict it from the recorded "
             "signals: it depends on something that was not recorded, on chance, or on a longer "
