@@ -58,7 +58,7 @@ lab: setup  ## run the tests of the lab: exams, studies, records, published logs
 	OMP_NUM_THREADS=1 $(BIN)/pytest lab/tests --numprocesses 2 --dist loadfile
 
 # Hours: everything that a commit does not wait for.
-nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged files, faults, kills, a soak
+nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged files, faults, kills
 	OMP_NUM_THREADS=1 $(BIN)/pytest tests lab/tests -m slow
 	$(BIN)/python -m tests.mutations
 	$(BIN)/python -m tests.held_out
@@ -68,7 +68,6 @@ nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged fil
 	$(BIN)/python -m tests.fuzz --files 2000 --groups lab.tests.fuzz_targets
 	$(BIN)/python -m tests.faults --runs 20
 	$(BIN)/python -m tests.faults kill --runs 20
-	$(BIN)/python -m tests.faults soak --hours 1
 
 bench: setup  ## measure speed; results per machine in build/benchmarks
 	OMP_NUM_THREADS=1 $(BIN)/pytest lab/benchmarks -o addopts="--strict-markers" \

@@ -1,10 +1,10 @@
-"""The exam of faults: ``python -m tests.faults [rules|kill|calm|soak] [--runs 20] [--hours 1]``.
+"""The exam of faults: ``python -m tests.faults [rules|kill|calm] [--runs 20] [--hours 1]``.
 
 ``rules``, the default, makes every fault of the tables so many times on the virtual bench and
 prints how often it was acted upon and how soon; ``--only WORDS`` takes those whose name has the
 words. ``kill`` harms every verb that drives a motor, in real time, with a servo of each family:
 best on a machine that does nothing else. ``calm`` records and deploys for hours of simulated time
-in which nothing is wrong, and counts the stops; ``soak`` deploys with faults that come and go.
+in which nothing is wrong, and counts the stops.
 ``--servos NAME`` kills with others; ``--json FILE`` adds the rows to a file. The exit code is 1
 where one was missed.
 """
@@ -31,7 +31,6 @@ from tests.faults.collecting import COLLECTING
 from tests.faults.kill import HARMS, WAYS, Release, released
 from tests.faults.lies import LIES
 from tests.faults.outside import OUTSIDE
-from tests.faults.soak import soak
 
 Examination = Callable[[int], float | Release | None]
 """One run of a fault by its number: the time to the action [s], if it can be timed."""
@@ -42,18 +41,14 @@ SERVOS_OF_BOTH = ("xc330_t288_t", "sts3215")  # A servo of each family, the benc
 def main() -> int:
     """Run the part that was asked for and return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.faults", description=__doc__)
-    parser.add_argument(
-        "part", nargs="?", choices=("rules", "kill", "calm", "soak"), default="rules"
-    )
+    parser.add_argument("part", nargs="?", choices=("rules", "kill", "calm"), default="rules")
     parser.add_argument("--runs", type=int, default=20, help="runs of each fault")
-    parser.add_argument("--hours", type=float, default=1.0, help="simulated time of calm and soak")
+    parser.add_argument("--hours", type=float, default=1.0, help="simulated time of calm")
     parser.add_argument("--only", default="", help="words in the name of a fault")
     parser.add_argument("--servos", nargs="*", choices=SERVOS, default=SERVOS_OF_BOTH)
     parser.add_argument("--json", type=Path, help="file that gets the rows")
     arguments = parser.parse_args()
-    if arguments.part == "soak":
-        rows = [soak(arguments.hours, say)]
-    elif arguments.part == "calm":
+    if arguments.part == "calm":
         rows = [calm(arguments.hours, say)]
     elif arguments.part == "kill":
         rows = kill(arguments.runs, arguments.only, arguments.servos)

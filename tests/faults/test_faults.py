@@ -10,7 +10,6 @@ from tests.faults.calm import LENGTH, calm
 from tests.faults.camera import CAMERA
 from tests.faults.collecting import COLLECTING
 from tests.faults.outside import OUTSIDE
-from tests.faults.soak import soak
 
 
 @pytest.mark.parametrize("name", COLLECTING)
@@ -35,9 +34,3 @@ def test_nothing_that_is_right_is_stopped() -> None:
     """A deployment and a recording, drawn, run to their ends."""
     row = calm(2.0 * LENGTH / 3600.0, lambda text: None)
     assert row["acted"] == row["runs"] == 2
-
-
-@pytest.mark.slow
-def test_deployments_with_random_faults_leak_nothing() -> None:
-    """A simulated minute: the motor ends off, logs are complete, files are closed."""
-    soak(1.0 / 60.0, lambda text: None)
