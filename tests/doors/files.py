@@ -75,6 +75,7 @@ FILES: tuple[Mistake, ...] = (
     of_kind("stamps in microseconds", 'unit = "us"', stamped(1e6)),
     of_kind("stamps in nanoseconds since 1970", 'unit = "ns"', stamped(1e9, 1.7e9)),
     in_file("a column of another name", "no column named", edit("goal_1", "soll_1")),
+    in_file("two columns of one name", "2 columns are named 'goal_0'", edit("goal_1", "goal_0")),
     in_file("no header", "names in header = [...]", lambda text: text.split("\n", 1)[1]),
     in_file("lines above the header", "2 lines above its header", lambda text: f"Rig\n1,2\n{text}"),
     in_file("cells between spaces", "cells separated by ' '", edit(",", "  ")),

@@ -203,7 +203,29 @@ def speeds(factor: float) -> Spoil:
     )
 
 
+def read_slowly(run: Columns, *, lines: bool) -> None:
+    """Read every tenth of a second, and write the last angle or a straight line between."""
+    fresh = np.arange(0, ROWS, 8)
+    run["q_0"] = (
+        np.interp(np.arange(ROWS), fresh, run["q_0"][fresh])
+        if lines
+        else np.repeat(run["q_0"][fresh], 8)
+    )
+
+
 ANGLES: tuple[Mistake, ...] = (
+    Mistake(name="read slower than it is logged", said="log a row where it is read",
+        spoil=lambda run: read_slowly(run, lines=False)),
+    Mistake(name="lines between slow readings", said="log a row where it is read",
+        spoil=lambda run: read_slowly(run, lines=True)),
+    Mistake(name="whole degrees", said="log more of its digits",
+        spoil=made("q_0", lambda run: np.deg2rad(np.round(np.rad2deg(run["q_0"]))))),
+    Mistake(name="twice the angle", said="or the other side of a gear",
+        spoil=made("q_0", lambda run: 2.0 * run["q_0"])),
+    Mistake(name="an angle two seconds late", said="put both on one clock",
+        spoil=made("q_0", lambda run: np.r_[np.full(160, run["q_0"][0]), run["q_0"][:-160]])),
+    Mistake(name="an angle half a second ahead", said="put both on one clock",
+        spoil=made("q_0", lambda run: np.r_[run["q_0"][40:], np.full(40, run["q_0"][-1])])),
     Mistake(name="zeros where the bus read nothing", spoil=put("q_0", FAILED, 0.0),
         said="leave those rows out", thread="ROBOTIS-GIT/DynamixelSDK#256"),
     Mistake(name="a constant where the bus read nothing", spoil=put("q_0", FAILED, 3.1),
@@ -340,6 +362,12 @@ REGISTERS: tuple[Mistake, ...] = (
     Mistake(name="a speed in rev/min", spoil=speeds(60.0 / TURN), said="another unit",
         doors=OURS),
     Mistake(name="a speed in deg/s", spoil=speeds(360.0 / TURN), said="another unit", doors=OURS),
+    Mistake(name="a speed of the other sign", spoil=speeds(-1.0), said="turn its sign", doors=OURS),
+    Mistake(name="a temperature for a speed", said="map its own column", doors=OURS,
+        spoil=lambda run: (speeds(1.0)(run),
+            run.update(speed_0=31.0 + np.random.default_rng(1).normal(0.0, 0.5, ROWS)))),
+    Mistake(name="enabled where it is off", said="enabled is 1 where", doors=OURS,
+        spoil=made("enabled", lambda run: np.zeros(ROWS))),
     Mistake(name="a speed through the gear twice", spoil=speeds(1.0 / 270.0), said="gear",
         doors=OURS),
 )  # fmt: skip

@@ -17,7 +17,8 @@ LEAD_SHARE = 0.3  # [1] of what no lead leaves, which a lead must take away
 LEAD_GAIN = 0.001  # [1] of the correlation: a lead that improves it by less is not resolved
 ANGLE_TOO_FAR = 15.0  # [1] times as far as told no servo moves; a soft one in degrees goes beyond
 COMMAND_TOO_FAR = 45.0  # [1] times as far as it moves; the strongest spring here leaves a third
-SERVO_RATIO = 2.0  # [1] likewise where no string or spring lets the servo go
+SERVO_RATIOS = (1.5, 2.0)  # [1] likewise where no string or spring lets the servo go: no servo
+# goes so much farther than told, and a slow one stays behind a fast command
 COARSEST = 0.04  # [rad] no encoder has fewer than 150 counts a turn; 4096 of degrees are 0.088
 FASTEST = 150.0  # [rad/s] three times the fastest of these servos
 LEAST_VALUES = 30  # Values of a column from which their distance is its count
@@ -72,9 +73,10 @@ def degrees(recording: Recording) -> Iterator[Finding]:
         spread, asked = float(np.std(theta)), float(np.std(command))
         if not spread > 0.0 or not asked > 0.0 or np.corrcoef(theta, command)[0, 1] < LIKENESS:
             continue
-        for column, other, size, ratio, least in (
-            ("theta", "theta_d", theta, spread / asked, ANGLE_TOO_FAR),
-            ("theta_d", "theta", command, asked / spread, COMMAND_TOO_FAR),
+        own, its = SERVO_RATIOS if recording.bench == "servo" else (LEAST_RATIO, LEAST_RATIO)
+        for column, other, size, ratio, low, least in (
+            ("theta", "theta_d", theta, spread / asked, own, ANGLE_TOO_FAR),
+            ("theta_d", "theta", command, asked / spread, its, COMMAND_TOO_FAR),
         ):
             channel = Examined(recording.name, names_of(recording, column)[place])
             if least < ratio < COUNTS:
@@ -85,7 +87,7 @@ def degrees(recording: Recording) -> Iterator[Finding]:
                     else f'{other} was in rad and taken for degrees: say unit = "rad" for it in '
                     "the mapping",
                 )
-            elif (SERVO_RATIO if recording.bench == "servo" else LEAST_RATIO) < ratio <= least:
+            elif low < ratio <= least:
                 yield channel.caution(
                     f"moves {ratio:.1f} times as far as {other}, and with it",
                     f"{column} or {other} has another unit or the other side of a gear (scale in "

@@ -22,6 +22,7 @@ STRANGE = 0.3  # [1] correlation that no servo was seen to stay below, however i
 MOVED = 0.1  # [rad] a shaft that keeps its command is pushed no farther
 SLOWEST = 0.4  # [s] a servo that takes longer for a way is rarer than a speed in another unit
 SHIFTS = range(-3, 4)  # Rows by which a copy may be moved
+APART, APARTS = 5.0, 200  # [s] by which clocks may be apart, and places that are tried
 COPIED = 0.9  # [1] of the rows in motion that are equal in a copy
 TAKEN = 0.05  # [1] of the work to and fro: a joint that ends where it began took none
 ALWAYS = 0.95  # [1] of an angle's way that goes toward its command, as to a goal far away
@@ -60,6 +61,38 @@ def likeness(command: Array, theta: Array, delays: range, used: Mask) -> Likenes
         same_delay=delays[most],
         turned_delay=delays[least],
         turned_slope=-float(scores[least, 1]),
+    )
+
+
+def follows(recording: Recording) -> float:
+    """Return how well the angle that follows its command best does so [1], motors on or off."""
+    goals, every = recording.command, np.ones(recording.sample_count, dtype=np.bool_)
+    if goals is None or recording.sample_count < LEAST_ROWS:
+        return 0.0
+    delays, pairs = delays_of(recording), zip(goals.T, recording.motor_position.T, strict=True)
+    return max(likeness(goal, theta, delays, every).same for goal, theta in pairs)
+
+
+def clock_text(recording: Recording, place: int, same: float) -> tuple[str, str] | None:
+    """Say how far apart the clocks of an angle and its command are, where far ones fit better."""
+    assert recording.command is not None
+    step, every = float(np.median(np.diff(recording.time))), np.ones(recording.sample_count) > 0.0
+    farthest = min(round(APART / step), recording.sample_count // 3)
+    goal, theta = recording.command[:, place], recording.motor_position[:, place]
+    nearest = delays_of(recording)[-1] + 1
+    far = range(nearest, farthest, max(1, farthest // APARTS))
+    if not far:
+        return None
+    late, early = (likeness(a, b, far, every) for a, b in ((goal, theta), (theta, goal)))
+    best, word = (late, "after") if late.same > early.same else (early, "before")
+    if best.same < ALIKE or 1.0 - best.same**2 > CLEARER * (1.0 - max(same, 0.0) ** 2):
+        return None
+    if likeness(goal, goal, far, every).same > ALIKE:
+        return None  # a command that comes again is followed at any of its turns
+    return (
+        f"{best.same_delay * step:.2g} s {word} theta_d: it follows it there (correlation "
+        f"{best.same:.2f}; {same:.2f} within {LATEST:g} s)",
+        "angle and command were stamped by two clocks: put both on one clock",
     )
 
 
@@ -116,6 +149,8 @@ def no_command(recording: Recording) -> Iterator[Finding]:
             continue
         elif (found := rate_text(recording, place, like.same, delays)) is not None:
             yield seen.defect(*found)
+        elif (apart := clock_text(recording, place, like.same)) is not None:
+            yield Examined(recording.name, names_of(recording, "theta")[place]).defect(*apart)
         elif like.same < STRANGE and np.ptp(theta) > MOVED and used.mean() > 0.5:
             yield seen.defect(
                 f"has nothing to do with theta (correlation {like.same:.2f} at best)",
@@ -298,6 +333,8 @@ def exchanged_joints(recording: Recording) -> Iterator[Finding]:
     delays = delays_of(recording)
     columns = names_of(recording, "theta")
     used = recording.enabled
+    if used.sum() < LEAST_ROWS:
+        return
     score = np.array(
         [
             [likeness(goal, theta, delays, used).same if moves(goal) else 0.0 for goal in goals.T]

@@ -1,4 +1,4 @@
-"""Angles that stand still although nothing holds them: frozen readings, a motor that is off."""
+"""Angles that stand still although nothing holds them: frozen or slow readings, a motor off."""
 
 from collections.abc import Iterator, Sequence
 
@@ -6,11 +6,22 @@ import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.following import expected
-from tendon_newton.data.checks.measures import names_of, rest_band, rows_text, stretches
+from tendon_newton.data.checks.measures import (
+    names_of,
+    resolution,
+    rest_band,
+    rows_text,
+    stretches,
+)
 from tendon_newton.data.checks.read_checks import AGAIN, FAR, floor_of
-from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
 LEAST_ROWS = 20  # Rows in motion below which nothing is known of a joint
+LONGEST_WAIT = 25  # Rows from one reading to the next that are looked for
+AT_ONE_PACE = 0.97  # [1] of the changes, which fall on every so manieth row of a slow reading
+LINE = 1e-6  # [rad] within which three rows lie on a line
+COARSE = 8e-3  # [rad] the coarsest servos have 1024 counts in 300 degrees
+LEVELS = 10  # Values of a column from which their distance is its count
 
 
 def frozen_reads(recording: Recording) -> Iterator[Finding]:
@@ -45,6 +56,37 @@ def frozen_reads(recording: Recording) -> Iterator[Finding]:
                     )
                 )
             )
+
+
+def slow_reads(recording: Recording) -> Iterator[Finding]:
+    """Angles that are read in every so manieth row alone, or whose digits were cut."""
+    for place, column in enumerate(names_of(recording, "theta")):
+        theta = recording.motor_position[:, place]
+        seen = Examined(recording.name, column)
+        for bend, between in ((np.diff(theta), "stays"), (np.diff(theta, 2), "goes straight")):
+            if every := pace_of_changes(np.flatnonzero(np.abs(bend) > LINE)):
+                yield seen.caution(
+                    f"{between} for {every} rows at a time: it is read in every {every}th row",
+                    "delays and lags below that time are not told: log a row where it is read, or "
+                    "say resample in the mapping",
+                )
+                break
+        count = resolution(theta)
+        if count > COARSE and np.unique(theta).size >= LEVELS:
+            yield seen.caution(
+                f"changes in steps of {1e3 * count:.3g} mrad, coarser than a servo's encoder",
+                "nothing smaller than a step is told: log more of its digits",
+            )
+
+
+def pace_of_changes(rows: Indices) -> int:
+    """Return on every which row alone a column changes; 0 where it does in any."""
+    for every in range(LONGEST_WAIT, 1, -1):
+        if rows.size > LEAST_ROWS:
+            most = float(np.bincount(rows % every).max())
+            if most > AT_ONE_PACE * rows.size:
+                return every
+    return 0
 
 
 def frozen_rows(recording: Recording) -> Mask:

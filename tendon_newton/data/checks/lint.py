@@ -18,7 +18,7 @@ from tendon_newton.data.checks.command_checks import (
     turned_force,
 )
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.frozen_checks import frozen_reads
+from tendon_newton.data.checks.frozen_checks import frozen_reads, slow_reads
 from tendon_newton.data.checks.lint_checks import (
     clock,
     dead_channels,
@@ -62,6 +62,7 @@ CHECKS: tuple[Check, ...] = (
     Check(name="failed supply", looks_at="voltage", find=supply_reads, mend=with_supply),
     Check(name="repeated read", looks_at="theta", find=repeated_reads, mend=without_repeated_reads),
     Check(name="frozen read", looks_at="theta, theta_d", find=frozen_reads),
+    Check(name="slow read", looks_at="theta", find=slow_reads),
     Check(name="no command", looks_at="theta_d, theta", find=no_command),
     Check(name="turned force", looks_at="force, theta", find=turned_force),
     Check(name="copied column", looks_at="theta_d, theta", find=copied),

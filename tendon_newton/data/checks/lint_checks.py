@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tendon_newton.data.checks.command_checks import LIKE, follows
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.measures import lag_between, names_of, rows_text
 from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
@@ -18,6 +19,8 @@ CORRELATION_LIMIT = 0.9  # [1] below, motion is too small against resolution to 
 LAG_GAIN_LIMIT = 0.001  # [1] a lag that improves the correlation by less is not resolved
 SCALE_RANGE = (0.3, 3.0)  # [1] theta_dot over slope of theta; impacts and slack stay inside, while
 # rev/min (9.5), degrees (57) and counts of 0.229 rev/min (42) do not
+WAY_TIME, WAYS, WAY = 0.25, 20, 0.05  # [s], number and spread [rad] of ways that tell a speed
+NO_SPEED = 0.2  # [1] correlation below which a column is none; late and slow ones stay above
 GEAR_RATIOS = (100.0, 1000.0)  # [1] of hobby servos
 UNIT_NEAR = 2.0 * np.pi / 4096.0  # [1] counts of an encoder taken for radians
 UNIT_SPARE = 0.05  # [1] within which a scale is such a unit
@@ -58,6 +61,9 @@ def velocity(recording: Recording) -> Iterator[Finding]:
     for place, column in enumerate(names_of(recording, "theta_dot")):
         slope = np.diff(recording.motor_position[:, place]) / np.diff(time)
         register = recording.motor_velocity[:, place]
+        if (found := no_speed(time, recording.motor_position[:, place], register)) is not None:
+            yield Examined(recording.name, column).defect(*found)
+            continue
         lag, score, gain = lag_between(middle, slope, register, time)
         if score < CORRELATION_LIMIT:
             continue
@@ -76,6 +82,25 @@ def velocity(recording: Recording) -> Iterator[Finding]:
                 "do not use theta_dot as the speed at its row; a start from the first "
                 "row takes an old speed; residuals of theta_dot show the lag",
             )
+
+
+def no_speed(time: Array, theta: Array, speed: Array) -> tuple[str, str] | None:
+    """Say that a speed turns a shaft the other way, or is none, by the ways of some rows."""
+    rows = max(1, round(WAY_TIME / float(np.median(np.diff(time)))))
+    driven = np.r_[0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))]
+    ways, told = (np.diff(column[::rows]) for column in (theta, driven))
+    if ways.size < WAYS or np.std(ways) < WAY or np.std(told) == 0.0:
+        return None
+    alike = float(np.corrcoef(ways, told)[0, 1])
+    seen = f"goes with the slope of theta by a correlation of {alike:.2f}"
+    if alike < -CORRELATION_LIMIT:
+        return seen, "theta_dot counts the other way: turn its sign (sign = -1 in the mapping)"
+    if abs(alike) < NO_SPEED:
+        return seen, (
+            "it is no speed of this angle, or its sign was lost: map its own column, or say "
+            'theta_dot = {derive = "theta"}'
+        )
+    return None
 
 
 def misread_speed(scale: float) -> str:
@@ -104,6 +129,12 @@ def supply_reads(recording: Recording) -> Iterator[Finding]:
 def torque_off(recording: Recording) -> Iterator[Finding]:
     """Segments in which the motor is switched off."""
     off = ~recording.enabled
+    if off.all() and (alike := follows(recording)) > LIKE:
+        yield Examined(recording.name, "enabled").defect(
+            f"the motor is off in all {off.size} rows, though theta follows theta_d (correlation "
+            f"{alike:.2f})",
+            "enabled is 1 where the motor has torque: turn the column around, or leave it out",
+        )
     if not off.any() or off.all():
         return
     edges = np.flatnonzero(np.diff(np.r_[False, off, False]))

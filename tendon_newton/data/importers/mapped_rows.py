@@ -5,7 +5,7 @@ import json
 import re
 from array import array
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from datetime import UTC, datetime, time
 from itertools import chain
 from math import isnan
@@ -192,18 +192,23 @@ def read_rows(path: Path, mapping: ColumnMapping) -> tuple[Iterable[Row], CsvDia
     sources = [column.source for column in mapping.columns.values() if column.source is not None]
     wanted = {*sources, *(source.split("[", 1)[0] for source in sources)}  # paths into a cell
     dialect = mapping.dialect.guessed(path, wanted)
-    return csv_rows(path, dialect), dialect
+    return csv_rows(path, dialect, wanted), dialect
 
 
-def csv_rows(path: Path, dialect: CsvDialect) -> Iterator[Row]:
-    """Read the rows of a CSV file."""
+def csv_rows(path: Path, dialect: CsvDialect, wanted: Collection[str]) -> Iterator[Row]:
+    """Read the rows of a CSV file, of which no wanted column may be there twice."""
     with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
         try:
             reader = csv.DictReader(
                 dialect.rows(file), skipinitialspace=True, delimiter=dialect.delimiter or ","
             )
             if reader.fieldnames is not None:
-                reader.fieldnames = [name.strip() for name in reader.fieldnames]
+                reader.fieldnames = names = [name.strip() for name in reader.fieldnames]
+                if twice := [name for name in wanted if names.count(name) > 1]:
+                    raise InvalidRecording(
+                        f"{path}: {names.count(twice[0])} columns are named {shown(twice[0])}: "
+                        "give each a name of its own"
+                    )
             yield from reader
         except csv.Error as error:
             raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error

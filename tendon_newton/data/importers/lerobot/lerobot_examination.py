@@ -154,7 +154,7 @@ def examine_dataset(folder: Path, units: LeRobotUnits = AS_TYPED) -> Examination
 def fails(finding: Finding) -> bool:
     """Tell whether a finding fails a joint."""
     return finding.severity == "defect" or (
-        finding.severity == "caution" and finding.check in ("repeated read", "degrees")
+        finding.severity == "caution" and finding.check in ("repeated read", "slow read", "degrees")
     )
 
 
