@@ -93,17 +93,6 @@ def write_chain(folder: Path, tree: str) -> Path:
     return path
 
 
-def write_serial(folder: Path, joints: int, tendons: int) -> Path:
-    """Write a planar chain of any length, with tendons over all of it, and return its file."""
-    arms = [
-        tuple(0.006 / (1.0 + 0.1 * ((i + d) % 5)) for i in range(joints)) for d in range(tendons)
-    ]
-    path = folder / f"serial_{joints}_{tendons}.usda"
-    parents = tuple(range(-1, joints - 1))
-    path.write_text(chain_text(parents, ("Y",) * joints, [0.008] * joints, arms))
-    return path
-
-
 def chain_text(
     parents: Sequence[int],
     axes: Sequence[str],

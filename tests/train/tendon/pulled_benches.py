@@ -84,17 +84,6 @@ def tip_of(joints: Array) -> Array:
     )
 
 
-def pulled_logs(
-    *excitations: str, first_seed: int = 0, duration: float = 30.0
-) -> tuple[Recording, ...]:
-    """Record every bench under every excitation."""
-    return tuple(
-        pulled_log(bench, excitation=excitation, seed=first_seed + seed, duration=duration)
-        for bench in TRUE
-        for seed, excitation in enumerate(excitations)
-    )
-
-
 def with_force(recording: Recording, force: Array | None) -> Recording:
     """Return a recording with another force [N], shape (T, 1), or none."""
     return replace(recording, force=force)
