@@ -232,7 +232,7 @@ def goals_of(options: DeployOptions, policy: Policy | None, settings: DeploySett
     """Return where goals come from; a hand's goal is the spool angle."""
     if policy is None:
         return FixedGoal(0.0, settings.loop.position_range, JOG_STEP)
-    return open_goals(options.goals, policy.card.goal_range, options.goals_key)
+    return open_goals(options.goals, policy.card.goal_range)
 
 
 def get_ready(bench: Bench, operator: Operator) -> None:

@@ -9,10 +9,10 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from pathlib import Path
 
-from tendon_hardware.control.datagram_goals import DatagramGoals, read_key
+from tendon_hardware.control.datagram_goals import DatagramGoals
 from tendon_hardware.control.goal_lines import Goals, LineGoals, parse_goal
 from tendon_newton.data.files.text_file import read_text
-from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
+from tendon_newton.errors import InvalidGoal, shown
 
 FILE_SIZE_LIMIT = 1_000_000  # Bytes of a file of goals
 STEP = math.pi / 60.0  # Angle by which an arrow key moves the goal [rad]: 3 degrees
@@ -108,23 +108,18 @@ def read_goals(path: Path) -> TimedGoals:
     return TimedGoals(instants, values)
 
 
-def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) -> Goals:
+def open_goals(word: str, bounds: tuple[float, float]) -> Goals:
     """Return the goals that a word names.
 
     Args:
         word: ``keyboard``, ``stdin``, ``udp:[ADDRESS:]PORT``, ``stairs``, an angle [rad], or the
             path of a file.
         bounds: Least and greatest goal [rad] that keys may give.
-        key: File with what the sender of datagrams shares; from other computers they need one.
 
     Raises:
         InvalidGoal: The file holds no goals.
         InvalidParameter: The word names nothing.
     """
-    if key is not None and not word.startswith("udp:"):
-        raise InvalidParameter(
-            "--goals-key belongs to goals over UDP; these goals come in another way"
-        )
     if word == "keyboard":
         return FixedGoal(bounds[0], bounds)
     if word == "stdin":
@@ -132,9 +127,7 @@ def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) 
     if word == "stairs":
         return stairs()
     if word.startswith("udp:"):
-        return DatagramGoals(
-            word.removeprefix("udp:"), bounds[0], key=None if key is None else read_key(key)
-        )
+        return DatagramGoals(word.removeprefix("udp:"), bounds[0])
     try:
         return FixedGoal(parse_goal(word), bounds)
     except InvalidGoal:
