@@ -51,16 +51,21 @@ class Disturbed:
 
     Args:
         instant: When, on the bench's clock [s].
+        often: Whether in every step from then on.
     """
 
-    def __init__(self, inner: Pilot, instant: float, act: Callable[[], None]) -> None:
-        self.inner, self.instant, self.act = inner, instant, act
+    def __init__(
+        self, inner: Pilot, instant: float, act: Callable[[], None], *, often: bool = False
+    ) -> None:
+        self.inner, self.instant, self.act, self.often = inner, instant, act, often
         self.happened: float | None = None
 
     def step(self, states: Sequence[ServoState], goal: float) -> PilotStep:
         """Let it happen when it is time, then decide."""
         if self.happened is None and states[0].time >= self.instant:
             self.happened = states[0].time
+            self.act()
+        elif self.happened is not None and self.often:
             self.act()
         return self.inner.step(states, goal)
 
@@ -102,6 +107,7 @@ class Flight:
     fault: Callable[[Bench, StopRequest], None] | None = None  # What happens
     # Whether it happens to the program, in a step of its pilot, and not to the bench
     in_step: bool = False
+    often: bool = False  # Whether it is let happen in every step from then on
     estimate: ForceEstimate | None = None
     keyboard: Keyboard = field(default_factory=lambda: Keyboard(-1))
     operator: SilentOperator = field(default_factory=SilentOperator)
@@ -134,7 +140,9 @@ class Flight:
             if fault is not None:
                 self.begun = bench.clock.now() + self.after
                 if self.in_step or not self.lockstep:
-                    pilot = Disturbed(pilot, self.begun, lambda: fault(bench, stop))
+                    pilot = Disturbed(
+                        pilot, self.begun, lambda: fault(bench, stop), often=self.often
+                    )
                 else:
                     at_instant(bench, self.begun, lambda: fault(bench, stop))
             deployment = Deployment(
