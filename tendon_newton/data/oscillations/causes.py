@@ -3,10 +3,13 @@
 A loop that shakes without play and sticking shakes by its gain and its delay. Delay is the cause
 where the least that no loop can do without (`least_delay`) would be calm at the same gain; else the
 gain is. A loop that is calm without play, or without sticking and its integral, shakes by that.
+
+A log leaves room for several loops. A change is proposed that calms all that tell it nearly as well
+as the best.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +19,8 @@ from tendon_newton.data.recording import Array, Mask
 QUICK_LOOP = 0.012  # Delay that a servo's own loop cannot do without [s]
 PERIODS = 40.0  # Of a simulation
 TAIL = 0.3  # Share of it that is looked at [1]
-CALM = 0.35  # Share of the amplitude that was seen, below which a loop is calm [1]
+CALM = 0.35  # Share of the amplitude that was seen, below which a loop does not shake [1]
+QUIET = 0.2  # Likewise, to which a proposed change brings it [1]
 SAME = 0.35  # Share by which the loop's own frequency may be off [1]
 SHARES = np.array([0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0])
 """What is left of a number that is made less [1], in the order in which it is tried."""
@@ -29,6 +33,7 @@ class ShakingLoop:
     """An identified loop that shakes."""
 
     numbers: Array  # In the order of `servo_loop.NAMES`, shape (9,)
+    others: tuple[Array, ...] = ()  # Of loops that tell the log nearly as well, likewise
     feedback: Feedback
     frequency: float  # At which it was seen to shake [Hz]
     amplitude: float  # Likewise [rad]
@@ -60,6 +65,7 @@ class Explained:
     changes: tuple[CalmingChange, ...]  # What calms it alone; the cause's own first
 
 
+LESSENED = ("gain", "delay", "play", "integral")
 NONE = {name: least for name, (least, _) in RANGES.items()}
 Tried = tuple[Mapping[str, float], float, float]
 """Numbers of the servo by name, and factors of the gain and of the integral."""
@@ -77,23 +83,47 @@ def explain(loop: ShakingLoop) -> Explained:
         ({"sticking": NONE["sticking"]}, 1.0, 1.0),
         ({}, 1.0, 0.0),
     ]
-    numbers = ("gain", "delay", "play", "integral")
-    lessened = {what: [tried(loop, what, float(share)) for share in SHARES] for what in numbers}
-    shaking, paces = simulated(loop, [*trials, *(one for row in lessened.values() for one in row)])
-    changes: dict[str, CalmingChange] = {}
-    for k, what in enumerate(lessened):
-        part = shaking[len(trials) + k * len(SHARES) :][: len(SHARES)]
-        calm = [j for j in range(len(SHARES)) if not part[j]]
-        steady = [j for j in calm if not part[j:].any()] or calm
-        if steady and (what != "gain" or SHARES[steady[0]] > 0.0):  # without a gain is no loop
-            changes[what] = CalmingChange(what=what, share=MARGIN * float(SHARES[steady[0]]))
+    shaking, paces = simulated(loop, trials)
     own = float(paces[0])
-    if not shaking[0] or abs(own / loop.frequency - 1.0) > SAME:
-        return Explained(cause=None, own_frequency=own if shaking[0] else 0.0, changes=())
+    if not shaking[0]:
+        return Explained(cause=None, own_frequency=0.0, changes=())
     cause = cause_of([bool(one) for one in shaking])
+    if abs(own / loop.frequency - 1.0) > SAME:
+        cause = None
     head = "integral" if cause == "sticking" else cause
-    ordered = sorted(changes.values(), key=lambda change: change.what != head)
+    ordered = sorted(calming(loop), key=lambda change: change.what != head)
     return Explained(cause=cause, own_frequency=own, changes=tuple(ordered))
+
+
+def calming(loop: ShakingLoop) -> list[CalmingChange]:
+    """Find numbers that calm a loop, and all that tell the log nearly as well, when made less.
+
+    Where none calms them all, those count that calm the loop itself.
+    """
+    loops = [loop, *(replace(loop, numbers=numbers, others=()) for numbers in loop.others)]
+    trials = [tried(one, what, float(s)) for one in loops for what in LESSENED for s in SHARES]
+    bases = [one for one in loops for _ in range(len(LESSENED) * len(SHARES))]
+    shaking, _ = simulated(loop, trials, bases, QUIET)
+    tables = shaking.reshape(len(loops), len(LESSENED), len(SHARES))
+    for chosen in (tables, tables[:1]):
+        changes: list[CalmingChange] = []
+        for k, what in enumerate(LESSENED):
+            least = min(calm_share(one) for one in chosen[:, k])
+            possible = least >= 0.0 and (what != "gain" or least > 0.0)  # no loop without a gain
+            if what == "delay":
+                possible &= least * loop.number("delay") > 0.5 * loop.least_delay
+            if possible:
+                changes.append(CalmingChange(what=what, share=MARGIN * least))
+        if changes:
+            return changes
+    return []
+
+
+def calm_share(shakes: Mask) -> float:
+    """Return the greatest share below which a loop stays calm; -1 where none calms it."""
+    calm = [k for k in range(len(shakes)) if not shakes[k]]
+    steady = [k for k in calm if not shakes[k:].any()] or calm
+    return float(SHARES[steady[0]]) if steady else -1.0
 
 
 def cause_of(shakes: Sequence[bool]) -> str | None:
@@ -110,14 +140,24 @@ def cause_of(shakes: Sequence[bool]) -> str | None:
     return None
 
 
-def simulated(loop: ShakingLoop, trials: Sequence[Tried]) -> tuple[Mask, Array]:
-    """Tell which changed loops shake, and at what frequency [Hz], shape (N,) each."""
-    step, angles = run(loop, trials)
+def simulated(
+    loop: ShakingLoop,
+    trials: Sequence[Tried],
+    bases: Sequence[ShakingLoop] = (),
+    share: float = CALM,
+) -> tuple[Mask, Array]:
+    """Tell which changed loops shake, and at what frequency [Hz], shape (N,) each.
+
+    Args:
+        bases: What each trial changes; the loop unless given.
+        share: Of the amplitude that was seen, from which a loop shakes [1].
+    """
+    step, angles = run(loop, trials, bases)
     tail = angles[int((1.0 - TAIL) * len(angles)) :]
     middle = 0.5 * (tail.max(axis=0) + tail.min(axis=0))
     size = 0.5 * np.ptp(tail, axis=0)
     paces = np.array([crossings(column, step) for column in (tail - middle).T])
-    shakes = (size > CALM * loop.amplitude) & (paces > 0.0)
+    shakes = (size > share * loop.amplitude) & (paces > 0.0)
     return shakes, paces
 
 
@@ -139,9 +179,11 @@ def tried(loop: ShakingLoop, what: str, share: float) -> Tried:
     return {}, share, 1.0 if loop.feedback.outer else share
 
 
-def run(loop: ShakingLoop, trials: Sequence[Tried]) -> tuple[float, Array]:
+def run(
+    loop: ShakingLoop, trials: Sequence[Tried], bases: Sequence[ShakingLoop] = ()
+) -> tuple[float, Array]:
     """Return the step [s] and the angles of changed loops that begin beside their goal [rad]."""
-    numbers = np.tile(loop.numbers, (len(trials), 1))
+    numbers = np.array([one.numbers for one in bases or [loop] * len(trials)])
     gains = np.ones((len(trials), 2))
     for k, (changed, gain, integral) in enumerate(trials):
         for name, value in changed.items():

@@ -126,7 +126,8 @@ def cause_lines(told: ToldJoint) -> list[str]:
     if explained.cause is None:
         own = explained.own_frequency
         does = f"shakes at {own:.2f} Hz" if own else "is calm"
-        return [known, f"cause: I do not know; the loop that was identified {does} by itself"]
+        lines = [f"cause: I do not know; the loop that was identified {does} by itself", known]
+        return [*lines, *(f"try: {change_text(loop, change)}" for change in explained.changes)]
     words = {
         "gain": "the loop gain is too high",
         "delay": f"{1e3 * loop.number('delay'):.0f} ms of delay at this gain",

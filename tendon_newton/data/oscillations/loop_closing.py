@@ -28,6 +28,8 @@ TAIL = 2.0  # Spreads beyond which a row counts less
 OFTEN = 4  # Rows of one value, from which that is a limit
 CONTINUOUS = 0.2  # Share of values that come once, from which a command has no counts [1]
 CUT = 0.1  # Share of rows at a limit from which a command swings between limits [1]
+MOSTLY, FAR_APART = 0.5, 0.5
+"""Shares of rows, and of a command's range, from which two values are the ends of a switch [1]."""
 OPPOSED = 0.8  # Angle by which such a command may be off the reading's opposite [rad]
 ROUNDING = 1e-12  # [rad] of a command
 STRAIGHT = 0.03  # Of a command's usual bend, below which a row bends hardly [1]
@@ -93,6 +95,15 @@ def limit_rows(command: Array) -> Mask:
     return times[place] >= OFTEN
 
 
+def switching_rows(command: Array) -> Mask:
+    """Tell in which rows a command has one of two values far apart, if it mostly has, (T,)."""
+    values, place, times = np.unique(np.round(command, 12), return_inverse=True, return_counts=True)
+    first, second = np.argsort(times)[::-1][:2] if len(values) > 1 else (0, 0)
+    chosen: Mask = (place == first) | (place == second)
+    apart = abs(float(values[first] - values[second])) > FAR_APART * float(np.ptp(command))
+    return chosen & (apart and bool(np.mean(chosen) > MOSTLY))
+
+
 def cut_policy(log: Evenly, frequency: float, rows: Mask) -> AnsweringGains | None:
     """Return the gain of a command that swings between limits against the angle; None otherwise.
 
@@ -101,6 +112,7 @@ def cut_policy(log: Evenly, frequency: float, rows: Mask) -> AnsweringGains | No
         rows: Where it does, shape (T,).
     """
     limit = limit_rows(log.command)
+    limit[rows] |= switching_rows(log.command[rows])
     if np.mean(limit[rows]) < CUT:
         return None
     wanted, angle = (envelope(x, frequency, log.step)[rows] for x in (log.command, log.angle))

@@ -19,6 +19,8 @@ SEED = 20
 LONGEST = 1.5  # Step of the logarithm of a number
 ENOUGH = 0.999  # Of the square: a step that takes away less is the last [1]
 SIMPLER = 1.3  # By which each number that is left out may raise the square [1]
+NEARLY, MOST_OTHERS = 1.3, 5
+"""By how much a further servo's square may be greater [1], and how many are kept."""
 WITHOUT = (("sticking", "play"), ("sticking",), ("play",), ())
 """Numbers that are left out, the simplest servo first."""
 LOW, HIGH = np.log(LEAST), np.log(MOST)
@@ -30,6 +32,7 @@ class FittedServo:
 
     numbers: Array  # In the order of ``NAMES``, shape (9,)
     told: float  # Share of the angle's variance that it tells [1]
+    others: tuple[Array, ...]  # Numbers of further servos that tell it nearly as well
 
 
 def fit_servo(log: Evenly, frequency: float, *, outer: bool, stuck: bool = False) -> FittedServo:
@@ -73,8 +76,14 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool, stuck: bool = False
     ends, squares = walked(residuals, np.array(chosen), np.array(fixed, dtype=np.bool_))
     total = float(np.sum(wanted**2))
     allowed = squares * np.repeat([SIMPLER ** -len(without) for without in variants], STARTS)
-    at = int(np.argmin(allowed))
-    return FittedServo(numbers=np.exp(ends[at]), told=1.0 - float(squares[at]) / total)
+    order = np.argsort(allowed)
+    at = order[0]
+    near = [k for k in order[1 : MOST_OTHERS + 1] if allowed[k] < NEARLY * allowed[at]]
+    return FittedServo(
+        numbers=np.exp(ends[at]),
+        told=1.0 - float(squares[at]) / total,
+        others=tuple(np.exp(ends[k]) for k in near),
+    )
 
 
 def drawn_out(angle: Array, parts: int) -> Array:

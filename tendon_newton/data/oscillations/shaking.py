@@ -4,9 +4,11 @@ A line is a peak of the periodogram that exceeds the median of its surroundings 
 noise does so in one of :math:`2^{20}` places. A line shakes where its envelope does not fall below
 half of what it was for `STEADY` periods. Ringing with a damping ratio above 1.4 % falls below, and
 so does every motion of fewer periods. What the command does likewise is no shaking of the joint,
-unless the command answers the angle (`loop_closing`).
+unless the command answers the angle (`loop_closing`). Neither are counts, nor what readings that
+come half a row late or early make of a motion.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +23,9 @@ NEIGHBOURS = 40  # Places of the spectrum on either side that make the floor
 LEAST_PERIODS = 6.0  # Periods in a log below which a frequency is not looked at
 STEADY = 8.0  # Periods for which the envelope stays above half
 COUNTS = 2.0  # Amplitude in counts of the reading below which nothing shakes
+UNTIMED = 0.6  # Rows by which a reading may come beside its stamp [1]
+SMOOTHED = 2.0  # Periods over which the speed of a motion is taken
+DRIFTS = 0.25  # Share of a line's frequency by which its phase may turn beside it [1]
 CANDIDATES = 4  # Greatest places of a spectrum that are looked at
 APART = 0.1  # Share by which two lines differ at least [1]
 SHORTEST = 4.0  # Part of a log that is looked at alone [s]
@@ -35,6 +40,7 @@ class Evenly:
     step: float  # [s]
     command: Array  # [rad], shape (T,)
     angle: Array  # [rad], shape (T,)
+    count: float = 0.0  # Resolution of the angle before it was put there [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,21 +70,34 @@ def evenly(time: Array, command: Array, angle: Array) -> Evenly:
     step = float(np.median(np.diff(time)))
     grid: Array = time[0] + step * np.arange(int((time[-1] - time[0]) / step + 1e-6) + 1)
     held = np.maximum(np.searchsorted(time, grid + 1e-3 * step, side="right") - 1, 0)
-    return Evenly(step=step, command=command[held], angle=np.interp(grid, time, angle))
+    drawn = np.interp(grid, time, angle)
+    return Evenly(step=step, command=command[held], angle=drawn, count=resolution(angle))
 
 
 def find_shakings(log: Evenly) -> list[Shaking]:
     """Find lines of an angle that stay, the greatest first."""
     found: list[Shaking] = []
-    least = COUNTS * resolution(log.angle)
     for pace, above in candidates(log):
-        if any(abs(pace / one.frequency - 1.0) < APART for one in found):
-            continue
         around = envelope(log.angle, pace, log.step)
-        rows = steady_rows(np.abs(around), least, STEADY / (pace * log.step))
-        if rows.any():
-            found.append(line_of(log, around, rows, pace, above))
+        size = np.abs(around)
+        size[size < UNTIMED * log.step * speed_of(log, pace)] = 0.0
+        rows = steady_rows(size, COUNTS * log.count, STEADY / (pace * log.step))
+        line = line_of(log, around, rows, pace, above) if rows.any() else None
+        if line is not None and abs(line.frequency / pace - 1.0) < DRIFTS and is_new(line, found):
+            found.append(line)
     return sorted(found, key=lambda line: -line.amplitude)
+
+
+def is_new(line: Shaking, found: Sequence[Shaking]) -> bool:
+    """Tell whether a line's frequency is apart from those that were found."""
+    return all(abs(line.frequency / one.frequency - 1.0) >= APART for one in found)
+
+
+def speed_of(log: Evenly, pace: float) -> Array:
+    """Return how fast an angle moves beside a line [rad/s], shape (T,)."""
+    width = min(max(1, round(SMOOTHED / (pace * log.step))), len(log.angle) - 1)
+    padded = np.pad(log.angle, (width // 2, width - width // 2), mode="edge")
+    return np.abs(padded[width:] - padded[:-width]) / (width * log.step)
 
 
 def candidates(log: Evenly) -> list[tuple[float, float]]:
