@@ -272,6 +272,15 @@ def test_a_sag_that_goes_with_the_posture_is_no_play(tmp_path, rng) -> None:
     assert not [fault for fault in found.faults if "play" in fault.evidence]
 
 
+def test_a_spring_that_holds_a_joint_back_is_no_play(tmp_path) -> None:
+    """A servo that reaches 85 % of its goals sags late, as it moves."""
+    time = np.arange(ROWS) / RATE
+    goal = 0.5 * np.sin(2.0 * pi * 0.2 * time)
+    joint = np.stack([goal, servo(0.85 * goal, 0.03, 0.05, 0.0, 0.0)], 1)
+    (found,) = examine_dataset(write_arm(tmp_path / "arm", {"elbow": joint}, time)).joints
+    assert found.following.play < 0.3 * DEGREE
+
+
 def test_one_bad_episode_is_listed_and_the_others_examined(tmp_path, rng, capsys) -> None:
     """A clock that restarts makes one of three no recording; a cut one is told by its frames."""
     command = teleoperated(rng)

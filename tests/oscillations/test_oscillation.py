@@ -1,6 +1,7 @@
 """What shakes in a log, and by what: planted loops of a servo, in plain NumPy."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,10 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.files.text_file import write_text
-from tendon_newton.data.oscillations.causes import ShakingLoop, explain, simulated, tried
+from tendon_newton.data.oscillations.causes import ShakingLoop, calming, explain, simulated, tried
 from tendon_newton.data.oscillations.loop_closing import policy_of
 from tendon_newton.data.oscillations.servo_loop import NAMES, Feedback
-from tendon_newton.data.oscillations.shaking import Evenly, find_shakings
+from tendon_newton.data.oscillations.shaking import Evenly, evenly, find_shakings
 from tendon_newton.data.oscillations.told_loop import lines_of, tell_joint
 from tendon_newton.data.recording import Array
 
@@ -86,6 +87,55 @@ def test_what_follows_a_swinging_command_does_not_shake(rng: np.random.Generator
     assert not lines_of(log).lines
 
 
+@pytest.mark.parametrize("made", ["harmonic", "late readings", "counts", "another joint"])
+def test_what_is_made_of_a_commanded_motion_does_not_shake(
+    made: str, rng: np.random.Generator
+) -> None:
+    """A cut swing has harmonics, late rows jump with the speed, a count flickers, an arm loads."""
+    time: Array = ROW * np.arange(2000)
+    swing: Array = 0.5 * np.sin(2.0 * np.pi * 0.5 * time)
+    stays = np.zeros_like(time)
+    if made == "harmonic":
+        log = evenly(time, swing, np.clip(swing, -0.3, 0.3))
+        assert not lines_of(log).lines
+        assert lines_of(replace(log, command=stays)).lines
+    elif made == "late readings":
+        late = np.where(np.arange(len(time)) % 4 == 0, 0.5 * ROW, 0.0)
+        assert not lines_of(evenly(time, swing, np.interp(time - late, time, swing))).lines
+    elif made == "counts":
+        stamps = time + rng.uniform(0.0, 1e-3, len(time))
+        flickers = COUNT * (np.sin(2.0 * np.pi * 3.0 * time) > 0.0)
+        assert not lines_of(evenly(stamps, stays, flickers)).lines
+    else:
+        log = evenly(time, stays, 0.02 * np.sin(2.0 * np.pi * 1.0 * time + 0.3))
+        assert lines_of(log).lines
+        assert not lines_of(log, [swing]).lines
+
+
+def test_a_policy_that_only_switches_is_told(rng: np.random.Generator) -> None:
+    """A gain so high that the command is always at one of its limits."""
+    angle: Array = 0.1 * np.sin(2.0 * np.pi * 5.0 * 0.02 * np.arange(800))
+    command = 0.2 - 0.5 * np.sign(angle + rng.normal(0.0, 1e-6, 800))
+    assert lines_of(Evenly(step=0.02, command=command, angle=angle)).answers
+
+
+def test_a_change_calms_all_loops_that_tell_a_log_as_well() -> None:
+    """The shortest of their delays, and the least of their gains, is proposed."""
+    numbers = {"delay": 0.1, "pull": 500.0, "damping": 30.0, "limit": 1.0, "sticking": 1e-4,
+               "sliding": 0.5, "play": 1e-4, "fading": 3.0, "integral": 1e-3}  # fmt: skip
+    loop = ShakingLoop(
+        numbers=np.array([numbers[name] for name in NAMES]),
+        feedback=Feedback(outer=False, row=0.01),
+        frequency=1.9,
+        amplitude=0.1,
+    )
+    stronger = loop.numbers * np.where(np.array(NAMES) == "pull", 2.0, 1.0)
+    alone, both = (calming(replace(loop, others=others)) for others in ((), (stronger,)))
+    shares = [{one.what: one.share for one in changes} for changes in (alone, both)]
+    assert shares[1]["gain"] < 0.7 * shares[0]["gain"]
+    assert shares[1]["gain"] > 0.0
+
+
 def test_a_policy_is_found_by_what_no_earlier_reading_foretells(rng: np.random.Generator) -> None:
     """Its gains come back from readings and commands, whose goal jumps now and then."""
     goal = goals(rng)
@@ -121,6 +171,38 @@ def test_the_verb_says_so(
     assert main(["oscillation", str(tmp_path / "none.csv")]) == 2
     assert "commands" in capsys.readouterr().err
     assert main(["oscillation", str(tmp_path / "nowhere.csv")]) == 2
+
+
+def test_logs_of_others_are_read_by_what_is_looked_at(
+    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A mapping needs no speed, a current that is none stops nothing, a pause ends a part.
+
+    Without a mapping the message says that one is needed.
+    """
+    log = log_of(rng, gain=30.0, delay=0.006)
+    times = ROW * np.arange(len(log.angle)) + 7200.0 * (np.arange(len(log.angle)) >= 600)
+    rows = [
+        f"{t:.3f},{u:.9f},{y:.9f},65511"
+        for t, u, y in zip(times, log.command, log.angle, strict=True)
+    ]
+    write_text(tmp_path / "log.csv", "\n".join(["s,goal,angle,mA", *rows, ""]))
+    mapping = tmp_path / "mapping.toml"
+    write_text(
+        mapping,
+        'bench = "servo"\n[columns]\nt = {column = "s"}\ntheta_d = {column = "goal"}\n'
+        'theta = {column = "angle"}\ncurrent = {column = "mA", unit = "mA"}\n',
+    )
+    command = ["oscillation", str(tmp_path / "log.csv"), "--mapping", str(mapping)]
+    assert main([*command, "--json"]) == 1
+    (joint,) = json.loads(capsys.readouterr().out)["joints"]
+    assert joint["shakes"]["begin"] >= 7200.0
+    assert main(command[:2]) == 2
+    assert "--mapping" in capsys.readouterr().err
+    write_text(tmp_path / "log.json", "[]")
+    for name in ("log.json", "."):
+        assert main(["oscillation", str(tmp_path / name)]) == 2
+        assert "--mapping" in capsys.readouterr().err
 
 
 def write_log(path: Path, header: str, log: Evenly) -> None:

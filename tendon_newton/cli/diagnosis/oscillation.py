@@ -24,6 +24,7 @@ import tyro
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from tendon_newton.data.checks.finding import Finding
     from tendon_newton.data.oscillations.log_reading import ReadLog
     from tendon_newton.data.oscillations.log_told import JointOfLog
 
@@ -74,30 +75,40 @@ def main(config: Oscillation) -> None:
 
 def show(log: ReadLog, joints: Sequence[JointOfLog]) -> None:
     """Print what is wrong with the log, how its joints follow, and why they shake."""
-    from tendon_newton.cli.bench.examined_data import show_kinds, verdict
+    from tendon_newton.cli.bench.examined_data import show_kinds
+    from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
     from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS
     from tendon_newton.data.oscillations.log_told import shaking_lines, supply_text
 
     width = max(len("joint"), *(len(one.joint) for one in joints))
-    print(f"      {'joint':{width}}  {HEADINGS}  at limit")
+    print(f"       {'joint':{width}}  {HEADINGS}  at limit")
     for one in joints:
-        word = verdict(sound=one.told is None)
-        print(f"{word} {one.joint:{width}}  {one.followed.text}  {100.0 * one.at_limit:6.1f} %")
-    show_kinds(log.findings, width)
+        word, like = ("calm", "good") if one.told is None else ("shakes", "fix")
+        print(
+            f"{coloured(f'{word:6}', VERDICT_COLOURS[like])} {one.joint:{width}}  "
+            f"{one.followed.text}  {100.0 * one.at_limit:6.1f} %"
+        )
+        show_kinds(one.findings, width)
+    show_kinds(log.findings_of(None), width)
     if supply := supply_text(log.recordings):
         print(supply)
-    wrong = any(one.severity == "defect" for one in log.findings)
+    wrong = any(one.severity == "defect" for one in findings_beside(log, joints))
     for one in joints:
         print(*shaking_lines(one), sep="\n", end="\n" if one.told is not None else "")
     count = sum(one.told is not None for one in joints)
     print(f"{count or 'none'} of {len(joints)} joints shake{'; mend the log first' * wrong}")
 
 
+def findings_beside(log: ReadLog, joints: Sequence[JointOfLog]) -> list[Finding]:
+    """Return what was found in all columns, less what a shaking explains."""
+    return [*(one for joint in joints for one in joint.findings), *log.findings_of(None)]
+
+
 def table_of(log: ReadLog, joints: Sequence[JointOfLog]) -> dict[str, Any]:
     """Return everything for programs; angles in rad, times in s."""
     return {
         "schema": 1,
-        "findings": [asdict(one) for one in log.findings],
+        "findings": [asdict(one) for one in findings_beside(log, joints)],
         "joints": [joint_table(one) for one in joints],
     }
 
@@ -121,8 +132,8 @@ def joint_table(seen: JointOfLog) -> dict[str, Any]:
         "recording": seen.recording,
         "frequency": told.shaking.frequency,
         "amplitude": told.shaking.amplitude,
-        "first_row": told.shaking.first,
-        "last_row": told.shaking.last,
+        "begin": told.log.start + told.log.step * told.shaking.first,
+        "end": told.log.start + told.log.step * told.shaking.last,
         "above_floor": told.shaking.above_floor,
         "closed_by": "policy" if told.loop.feedback.outer else "servo",
         "policy": None if told.policy is None else asdict(told.policy),

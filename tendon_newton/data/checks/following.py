@@ -8,7 +8,7 @@ taken to go with the posture: what is a quadratic form of all commands is sag, a
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ ROUNDS = 12
 ENOUGH = 1.0 - 1e-4  # [1] of the square: a step that takes away less is the last
 ROWS_A_FORM = 20  # Rows that each direction of sag takes
 NEARLY = 0.01  # [1] of the motion: what follows so well carries no load worth a word
+SAG_ROUNDS = 2  # In which the posture is as late as the joint was found to be before
 SAGS = 0.25  # [1] of the square that is left without a load, below which one is there
 TOLD_APART = 1e-6  # [1] of the largest direction of sag, below which one is rounding
 
@@ -84,8 +85,11 @@ def follow(motions: Sequence[FollowedMotion]) -> Following:
     left = error(motions, used, none, best)
     positions = np.concatenate([motion.position for motion in motions])
     if left > (NEARLY * positions.std()) ** 2:
-        sag = sag_of(motions, used)
-        loaded = walked(motions, used, sag, [np.array([*best[:2], width]) for width in PLAYS])
+        sag, loaded = none, best
+        for _ in range(SAG_ROUNDS):
+            sag = sag_of(motions, used, loaded)
+            nearest = min([loaded, *starts], key=lambda numbers: error(motions, used, sag, numbers))
+            loaded = walked(motions, used, sag, [np.array([*nearest[:2], w]) for w in PLAYS])
         if (lower := error(motions, used, sag, loaded)) < SAGS * left:
             best, left = loaded, lower
     delay, lag, width = map(float, best)
@@ -127,13 +131,15 @@ def pooled(parts: Sequence[Array], used: Sequence[Mask]) -> Array:
     return np.concatenate([part - part.mean(axis=0) for part in chosen] or [np.zeros(1)])
 
 
-def sag_of(motions: Sequence[FollowedMotion], used: Sequence[Mask]) -> Array:
+def sag_of(motions: Sequence[FollowedMotion], used: Sequence[Mask], numbers: Array) -> Array:
     """Return directions in which a joint sags with the posture, orthonormal, shape (N, F).
 
-    Few rows tell of no sag.
+    The posture follows its commands late: what sagged with the commands themselves would seem to
+    have play. Few rows tell of no sag.
     """
     forms = [
-        np.zeros((len(m.time), 0)) if m.posture is None else forms_of(m.posture) for m in motions
+        np.zeros((len(m.time), 0)) if m.posture is None else forms_of(reached(m, numbers))
+        for m in motions
     ]
     rows = pooled(forms, used)
     if rows.ndim < 2 or rows.shape[1] == 0 or len(rows) < ROWS_A_FORM * rows.shape[1]:
@@ -143,6 +149,14 @@ def sag_of(motions: Sequence[FollowedMotion], used: Sequence[Mask]) -> Array:
         rows[:, size > 0.0] / size[size > 0.0], full_matrices=False
     )
     return directions[:, sizes > TOLD_APART * sizes.max(initial=0.0)]
+
+
+def reached(motion: FollowedMotion, numbers: Array) -> Array:
+    """Return the posture that commands lead to, late as the joint itself is [rad], (T, J)."""
+    assert motion.posture is not None
+    delay, lag, _ = numbers
+    each = [lagged(replace(motion, command=one), delay, lag) for one in motion.posture.T]
+    return np.stack(each, axis=1)
 
 
 def forms_of(posture: Array) -> Array:

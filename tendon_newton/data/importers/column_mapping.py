@@ -1,6 +1,6 @@
 """A mapping file: which column or topic of somebody's logs, in which unit, is which of ours."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,6 +12,7 @@ from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
 from tendon_newton.data.files.values import are_tables, are_words, is_table
 from tendon_newton.data.formats.mapped_column import (
+    DERIVED,
     TOPIC_FILE_KEYS,
     Columns,
     MappedColumn,
@@ -89,14 +90,23 @@ class ColumnMapping:
         return found
 
 
-def read_mapping(path: Path) -> ColumnMapping:
-    """Read and check a mapping file."""
+def read_mapping(path: Path, only: Sequence[str] = ()) -> ColumnMapping:
+    """Read and check a mapping file.
+
+    Args:
+        only: Columns that are read, with a speed that is derived; all that are mapped, and the
+            speed as the mapping says, by default.
+    """
     table = read_toml(path, InvalidMapping, "a mapping is a TOML file")
     refuse_unknown_keys(table, FILE_KEYS, str(path), InvalidMapping)
     for key in ("bench", "columns"):
         if key not in table:
             raise InvalidMapping(f"{path}: key {key!r} is missing; see docs/recordings_mapping.md")
     mapped = read_columns(path, table["columns"])
+    if only:
+        speed = read_columns(path, {"theta_dot": {"derive": DERIVED}})
+        kept = {n: c for n, c in mapped.items() if n.rstrip("_0123456789") in only}
+        mapped = {**kept, **speed}
     topics = read_topics(path, mapped, table.get("clock"))
     for key in ROW_KEYS if topics else ("clock",):
         if key in table:

@@ -29,6 +29,7 @@ DRIFTS = 0.25  # Share of a line's frequency by which its phase may turn beside 
 CANDIDATES = 4  # Greatest places of a spectrum that are looked at
 APART = 0.1  # Share by which two lines differ at least [1]
 SHORTEST = 4.0  # Part of a log that is looked at alone [s]
+PAUSE = 5.0  # Rows that a gap must be worth to end a part [1]
 STILL = 0.06  # Of the swing, within a tenth of a period [1]
 HIGHEST = 0.4  # Of the rows' rate [1]; above, a line may be an image
 
@@ -41,6 +42,7 @@ class Evenly:
     command: Array  # [rad], shape (T,)
     angle: Array  # [rad], shape (T,)
     count: float = 0.0  # Resolution of the angle before it was put there [rad]
+    start: float = 0.0  # Time of the first row [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +73,21 @@ def evenly(time: Array, command: Array, angle: Array) -> Evenly:
     grid: Array = time[0] + step * np.arange(int((time[-1] - time[0]) / step + 1e-6) + 1)
     held = np.maximum(np.searchsorted(time, grid + 1e-3 * step, side="right") - 1, 0)
     drawn = np.interp(grid, time, angle)
-    return Evenly(step=step, command=command[held], angle=drawn, count=resolution(angle))
+    return Evenly(
+        step=step,
+        command=command[held],
+        angle=drawn,
+        count=resolution(angle),
+        start=float(time[0]),
+    )
+
+
+def uninterrupted(time: Array) -> list[slice]:
+    """Return the parts of a log between pauses of its clock that are long enough to look at."""
+    steps = np.diff(time)
+    edges = np.flatnonzero(steps > PAUSE * np.median(steps)) + 1
+    parts = [slice(*ends) for ends in zip([0, *edges], [*edges, len(time)], strict=True)]
+    return [rows for rows in parts if time[rows][-1] - time[rows][0] > SHORTEST]
 
 
 def find_shakings(log: Evenly) -> list[Shaking]:

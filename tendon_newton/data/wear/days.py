@@ -8,19 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.checks.following import FollowedMotion
 from tendon_newton.data.checks.frozen_checks import frozen_rows
 from tendon_newton.data.importers.lerobot.joint_faults import MOTION_LIMIT
 from tendon_newton.data.importers.lerobot.lerobot_examination import motion_of
 from tendon_newton.data.oscillations.log_reading import ReadLog
-from tendon_newton.data.oscillations.shaking import Evenly, evenly
+from tendon_newton.data.oscillations.shaking import SHORTEST, Evenly, evenly, uninterrupted
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording
 
 DATE = re.compile(r"(?<!\d)(20\d\d)[-_]?([01]\d)[-_]?([0-3]\d)(?!\d)")
-LONGEST, SHORTEST = 15.0, 4.0  # Stretch that is fitted of a joint and day [s]
+LONGEST = 15.0  # Stretch that is fitted of a joint and day [s]
 STRETCHES = 3  # That make up the longest where each is short
-PAUSE = 5.0  # Rows that a gap must be worth to end a stretch [1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,31 +87,20 @@ def stretches_of(day: Day, place: int) -> list[Evenly]:
     found: list[tuple[float, Evenly]] = []
     for whole in day.recordings:
         motion = motion_of(whole, frozen_rows(whole), place)
-        for log in uninterrupted(motion):
+        for rows in uninterrupted(motion.time):
+            log = evenly(motion.time[rows], motion.command[rows], motion.position[rows])
             moved = np.r_[0.0, np.cumsum(np.abs(np.diff(log.command)))]
-            rows = min(round(LONGEST / log.step), len(moved) - 1)
-            first = int(np.argmax(moved[rows:] - moved[: len(moved) - rows]))
-            part = slice(first, first + rows)
+            count = min(round(LONGEST / log.step), len(moved) - 1)
+            first = int(np.argmax(moved[count:] - moved[: len(moved) - count]))
+            part = slice(first, first + count)
             if np.ptp(log.command[part]) > MOTION_LIMIT:
                 cut = Evenly(step=log.step, command=log.command[part], angle=log.angle[part])
-                found.append((float(moved[first + rows] - moved[first]), cut))
+                found.append((float(moved[first + count] - moved[first]), cut))
     chosen: list[Evenly] = []
     for _, log in sorted(found, key=lambda one: -one[0])[:STRETCHES]:
         if sum(len(one.angle) * one.step for one in chosen) < LONGEST - SHORTEST:
             chosen.append(log)
     return chosen
-
-
-def uninterrupted(motion: FollowedMotion) -> list[Evenly]:
-    """Return the parts of a motion between pauses of its clock, on even grids."""
-    steps = np.diff(motion.time)
-    edges = np.flatnonzero(steps > PAUSE * np.median(steps)) + 1
-    parts = [slice(*ends) for ends in zip([0, *edges], [*edges, len(motion.time)], strict=True)]
-    return [
-        evenly(motion.time[rows], motion.command[rows], motion.position[rows])
-        for rows in parts
-        if motion.time[rows][-1] - motion.time[rows][0] > SHORTEST
-    ]
 
 
 def joint_names(logs: Mapping[str, ReadLog]) -> Sequence[str]:

@@ -159,7 +159,7 @@ def fails(finding: Finding) -> bool:
 
 
 def motion_of(whole: Recording, frozen: Mask, place: int) -> FollowedMotion:
-    """Return one joint of an episode, without the rows in which it was not read.
+    """Return one joint of an episode, without the rows in which it was not read or had no torque.
 
     Args:
         frozen: Rows in which each angle is frozen, shape (T, J).
@@ -173,7 +173,7 @@ def motion_of(whole: Recording, frozen: Mask, place: int) -> FollowedMotion:
         command=whole.command[:, place],
         position=np.interp(whole.time, time, read),
         posture=whole.command,
-        read=~bad,
+        read=~bad & whole.enabled,
     )
 
 
