@@ -166,8 +166,12 @@ def test_the_verb_says_so(
     assert joint["shakes"]["frequency"] == pytest.approx(11.0, rel=0.1)
     assert joint["shakes"]["closed_by"] == "servo"
     assert picture.is_file()
-    assert main(["oscillation", str(tmp_path / "sound.csv")]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "none of 1 joints shake"
+    sound = ["oscillation", str(tmp_path / "sound.csv"), "--picture", str(picture)]
+    assert main(sound) == 0
+    assert capsys.readouterr().out.splitlines()[-2:] == [
+        "none of 1 joints shake",
+        "picture: none, since no joint shakes",
+    ]
     assert main(["oscillation", str(tmp_path / "none.csv")]) == 2
     assert "commands" in capsys.readouterr().err
     assert main(["oscillation", str(tmp_path / "nowhere.csv")]) == 2

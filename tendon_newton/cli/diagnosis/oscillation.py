@@ -2,10 +2,17 @@
 
 LOG has commands and measured angles; nothing need be known of the bench. A LeRobotDataset (folder
 or id of Hugging Face's Hub), a dataset or log of ours (.csv, .mcap, a ROS 2 bag) are read as they
-are; any other with --mapping (`bench = "servo"` states no bench). The log is looked at by the
-checks that import, doctor and diagnose share. A table says how each joint follows.
-Of a joint that shakes the loop is identified and asked what would calm it: less gain, delay, play,
-or no integral under sticking. The exit code is 0 where all is calm, and 1 where a joint shakes.
+are. Any other is read with --mapping, a file of five lines that names its columns:
+
+    bench = "servo"
+    [columns]
+    t = {column = "time_s"}
+    theta_d = {column = "goal_deg", unit = "deg"}
+    theta = {column = "pos_deg", unit = "deg"}
+
+First a table says how each joint follows its command, with what is wrong with the log. Of a joint
+that shakes the loop is identified and asked what would calm it: less gain, delay, play, or no
+integral under sticking. The exit code is 0 where all is calm, and 1 where a joint shakes.
 
     tendon-newton oscillation run.csv
     tendon-newton oscillation lerobot/svla_so101_pickplace --json
@@ -65,10 +72,10 @@ def main(config: Oscillation) -> None:
         print(json.dumps(table_of(log, joints), indent=1))
     else:
         show(log, joints)
-    if config.picture is not None:
+    if config.picture is not None and shaking:
         draw_loops(shaking, config.picture)
-        if not config.json:
-            print(f"picture: {config.picture}")
+    if config.picture is not None and not config.json:
+        print(f"picture: {config.picture if shaking else 'none, since no joint shakes'}")
     if shaking:
         raise SystemExit(EXIT_SHAKES)
 
