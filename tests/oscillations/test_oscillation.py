@@ -92,9 +92,9 @@ def test_what_is_made_of_a_commanded_motion_does_not_shake(
     made: str, rng: np.random.Generator
 ) -> None:
     """A cut swing has harmonics, late rows jump with the speed, a count flickers, an arm loads."""
-    time: Array = ROW * np.arange(2000)
+    time = ROW * np.arange(2000, dtype=np.float64)
     swing: Array = 0.5 * np.sin(2.0 * np.pi * 0.5 * time)
-    stays = np.zeros_like(time)
+    stays: Array = np.zeros(2000)
     if made == "harmonic":
         log = evenly(time, swing, np.clip(swing, -0.3, 0.3))
         assert not lines_of(log).lines
@@ -104,7 +104,7 @@ def test_what_is_made_of_a_commanded_motion_does_not_shake(
         assert not lines_of(evenly(time, swing, np.interp(time - late, time, swing))).lines
     elif made == "counts":
         stamps = time + rng.uniform(0.0, 1e-3, len(time))
-        flickers = COUNT * (np.sin(2.0 * np.pi * 3.0 * time) > 0.0)
+        flickers: Array = COUNT * (np.sin(2.0 * np.pi * 3.0 * time) > 0.0)
         assert not lines_of(evenly(stamps, stays, flickers)).lines
     else:
         log = evenly(time, stays, 0.02 * np.sin(2.0 * np.pi * 1.0 * time + 0.3))

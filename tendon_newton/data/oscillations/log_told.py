@@ -58,8 +58,10 @@ def tell_joint_of(
     limits = 0
     for whole in wholes:
         assert whole.command is not None
-        since, read = whole.time - whole.time[0], ~unread_angles(whole, place)
-        angle: Array = np.interp(since, since[read], whole.motor_position[read, place])
+        since: Array = whole.time - whole.time[0]
+        read = ~unread_angles(whole, place)
+        known: Array = whole.motor_position[read, place]
+        angle = np.interp(since, since[read], known)
         shaken: list[Lines] = []
         for rows in uninterrupted(since):
             commands = [
