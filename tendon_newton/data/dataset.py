@@ -164,7 +164,7 @@ def load_dataset(
         raise InvalidDataset(
             f'{where}: some recording must have split = "test", to report errors on data that '
             f'no fit has seen; all {counts["train"]} have split = "train": '
-            'give at least one whole recording split = "test"'
+            'give at least one whole recording split = "test", or diagnose with --hold-out 0.3'
         )
     begun = stamps(path, entries)
     processes = process_count([path / entry.file for entry in entries], jobs)

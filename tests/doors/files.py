@@ -59,6 +59,28 @@ def halved(folder: Path, runs: list[Columns]) -> list[str]:
     return words
 
 
+def stated(folder: Path, runs: list[Columns], **changes: object) -> list[str]:
+    """State something else of a LeRobotDataset: at its top, or of its actions."""
+    words = lerobot(folder, runs)
+    path = folder / "arm" / "meta" / "info.json"
+    info = json.loads(path.read_text())
+    info["features"]["action"] |= {key: x for key, x in changes.items() if key == "names"}
+    path.write_text(json.dumps(info | {key: x for key, x in changes.items() if key == "fps"}))
+    return words
+
+
+def emptied(folder: Path, runs: list[Columns]) -> list[str]:
+    """Lose all rows of a LeRobotDataset."""
+    return lerobot(folder, [{name: values[:0] for name, values in run.items()} for run in runs])
+
+
+def summed(folder: Path, runs: list[Columns]) -> list[str]:
+    """Let a summary of a program lie beside the logs."""
+    words = csv_logs()(folder, runs)
+    (folder / "logs" / "summary.csv").write_text("run,error\n1,0.2\n2,0.3\n")
+    return words
+
+
 def pulled(run: Columns) -> None:
     """Give the finger a tension as a servo of 4.2 N/rad pulls."""
     run["force"] = 2.0 + 4.2 * (run["goal"] - run["q"])
@@ -115,5 +137,11 @@ FILES: tuple[Mistake, ...] = (
     of_bench("a negative gain", "must be between", pulled,
         lambda text: text + '[model]\nkind = "ideal"\ngain = -4.2\nspool_radius = 0.0125\n'),
     of_bench("a bench's name", "did you mean 'finger'?", pulled, edit('"finger"', '"fingr"')),
+    Mistake(name="a rate that is not the stamps'", said="correct timestamp or fps",
+        doors={LEROBOT: partial(stated, fps=30)}),
+    Mistake(name="one name for two joints", said="in the order of the row",
+        doors={LEROBOT: partial(stated, names=["pan.pos"])}),
+    Mistake(name="a dataset without rows", said="this file has none", doors={LEROBOT: emptied}),
+    Mistake(name="a summary beside the logs", said="takes some files alone", doors={CSV: summed}),
     Mistake(name="half of an episode", said="files of rows are missing", doors={LEROBOT: halved}),
 )  # fmt: skip

@@ -61,8 +61,7 @@ REPORTS: dict[str, tuple[str, ...]] = {
         "diagnosis/test_richer_actuator.py::test_numbers_that_nobody_stated_well_are_fitted",
     ),
     "detents of a gear": (
-        "diagnosis/test_structure.py"
-        "::test_cogging_is_seen_where_it_sits_and_written_as_a_sine",
+        "diagnosis/test_structure.py::test_cogging_is_seen_where_it_sits",
     ),
     "an ONNX file against its policy": (
         "train/policy/test_learned_policy.py"

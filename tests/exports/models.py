@@ -30,6 +30,7 @@ PWM = {
 }
 LEARNED = {"file": str(NETWORK), "spool_radius": 0.0125}
 SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
+SHAFTS = ("pendulum", "servo")
 TYPICAL: dict[str, dict[str, float]] = {
     "command_delay": {"delay": 0.03},
     "command_rate_limit": {"limit": 3.0},
@@ -88,9 +89,9 @@ SERVOS = [name for name in KINDS if name != "learned"]
 def model_of(bench: str, actuator: str, *effects: str) -> Model:
     """Return a model of a bench with some effects at their typical numbers."""
     values: dict[str, Any] = dict(ACTUATORS[actuator])
-    if bench == "pendulum" and actuator == "pwm_servo":
+    if bench in SHAFTS and actuator == "pwm_servo":
         values = dict(SHAFT)
-    elif bench == "pendulum":
+    elif bench in SHAFTS:
         values["spool_radius"] = 1.0
     return Model(
         actuator=NamedValues(name=actuator, values=values),

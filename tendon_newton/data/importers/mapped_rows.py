@@ -275,7 +275,11 @@ def number_of(
             bare = all(number_in(key) is not None for key in row)
             raise InvalidRecording(
                 f"{path}: no column named {shown(column.source)}; there are {listed(map(str, row))}"
-                + ": a file without a header has its columns' names in header = [...]" * bare
+                + (
+                    ": a file without a header has its columns' names in header = [...]"
+                    if bare
+                    else ' (files = "run_*.csv" in the mapping takes some files alone)'
+                )
             )
     if is_missing(found):
         return None

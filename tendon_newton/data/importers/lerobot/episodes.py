@@ -15,6 +15,7 @@ from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed
 
 LEAST_ALIKE = 3  # Episodes of one length from which that is the length of all
 LEAST_ROWS = 2
+RATE_NEAR = 1.2  # [1] by which the rate of stamps may miss what was asked for
 MISSING_SHARE = 0.2  # Share of its rows from which an episode is told to be cut [1]
 
 
@@ -126,6 +127,17 @@ def incomplete(info: LeRobotInfo, rows: LeRobotRows) -> Iterator[Finding]:
             f"{len(numbers)} episodes with {len(rows.time)} rows ({listed_numbers(numbers)}), and "
             f"meta/info.json says {promised}",
             "files of rows are missing: download or record the dataset anew",
+        )
+
+
+def misstated_rate(info: LeRobotInfo, rows: LeRobotRows) -> Iterator[Finding]:
+    """Say that stamps come at another rate than the dataset states."""
+    within = np.diff(rows.time)[np.diff(rows.episode) == 0]
+    step = float(np.median(within)) if within.size else 0.0
+    if step > 0.0 and not 1.0 / RATE_NEAR < step * info.rate < RATE_NEAR:
+        yield Examined("all", "t").defect(
+            f"stamps come at {1.0 / step:.3g} Hz, and meta/info.json says fps = {info.rate:g}",
+            "delays and speeds are wrong by as much if the stamps are: correct timestamp or fps",
         )
 
 

@@ -108,6 +108,12 @@ def names_of(path: Path, features: dict[str, Any], key: str) -> list[str]:
         names = [f"joint_{place}" for place in range(length_of(path, feature, key))]
     if not are_words(names):
         raise InvalidRecording(f"{path}: names of {key} must be a list; they are {shown(names)}")
+    shape = feature.get("shape")
+    if is_list(shape) and len(shape) == 1 and shape[0] != len(names):
+        raise InvalidRecording(
+            f"{path}: {key} has {shown(shape[0])} numbers a row and names {len(names)} of them: "
+            "name each, in the order of the row"
+        )
     plain = [re.sub(r"[^\w-]", "_", name.removesuffix(SUFFIX)) for name in names]
     if not 0 < len(plain) <= JOINT_LIMIT or len(set(plain)) < len(plain) or "" in plain:
         raise InvalidRecording(

@@ -142,7 +142,9 @@ def lists_of(path: Path, table: Any, key: str) -> Array:
     column = table.column(key).combine_chunks()
     values = np.asarray(column.flatten().to_numpy(zero_copy_only=False), dtype=np.float64)
     rows = len(column)
-    if column.null_count or not rows or values.size % rows:
+    if not rows:
+        raise InvalidRecording(f"{path}: a LeRobotDataset has rows; this file has none")
+    if column.null_count or values.size % rows:
         raise InvalidRecording(f"{path}: {key} must be a list of as many numbers in every row")
     width = values.size // rows
     lengths = np.unique(np.diff(column.offsets.to_numpy())) if hasattr(column, "offsets") else ()

@@ -11,7 +11,12 @@ from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.importers.imported import Imported, ImportedLog
-from tendon_newton.data.importers.lerobot.episodes import Episode, incomplete, read_episodes
+from tendon_newton.data.importers.lerobot.episodes import (
+    Episode,
+    incomplete,
+    misstated_rate,
+    read_episodes,
+)
 from tendon_newton.data.importers.lerobot.info import (
     COMMAND,
     INFO,
@@ -155,6 +160,7 @@ def episode_findings(
         yield Examined("all", "t").defect(
             f"episode {number}: {why}", "this episode is left out: record it anew"
         )
+    yield from misstated_rate(info, rows)
     for finding in incomplete(info, rows):
         yield replace(finding, recording="all", evidence=f"{finding.recording}: {finding.evidence}")
 
