@@ -218,5 +218,6 @@ def test_a_mistake_is_told_in_one_line_with_the_mend(
     assert main(shlex.split(mistake.words)) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert [words for words in mistake.said if words not in line] == []
-    proposed(line)
+    for words in proposed(line):
+        assert main(words) == 0
     assert not [path for path in folder.rglob("new/*") if path.is_file()]
