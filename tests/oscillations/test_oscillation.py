@@ -104,7 +104,7 @@ def test_what_is_made_of_a_commanded_motion_does_not_shake(
         assert not lines_of(evenly(time, swing, np.interp(time - late, time, swing))).lines
     elif made == "counts":
         stamps = time + rng.uniform(0.0, 1e-3, len(time))
-        flickers: Array = COUNT * (np.sin(2.0 * np.pi * 3.0 * time) > 0.0)
+        flickers = np.where(np.sin(2.0 * np.pi * 3.0 * time) > 0.0, COUNT, 0.0)
         assert not lines_of(evenly(stamps, stays, flickers)).lines
     else:
         log = evenly(time, stays, 0.02 * np.sin(2.0 * np.pi * 1.0 * time + 0.3))
