@@ -8,6 +8,7 @@ Each holds a command until the next one, and gives the motor angles [rad] in eve
 
 import contextlib
 import io
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,10 +115,11 @@ def newton_loop(
     """
     builder = newton.ModelBuilder()
     SolverMuJoCo.register_custom_attributes(builder)
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a chain of one link, which is no articulation
         builder.add_usd(str(path))
-    built: Any = builder.finalize(device="cpu")
-    solver = SolverMuJoCo(built, disable_contacts=True, use_mujoco_cpu=True)
+        built: Any = builder.finalize(device="cpu")
+        solver = SolverMuJoCo(built, disable_contacts=True, use_mujoco_cpu=True)
     states: list[Any] = [built.state(), built.state()]
     kept = [[a.state(), a.state()] for a in built.actuators]
     control: Any = built.control()

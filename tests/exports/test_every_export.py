@@ -141,7 +141,6 @@ def test_what_turns_a_shaft_is_told_as_a_torque(bench: str, unit: str) -> None:
     assert f"| 0.0000 {unit} |" in departure(mechanism, [run], [run]).text
 
 
-@pytest.mark.filterwarnings("ignore:SolverMuJoCo is converting")  # a chain of one link
 @pytest.mark.parametrize(
     ("target", "bench", "servo", "waves"),
     [
