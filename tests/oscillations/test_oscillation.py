@@ -166,6 +166,8 @@ def test_the_verb_says_so(
     assert joint["shakes"]["frequency"] == pytest.approx(11.0, rel=0.1)
     assert joint["shakes"]["closed_by"] == "servo"
     assert picture.is_file()
+    assert main(["oscillation", shaking]) == 1
+    assert "they are rough" in capsys.readouterr().out
     sound = ["oscillation", str(tmp_path / "sound.csv"), "--picture", str(picture)]
     assert main(sound) == 0
     assert capsys.readouterr().out.splitlines()[-2:] == [

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from tendon_newton.data.oscillations.log_told import JointOfLog
 
 EXIT_SHAKES = 1
+ROUGH = 0.15  # Share of its motion that a joint's numbers leave, above which they are rough [1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +96,13 @@ def show(log: ReadLog, joints: Sequence[JointOfLog]) -> None:
             f"{coloured(f'{word:6}', VERDICT_COLOURS[like])} {one.joint:{width}}  "
             f"{one.followed.text}  {100.0 * one.at_limit:6.1f} %"
         )
+        following = one.followed.following
+        if following is not None and following.residual > ROUGH * following.motion:
+            print(
+                f"      {'':{width}}  -> delay, lag and play leave {following.residual:.2f} of "
+                f"{following.motion:.2f} rad RMS: they are rough; "
+                "a load, a limit or a shaking moves it too"
+            )
         show_kinds(one.findings, width)
     show_kinds(log.findings_of(None), width)
     if supply := supply_text(log.recordings):
