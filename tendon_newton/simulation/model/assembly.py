@@ -210,9 +210,9 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     A tape may walk its kernels back.
     """
     types = kernel_types(structure)
-    # without paths and bodies kernels are inlined: references cost a finger 5 to 15 % on an H200
-    long = is_long(structure) or bool(structure.routes.spans)
-    specialiser = Specialiser(types, references=long and not taped)
+    # What is called would copy a world. Other kernels are inlined: there references cost a finger
+    # 5 to 15 % on an H200.
+    specialiser = Specialiser(types, references=calls_parts(structure) and not taped)
     specialiser.bind(placeholders.TAPED, taped)
     specialiser.bind(placeholders.SKIPS, bool(structure.effects) and not taped)
     if structure.coordinate_count > UNROLLED_JOINTS:
@@ -252,11 +252,17 @@ def is_long(structure: Structure) -> bool:
     return touch.moves or (bool(touch.pairs) and structure.coordinate_count > COPIED_COORDINATES)
 
 
+def calls_parts(structure: Structure) -> bool:
+    """Tell whether kernels call what they do seldom: with long parts, routes or many effects."""
+    many = len(structure.effects) > MANY_EFFECTS
+    return many or is_long(structure) or bool(structure.routes.spans)
+
+
 def call_parts(specialiser: Specialiser, structure: Structure) -> None:
     """Choose what kernels without an adjoint call, and what is copied to where it is used."""
-    long, routed = is_long(structure), bool(structure.routes.spans)
+    long = is_long(structure)
     called = LONG_PARTS if long else ()
-    if long or routed or len(structure.effects) > MANY_EFFECTS:
+    if calls_parts(structure):
         called += RARE_PARTS
     for part in called:
         specialiser.function(part, inline=False)
