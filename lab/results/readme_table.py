@@ -59,12 +59,18 @@ def servo(name: str) -> Callable[[Records], Row]:
 
 
 def stairs(kept: Records) -> Row:
-    """Return what policies of diagnoses miss on their units, and those of the data sheet."""
-    errors = kept["diagnosed_policies"].figures["tip_error_mm"]
-    own, sheet = (
-        about([mean(seeds) for seeds in errors[arm].values()]) for arm in ("diagnosed", "ranges")
+    """Return what policies of diagnoses miss on their units, those of others, and one for all."""
+    figures = kept["paper_policies"].figures
+    units = {
+        arm: [mean(seeds.values()) for seeds in figures["tip_error_mm"][arm].values()]
+        for arm in ("diagnosed", "network", "ideal", "packaged")
+    }
+    network, ideal, packaged = (mean(units[arm]) for arm in ("network", "ideal", "packaged"))
+    return (
+        f"{about(units['diagnosed'])} mm",
+        f"Transformer {network:.1f}, ideal {ideal:.1f}",
+        f"one policy {packaged:.1f}",
     )
-    return f"{own} mm", f"policies of data sheets: {sheet}", ""
 
 
 def ball(kept: Records) -> Row:
@@ -97,8 +103,8 @@ README: dict[str, tuple[str, Callable[[Records], Row]]] = {
         ("comparison", servo("xl330")),
     "[Real SO-101 arm](docs/lab/so101.md): held-out RMS error, six joints":
         ("comparison", servo("so101")),
-    "[Ten virtual fingers on stairs](docs/lab/policies.md#from-a-diagnosis): tip error":
-        ("diagnosed_policies", stairs),
+    "[Ten virtual fingers on stairs](docs/lab/policies.md#the-papers-experiment): tip error":
+        ("paper_policies", stairs),
     "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), asked for 30, 60, 90 rad/min":
         ("turning_hands", ball),
     "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`":

@@ -1,7 +1,7 @@
 """The tables of README and docs that show results, each made from its records."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from statistics import mean
+from statistics import mean, median
 from typing import Any
 
 from scipy.stats import ttest_rel
@@ -77,20 +77,112 @@ TRAINED_ON = {
     "nominal": "data sheet, nothing drawn",
 }
 """Words for what policies were trained on."""
+AS_THE_PAPER = {
+    "ideal": "the paper's ideal source, default ranges",
+    "network": "the Transformer of 36 minutes of its bench",
+    "network of the next unit": "the Transformer of another bench",
+    "diagnosed": "the diagnosis of a minute of its bench",
+    "diagnosed of the next unit": "the diagnosis of another bench",
+    "truth": "the plant's causes, tuned on its runs",
+    "ranges": "data sheet, default ranges",
+    "packaged": "the packaged policy, one for all",
+}
+"""The same in the paper's experiment."""
+IN_THE_PAPER = {
+    "ideal": ("ideal source, 4.2 N/rad, tip RMSE", 24.0),
+    "network": ("Transformer, tip RMSE", 12.0),
+    "diagnosed": ("diagnosed physical model, tip RMSE", None),
+}
+"""Words for what the paper measured of policies, and its figures [mm]."""
+WORN = {
+    "its policy, before the wear": "its policy, before it wore",
+    "its policy, nothing done": "its policy, nothing done",
+    "refreshed, if better": "refreshed; its old one where that is better",
+    "trained anew": "trained anew on a new diagnosis",
+    "data sheet": "trained on the data sheet",
+    "packaged": "the packaged policy, one for all",
+}
+"""Words for what drives a worn bench."""
+NOTHING = "its policy, nothing done"
+
+
+def units_of(errors: Mapping[str, Any]) -> dict[str, float]:
+    """Return each unit's mean over its seeds."""
+    return {
+        unit: mean(own.values() if isinstance(own, Mapping) else own)
+        for unit, own in sorted(errors.items())
+    }
+
+
+def beside(own: Mapping[str, float], other: Mapping[str, float]) -> str:
+    """Return the share of errors in others, with the p of a test that is paired by unit."""
+    both = sorted(own.keys() & other.keys())
+    one, two = ([errors[unit] for unit in both] for errors in (own, other))
+    return "1.00" if one == two else f"{sum(one) / sum(two):.2f} ({ttest_rel(one, two)[1]:.1g})"
+
+
+def policies(figures: Any, words: Mapping[str, str], first: str) -> str:
+    """Return what policies miss on units, by what they were trained on, beside a first row."""
+    rows = []
+    for arm in [arm for arm in words if arm in figures["tip_error_mm"]]:
+        climbs = sum(len(own) for own in figures["tip_error_mm"][arm].values())
+        cells: list[Any] = [words[arm], climbs]
+        for errors in (figures["tip_error_mm"], figures["settled_error_mm"]):
+            own, other = units_of(errors[arm]), units_of(errors[first])
+            cells += [about([*own.values()]), "" if arm == first else beside(own, other)]
+        rows.append(cells)
+    heads = ("policy trained on", "climbs", "tip error [mm]: mean of units (range)")
+    return table((*heads, "share (p, paired)", "at the end of a stair [mm]", "share (p)"), rows)
 
 
 def diagnosed(kept: Records) -> str:
     """Return what policies miss on units, by what they were trained on."""
-    figures, rows = kept["diagnosed_policies"].figures, []
-    for arm, words in TRAINED_ON.items():
-        cells: list[str] = []
-        for errors in (figures["tip_error_mm"], figures["settled_error_mm"]):
-            own, sheet = ([mean(u) for u in errors[each].values()] for each in (arm, "ranges"))
-            told = f"{sum(own) / sum(sheet):.2f} ({ttest_rel(own, sheet)[1]:.1g})"
-            cells += [about(own), "" if arm == "ranges" else told]
-        rows.append((words, *cells))
-    heads = ("policy trained on", "tip error [mm]: mean of units (range)", "share (p, paired)")
-    return table((*heads, "at the end of a stair [mm]", "share (p)"), rows)
+    return policies(kept["diagnosed_policies"].figures, TRAINED_ON, "ranges")
+
+
+def as_the_paper(kept: Records) -> str:
+    """Return the same of the paper's experiment, with what a finger misses that stands still."""
+    figures = kept["paper_policies"].figures
+    rows = policies(figures, AS_THE_PAPER, "ideal")
+    still = f"{figures['still_mm']:.1f}"
+    failed = sum(row["failed"] for row in figures["arms"].values())
+    climbs = sum(row["climbs"] for row in figures["arms"].values())
+    return (
+        f"{rows}\n| none: the finger stands still where that is best | | {still} | | | |\n\n"
+        f"No nearer than a finger that stands still: {failed} of {climbs} climbs."
+    )
+
+
+def worn(kept: Records) -> str:
+    """Return what policies miss on worn benches, by the kind of wear."""
+    figures, rows = kept["worn_benches"].figures, []
+    for arm, words in WORN.items():
+        cells = [words]
+        for state in ("friction", "spool"):
+            own, nothing = (
+                {b: e for b, e in figures["tip_error_mm"][each].items() if b.endswith(state)}
+                for each in (arm, NOTHING)
+            )
+            cells += [about([*own.values()]), str(len(own))]
+            cells.append("" if own == nothing else beside(own, nothing))
+        rows.append(cells)
+    still = f"{figures['still_mm']:.1f}"
+    rows.append(("none: the finger stands still", still, "", "", still, "", ""))
+    noticed = figures["noticed"]
+    told = [
+        f"{words}: {sum(noticed[b]['verdict'] != 'no_drift' for b in own)} of {len(own)}"
+        for words, state in (("dry gear", "friction"), ("slipped spool", "spool"), ("none", "new"))
+        if (own := [b for b in noticed if b.endswith(state)])
+    ]
+    share = "share of nothing done (p)"
+    heads = (
+        "policy on the worn bench",
+        "gear has run dry: tip error [mm] (range)",
+        "benches",
+        share,
+    )
+    lines = table((*heads, "spool has slipped [mm]", "benches", share), rows)
+    return f"{lines}\n\nWear that was noticed, by its kind: {'; '.join(told)}."
 
 
 def mechanics(record: Record, worlds: Sequence[int]) -> str:
@@ -248,7 +340,7 @@ def kind_of(row: Mapping[str, Any]) -> str:
 
 def paper(kept: Records) -> str:
     """Return our figures beside the paper's, of each kind of experiment in which it states one."""
-    found = [*kept["paper"].figures, *kept["paper_policies"].figures]
+    found = kept["paper"].figures
     stated = {kind_of(row) for row in found if row["paper"] is not None}
     rows = []
     for row in found:
@@ -258,6 +350,11 @@ def paper(kept: Records) -> str:
         spread = f" ({row['low']:.3g} to {row['high']:.3g})" if row["count"] > 1 else ""
         ours = f"{row['ours']:.3g} {row['unit']}{spread}"
         rows.append((row["experiment"], row["measure"], theirs, ours, row["count"]))
+    for arm, (words, stated_mm) in IN_THE_PAPER.items():
+        own = [*units_of(kept["paper_policies"].figures["tip_error_mm"][arm]).values()]
+        theirs = "" if stated_mm is None else f"{stated_mm:g} mm"
+        ours = f"{median(own):.3g} mm ({min(own):.3g} to {max(own):.3g})"
+        rows.append(("policy on the stairs", words, theirs, ours, len(own)))
     return table(("experiment", "measured", "paper", "ours: median (range)", "benches"), rows)
 
 
@@ -276,6 +373,8 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "turning": ("docs/policies.md", turning),
     "rates": ("docs/policies.md", heeded),
     "diagnosed policies": ("docs/lab/policies.md", diagnosed),
+    "paper's policies": ("docs/lab/policies.md", as_the_paper),
+    "worn benches": ("docs/lab/policies.md", worn),
     "mechanics on a GPU": (
         "docs/speed.md",
         lambda kept: mechanics(kept["gpu"], (1024, 16384, 65536)),

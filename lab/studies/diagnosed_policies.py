@@ -391,13 +391,19 @@ def write_table(study: Study) -> None:
     lines += [f"| a finger that stands still | | | {still:.1f} | | | |", ""]
     failed = failures(study.out)
     kept = {
-        "command": " ".join(["python -m lab.studies.diagnosed_policies", *sys.argv[1:]]),
+        "command": command_of(study.out),
         "commit": git_commit(), "units": list(study.units), "still_mm": still, "failed": failed,
         "steps": study.recipe.iterations * study.recipe.steps * study.recipe.environment.worlds,
         "arms": rows, "tip_error_mm": errors, "settled_error_mm": settled,
     }  # fmt: skip
     write_json(study.out / "table.json", kept)
     (study.out / "table.md").write_text("\n".join([*lines, *failed]) + "\n")
+
+
+def command_of(out: Path) -> str:
+    """Return the command that runs, with DIR for its folder."""
+    words = [f"python -m lab.studies.{Path(sys.argv[0]).stem}", *sys.argv[1:]]
+    return " ".join(words).replace(str(out), "DIR")
 
 
 def row_of(arm: str, errors: Errors, first: str, still: float) -> dict[str, float]:

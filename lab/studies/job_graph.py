@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
+from subprocess import CalledProcessError
 from typing import Any
 
 from tendon_newton.scheduler import JobOptions, core_count, open_executor
@@ -70,6 +71,9 @@ def told(work: Callable[..., str], *what: Any) -> dict[str, Any]:
     start = time.monotonic()
     try:
         said, failed = work(*what), False
+    except CalledProcessError as error:
+        words = " ".join(map(str, error.cmd[3:6]))
+        said, failed = f"{work.__name__} {what[0]}: {words} ended with {error.returncode}", True
     except Exception as error:  # whatever it is, the other jobs go on
         said, failed = f"{work.__name__} {what[0]}: {error!r}", True
     return {"said": said, "failed": failed, "seconds": round(time.monotonic() - start, 1)}

@@ -14,7 +14,6 @@ one. On each unit as it was, `refresh` is asked as well, and should say nothing.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import pi
@@ -30,6 +29,7 @@ from lab.studies.diagnosed_policies import (
     PACKAGED,
     Study,
     Training,
+    command_of,
     diagnosed,
     jobs_of,
     reader,
@@ -222,7 +222,7 @@ def write_worn(study: Study) -> None:
         lines.append(f"| {arm} | {len(own)} | {told} | {p:.1g} |")
     lines.append(f"| a finger that stands still | | {still:.1f} | |")
     kept = {
-        "command": " ".join(["python -m lab.studies.refresh", *sys.argv[1:]]),
+        "command": command_of(study.out),
         "commit": git_commit(), "still_mm": still, "tip_error_mm": errors, "noticed": noticed,
         "failed": failures(study.out),
     }  # fmt: skip

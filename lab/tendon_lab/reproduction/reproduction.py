@@ -28,7 +28,7 @@ from tendon_train.actuator.training_config import SERVO_LIMIT
 
 
 class ReproductionBench(Protocol):
-    """Makes recordings and lets policies climb; real recordings need none."""
+    """Makes recordings; real ones need none."""
 
     def record(self, unit: int, out: Path, *, seed: int, most: int | None) -> None:
         """Record the paper's plan and its further experiments on one unit.
@@ -39,10 +39,6 @@ class ReproductionBench(Protocol):
             seed: Seed of the plan's draws.
             most: Train runs of each kind; all of the plan if none.
         """
-
-    def climb(self, unit: int, policy: Path, out: Path) -> float:
-        """Let a policy climb the paper's stairs on one unit and return its tip error, RMS [m]."""
-        ...
 
 
 MODELS: dict[str, str] = {
@@ -76,7 +72,6 @@ class Reproduction:
     out: Path  # Folder for everything
     bench: ReproductionBench | None = None  # Makes the recordings; none where they are given
     folders: tuple[Path, ...] = ()  # Recordings of benches that are given, one folder each
-    policies: tuple[Path, ...] = ()  # Policies that are given
     causes: Path | None = None
     """Model file whose causes are fitted to every bench, in place of a diagnosis."""
     tell: Callable[[str], None] = field(default=silent)
@@ -120,7 +115,6 @@ class Reproduction:
         return {
             **asdict(self.settings),
             "recordings": [unit.sha256 for unit in self.units if self.folders],
-            "given policies": [file_hash(path) for path in self.policies],
             "causes": None if self.causes is None else file_hash(self.causes),
         }
 

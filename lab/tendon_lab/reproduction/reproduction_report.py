@@ -105,7 +105,6 @@ def choice_text(outcomes: Mapping[str, Outcome]) -> str:
     for label, stage, key, unit in (
         ("tip about 0.2 rad", "tip", ("tip_error_mm", "open_sine"), "mm"),
         ("tip about pi/2", "tip", ("tip_error_mm", "closing_sine"), "mm"),
-        ("policy on the stairs", "policies", ("tip_error_mm",), "mm"),
     ):
         if stage in outcomes:
             values = outcomes[stage].numbers

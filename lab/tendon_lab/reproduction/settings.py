@@ -1,47 +1,9 @@
 """Sizes of a reproduction: full as in the paper, or quick."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from tendon_newton.errors import InvalidParameter, look_up
 from tendon_train.actuator.training_config import Kind, Purpose, TrainingConfig
-
-
-@dataclass(frozen=True, kw_only=True)
-class PolicyEffort:
-    """How much goes into each policy, and where it is trained."""
-
-    worlds: int  # Fingers that learn side by side.
-    iterations: int  # Rounds of PPO, 32 steps of every finger each.
-    batch: int  # Steps that one update of the weights learns from.
-    max_step: float  # Longest step of the simulation [s].
-    device: Literal["cpu", "cuda"]  # With several GPUs, each policy has the next one.
-    discount: float = 0.95  # Worth of a reward one step earlier [1].
-    trace: float = 0.95  # Weight of later steps in an advantage, before the critic's part [1].
-    seeds: tuple[int, ...] = (0,)  # Trainings against each model.
-
-    @property
-    def samples(self) -> int:
-        """Steps of all fingers."""
-        return self.worlds * self.iterations * POLICY_STEPS
-
-
-POLICY_STEPS = 32  # Steps of every finger in a round.
-POLICIES: dict[str, PolicyEffort] = {
-    "cuda": PolicyEffort(
-        worlds=8192, iterations=100, batch=32768, max_step=5.0e-4, device="cuda", seeds=(0, 1, 2)
-    ),
-    "cpu": PolicyEffort(
-        worlds=256,
-        iterations=350,
-        batch=1024,
-        max_step=2.0e-3,
-        device="cpu",
-        discount=0.8,
-        trace=0.9,
-    ),
-}
-"""The recipe of docs/lab/policies.md on a GPU, and the one that a CPU can afford."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +33,6 @@ class ReproductionSettings:
     diagnoses_each_unit: bool = False
     """Whether every bench is diagnosed, or the causes of the first are refitted on the others."""
     time_step: float = 2.5e-4  # Longest step of the closed-loop simulations [s].
-    policies: PolicyEffort | None = None  # How policies are trained here; none are if none.
 
     def __post_init__(self) -> None:
         """Refuse what would leave nothing to compare."""
@@ -112,7 +73,6 @@ FULL = ReproductionSettings(
     name="full",
     units=(0, 1, 2, 3, 4, 5, 6, 7, 8, 9),
     diagnoses_each_unit=True,
-    policies=POLICIES["cpu"],
 )
 SETTINGS: dict[str, ReproductionSettings] = {"quick": QUICK, "full": FULL}
 

@@ -4,14 +4,14 @@
 
 records the paper's 36 minutes, trains force networks, diagnoses the physical model, and runs the
 paper's experiments: the open-loop ramp, forces on three setups and in contact, the tip on a
-sinusoid, and policies on stairs. OUT gets reproduction.md with the paper's value beside ours in
-every row, reproduction.json with every number, seed, commit and hash, figures, and every model as a
-file for other verbs. What is finished is not done again; the same seed gives the same numbers.
+sinusoid. OUT gets reproduction.md with the paper's value beside ours in every row,
+reproduction.json with every number, seed, commit and hash, figures, and every model as a file for
+other verbs. What is finished is not done again; the same seed gives the same numbers.
 
-The stages, with --only: recordings, diagnosis, networks, hybrids, ramp, force, tip, policies.
-Without --quick it takes hours on a few cores: ten benches, longer trainings, policies of its own.
-With --jobs N, N processes do the jobs of all stages side by side; with --device cuda the policies
-learn on GPUs, all else is done on the CPU.
+The stages, with --only: recordings, diagnosis, networks, hybrids, ramp, force, tip.
+Without --quick it takes hours on a few cores: ten benches, longer trainings. The paper's policies
+are a study of their own: python -m lab.studies.diagnosed_policies.
+With --jobs N, N processes do the jobs of all stages side by side.
 
 On real recordings, one folder for each bench, with the test recordings named as here:
   tendon-newton reproduce --recordings bench_a bench_b --out reproduction
@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import tyro
 
@@ -38,7 +38,7 @@ class ReproduceConfig:
 
     out: Path  # Folder for everything; made if it is not there.
     quick: bool = False
-    """Fewer benches, short trainings and no policies of its own: minutes instead of hours."""
+    """Fewer benches and short trainings: minutes instead of hours."""
     only: tuple[str, ...] = ()
     """Stages to run, with those that they need; all of them unless given."""
     seed: int = 0  # Seed of what the recordings draw and of the networks' starting weights.
@@ -50,10 +50,6 @@ class ReproduceConfig:
     """Model file whose causes are fitted to every bench; a diagnosis finds them unless given."""
     jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(default_factory=JobOptions)
     """Where the jobs of all stages are done."""
-    device: Literal["cpu", "cuda"] = "cpu"
-    """Where the policies of a full run learn: on a CPU with a ninth of a GPU's steps."""
-    policy: tuple[Path, ...] = ()
-    """Policies (ONNX) that follow the stairs of goals, in place of ones that are trained here."""
 
 
 def main(config: ReproduceConfig) -> None:
@@ -74,7 +70,6 @@ def main(config: ReproduceConfig) -> None:
             out=make_folder(config.out),
             bench=None if config.recordings else VirtualBenches(operator=Terminal()),
             folders=config.recordings,
-            policies=config.policy,
             causes=config.causes,
             tell=say,
             executor=executor,
@@ -87,14 +82,13 @@ def main(config: ReproduceConfig) -> None:
 
 def settings_of(config: ReproduceConfig) -> ReproductionSettings:
     """Return the settings that the options name."""
-    from tendon_lab.reproduction.settings import POLICIES, find_settings
+    from tendon_lab.reproduction.settings import find_settings
 
     settings = find_settings("quick" if config.quick else "full")
     return replace(
         settings,
         seed=config.seed,
         units=config.units or settings.units,
-        policies=None if settings.policies is None else POLICIES[config.device],
     )
 
 

@@ -15,8 +15,6 @@ from tendon_lab.reproduction.outcome import Outcome, mean_interval, row
 from tendon_lab.reproduction.physical import starting_model
 from tendon_lab.reproduction.reproduction import MODELS, NotDone, Reproduction
 from tendon_lab.reproduction.reproduction_report import rows_table, write_report
-from tendon_lab.reproduction.settings import POLICIES, find_settings
-from tendon_lab.reproduction.steps import policy_stage
 from tendon_lab.reproduction.steps.stage_list import (
     REPRODUCTION_STAGES,
     ReproductionStage,
@@ -193,67 +191,6 @@ def noted(reproduction: Reproduction, name: str) -> tuple[str, int]:
     lines = [*(log.read_text().splitlines() if log.is_file() else ()), name]
     log.write_text("\n".join(lines))
     return name, len(lines)
-
-
-def test_given_policies_climb_on_every_bench(recorded: Path, tmp_path: Path) -> None:
-    """A row for each, named after its folder; the paper's value stands beside those it has.
-
-    Another one is compared with the better ideal source on the same bench.
-    """
-    policies = tuple(tmp_path / name / "policy.onnx" for name in ("ideal", "network"))
-    for policy in policies:
-        policy.parent.mkdir()
-        policy.touch()
-    settings = replace(SETTINGS, units=(0, 4))
-    reproduction = Reproduction(
-        settings=settings,
-        out=tmp_path / "out",
-        bench=TinyBench(),
-        policies=policies,
-        executor=InTurn(),
-    )
-    for unit in reproduction.units:
-        unit.folder.mkdir(parents=True)
-    found, _, less = asyncio.run(policy_stage.run(reproduction)).rows
-    assert (found.measure, found.paper) == ("ideal source, 4.2 N/rad, tip RMSE", 24.0)
-    assert (found.low, found.high, found.count) == pytest.approx((12.0, 16.0, 2))
-    assert (less.measure, less.paper, less.ours) == (
-        "Transformer: less than the better ideal source's by",
-        50.0,
-        pytest.approx(0.0),
-    )
-    given = Reproduction(settings=SETTINGS, out=tmp_path, folders=(recorded,), policies=policies)
-    assert asyncio.run(policy_stage.run(given)).rows == ()
-
-
-def test_a_policy_learns_by_the_recipe_of_its_model(tmp_path: Path) -> None:
-    """Goals as often as on the stairs; only an ideal source's finger differs between worlds."""
-    ideal, network = (
-        policy_stage.training_of(POLICIES["cuda"], model, "ideal", 2, "cuda:1")
-        for model in ("ideal_refitted", "network")
-    )
-    assert len(ideal.environment.randomise) == 4
-    assert network.environment.randomise == ("none",)
-    assert (network.environment.goal_change, network.learning_rate_end) == (0.03, 1.0e-4)
-    assert (network.seed, network.device, network.exploration_end) == (2, "cuda:1", 0.2)
-    samples = network.environment.worlds * network.steps * network.iterations
-    assert samples == POLICIES["cuda"].samples == pytest.approx(26.2e6, rel=1e-3)
-
-
-def test_policies_of_a_cpu_are_marked_as_shortened(tmp_path: Path) -> None:
-    """A GPU's have the 26 million steps of docs/lab/policies.md, on three seeds."""
-    words = {
-        name: policy_stage.differs_in(
-            Reproduction(settings=replace(SETTINGS, policies=effort), out=tmp_path)
-        )
-        for name, effort in POLICIES.items()
-    }
-    assert words == {
-        "cuda": "26 million steps, seeds 0, 1, 2",
-        "cpu": "3 million steps, seed 0, shortened",
-    }
-    assert find_settings("quick").policies is None
-    assert policy_stage.own_device("cpu", 3) == "cpu"
 
 
 def test_stages_bring_what_they_need() -> None:

@@ -45,7 +45,3 @@ class TinyBench:
         address = BenchAddress(bench="finger", port=f"virtual::{unit}", lockstep=True)
         whole = record_unit(address, PLAN, out, SilentOperator(), StopRequest(), seed=seed)
         assert whole
-
-    def climb(self, unit: int, policy: Path, out: Path) -> float:
-        """Return an error [m] that tells units apart: a climb is the policies' own test."""
-        return 0.012 + 0.001 * unit

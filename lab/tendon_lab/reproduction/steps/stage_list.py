@@ -11,7 +11,6 @@ from tendon_lab.reproduction.steps import (
     force_stage,
     hybrid_stage,
     network_stage,
-    policy_stage,
     ramp_stage,
     recording_stage,
     tip_stage,
@@ -43,7 +42,6 @@ REPRODUCTION_STAGES: dict[str, ReproductionStage] = {
         title="Force along measured motion", run=force_stage.run, needs=("networks",)
     ),
     "tip": ReproductionStage(title="The tip in closed loop", run=tip_stage.run, needs=MODELS),
-    "policies": ReproductionStage(title="Policies", run=policy_stage.run, needs=MODELS),
 }
 
 
