@@ -19,6 +19,7 @@ from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
+from tendon_newton.diagnosis.search.decide import decision
 from tendon_newton.diagnosis.search.decide.account import OPEN, REMAINS, criteria_of
 from tendon_newton.diagnosis.search.decide.decision import (
     Decided,
@@ -730,6 +731,22 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
     assert predicts < own
     refused = {"viscous_friction": Refusal(gain=0.0, at_bound=True)}
     assert best_predictor(pool, Decided(fit=named, refused=refused)) == (named, own)
+
+
+def test_what_ends_as_nothing_is_not_written(
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A set is followed before it is asked what it predicts, and a cause of it may vanish there."""
+    pool = pool_of(worlds)
+    named = started(pool, coulomb_friction=0.6)
+    pool.add([named, started(pool, coulomb_friction=0.6, viscous_friction=1.2)])
+    vanished = started(pool, coulomb_friction=0.6, viscous_friction=0.0)
+    monkeypatch.setattr(decision, "followed", lambda *_: vanished)
+    monkeypatch.setattr(
+        Pool, "unseen_terms", lambda _, fit, *__: np.array([-1.0e3 * len(fit.names)])
+    )
+    best, _ = best_predictor(pool, Decided(fit=named))
+    assert best is named
 
 
 @pytest.mark.parametrize(

@@ -244,6 +244,7 @@ def best_predictor(
     sets.sort(key=lambda f: f.score + cost(f))
     known = {frozenset(f.names) for f in plain.values()}
     near = [followed(decisive, f) for f in sets[:PREDICTORS]]
+    near = [f for f in near if not any(is_nothing(decisive, f, n) for n in f.names)]
     near += [f for f in sets[PREDICTORS:] if frozenset(f.names) in known]
     best, predicts = answer, predicted(decisive, answer)
     for fit in near:
