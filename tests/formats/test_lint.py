@@ -47,9 +47,7 @@ def test_sound_data_gives_no_finding() -> None:
 def test_a_gap_is_found_where_it_is() -> None:
     """300 ms without rows are named with their length and place."""
     time = np.where(TIME >= 5.0, TIME + 0.3, TIME)
-    finding = only(
-        lint_recording(log(time=time, motor_velocity=np.zeros((ROWS, 1)) + TIME[:, None]))
-    )
+    finding = only(lint_recording(log(time=time)))
     assert finding.channel == "t"
     assert finding.evidence.startswith("1 gaps; the largest lasts 312 ms after t = 4.987 s")
 

@@ -72,7 +72,11 @@ def slow_reads(recording: Recording) -> Iterator[Finding]:
                 )
                 break
         count = resolution(theta)
-        if count > COARSE and np.unique(theta).size >= LEVELS:
+        steps = (
+            np.unique(np.round(np.abs(np.diff(theta)) / count)) if count > COARSE else np.empty(0)
+        )
+        # one step in every row, and maybe a turn, is a steady motion
+        if (0.0 in steps or steps.size > 2) and np.unique(theta).size >= LEVELS:
             yield seen.caution(
                 f"changes in steps of {1e3 * count:.3g} mrad, coarser than a servo's encoder",
                 "nothing smaller than a step is told: log more of its digits",
