@@ -14,7 +14,6 @@ from tests.hardware.virtual_bench.link import (
     ID,
     MODE,
     POSITION,
-    POSITION_GOAL,
     PWM,
     PWM_GOAL,
     SILENT,
@@ -53,7 +52,7 @@ def test_factory_values_are_the_manuals(link) -> None:
     [
         (MODE, 1, 2, BAD_RANGE),
         (POSITION, 4, 0, NO_ACCESS),
-        (POSITION_GOAL, 2, 100, BAD_LENGTH),
+        (PWM_GOAL, 1, 100, BAD_LENGTH),
         (PWM_GOAL, 2, 886, BAD_RANGE),
         (14, 1, 0, NO_ACCESS),
         (65, 1, 1, 0),
