@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.posterior import (
 )
 from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, UnknownName
 from tendon_train.policy.worlds.environment import FingerEnvironment
-from tendon_train.policy.worlds.randomisation import BENCH_NUMBERS
+from tendon_train.policy.worlds.randomisation import BENCH_NUMBERS, effect_ranges
 from tendon_train.policy.worlds.world_draws import WorldDraws, mixed
 from tests.train.policy.small import environment
 
@@ -141,6 +141,20 @@ def test_each_world_has_a_set_of_causes_that_a_diagnosis_leaves_open(tmp_path: P
     assert finger.divergence_count == 0
     low, high = finger.randomiser.told["coulomb_friction.force"]
     assert (low, high) == pytest.approx((1.0 - 0.196, 1.0 + 0.196), rel=0.02)
+
+
+def test_a_form_that_the_model_leaves_out_is_not_drawn() -> None:
+    """A capstan without a stretch behind its guide stays one: the exponent alone differs."""
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
+        effects=(NamedValues(name="routing_friction", values={"exponent": 0.3}),),
+    )
+    (drawn,) = effect_ranges("routing_friction", model, 0.2)
+    assert (drawn.name, drawn.low, drawn.high) == (
+        "exponent",
+        pytest.approx(0.24),
+        pytest.approx(0.36),
+    )
 
 
 def test_worlds_differ_about_the_numbers_of_the_model(tmp_path: Path) -> None:

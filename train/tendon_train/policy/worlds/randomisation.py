@@ -127,6 +127,8 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
     own = next((e.values for e in model.effects if e.cause == effect), {})
     ranges = []
     for known in find_effect(effect).parameters:
+        if own and known.optional and known.name not in own:
+            continue  # a form of the law that the model does not have
         middle = float(own.get(known.name, known.null))
         if not isfinite(middle) or middle == 0.0:
             raise InvalidParameter(
