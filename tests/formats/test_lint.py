@@ -264,3 +264,11 @@ def test_no_reference_recording_has_a_defect(shared: Path) -> None:
         loaded = load_dataset(path.parent)
         for recording in (*loaded.train, *loaded.test):
             assert [f for f in lint_recording(recording) if f.severity == "defect"] == []
+
+
+def test_a_slow_motion_in_coarse_counts_is_told() -> None:
+    """It stays or goes one count a row; a steady motion of one step a row has no such rest."""
+    theta = np.round(0.3 * TIME / 0.02)[:, None] * 0.02
+    speed = np.full((ROWS, 1), 0.3)
+    found = lint_recording(log(motor_position=theta, motor_velocity=speed))
+    assert any("changes in steps of 20 mrad" in f.evidence for f in found)
