@@ -22,8 +22,6 @@ PACKAGES = {
     "tendon_lab": "lab/tendon_lab",
 }
 """Where each package stands in a clone."""
-BROUGHT_BY_THE_USER = {"lgpio"}
-"""Optional on a Pi: its wheels end at Python 3.12, and the system has a package of its own."""
 HEAVY = ("warp", "newton", "mujoco", "torch", "pxr", "matplotlib", "scipy")
 
 
@@ -150,7 +148,7 @@ def test_every_imported_package_is_declared() -> None:
         for name in imported - set(sys.stdlib_module_names) - set(PACKAGES)
         if not declared & {canonicalize_name(d) for d in distributions.get(name, [name])}
     }
-    assert undeclared == BROUGHT_BY_THE_USER
+    assert not undeclared
 
 
 def top_level_imports(text: str) -> set[str]:

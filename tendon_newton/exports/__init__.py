@@ -10,7 +10,6 @@ from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
 from tendon_newton.exports.configs.mjlab_target import MJLAB
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.mujoco.mujoco_target import MUJOCO
-from tendon_newton.exports.networks.network_target import NETWORKS
 from tendon_newton.exports.newton.newton_target import NEWTON
 from tendon_newton.exports.urdf_target import URDF
 from tendon_newton.exports.usd_target import USD
@@ -20,7 +19,6 @@ EXPORTS: dict[str, ExportTarget] = {
     "newton": NEWTON,
     "isaaclab": ISAACLAB,
     "mjlab": MJLAB,
-    "networks": NETWORKS,
     "usd": USD,
     "urdf": URDF,
 }

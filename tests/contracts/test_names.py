@@ -12,7 +12,6 @@ from tendon_newton.data.importers import IMPORTERS, MAPPED
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.errors import InvalidRecording, TendonNewtonError
 from tendon_newton.exports import EXPORTS
-from tendon_newton.exports.networks import network_target
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.importers.logs import recording
 from tests.physics.runs import ideal_model
@@ -90,10 +89,8 @@ def check_import(write, kind: str, name: str, folder: Path, capsys) -> None:
 
 @pytest.mark.parametrize("name", NAMES[:-1])  # USD keeps text that is not UTF-8 out
 @pytest.mark.parametrize("target", EXPORTS)
-def test_an_export_writes_inside_its_folder(target, name, tmp_path, monkeypatch) -> None:
+def test_an_export_writes_inside_its_folder(target, name, tmp_path) -> None:
     """A bench's name comes from its USD file; no target makes a path of it."""
-    for steps in ("MLP_STEPS", "MEMORY_STEPS"):  # only the files' names matter
-        monkeypatch.setattr(network_target, steps, 1)
     model = ideal_model()
     mechanism = replace(bench_of("spring_weak", model), name=name.format(outside=tmp_path))
     out = tmp_path / "home" / "out"

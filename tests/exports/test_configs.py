@@ -15,11 +15,15 @@ from unittest.mock import patch
 import mujoco
 import numpy as np
 import pytest
+import torch
 
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.configs import students, text
 from tendon_newton.exports.configs.isaaclab_target import write_isaaclab_target
 from tendon_newton.exports.configs.mjlab_target import write_mjlab_target
 from tendon_newton.exports.configs.text import CONFIG_FILE
+from tendon_newton.mechanisms.asset_library import asset_folder
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.exports.models import PWM, model_of
 
@@ -173,3 +177,29 @@ def test_mjlab_s_motor_at_the_tendon_rests_where_the_servo_does(bench: str, tmp_
     force = plain["gear"] * data.actuator_force[0]
     assert force == pytest.approx(torque / PWM["spool_radius"], rel=1e-6)
     assert np.isfinite(data.qacc).all()
+
+
+def test_an_mlp_learns_the_force_of_a_servo() -> None:
+    """An ideal servo is P times the error, cut at zero: the network finds it on unseen runs.
+
+    A fifth of an export's training leaves less than a fifth of the forces' spread.
+    """
+    model = model_of("finger", "ideal")
+    lessons = students.lessons_of(bench_of("finger", model), model)
+    _, error = students.fit_mlp(lessons, steps=300)
+    assert error < 0.2 * float(lessons.force[-students.HELD_OUT :].std())
+
+
+def test_a_force_network_becomes_a_file_and_its_scales(tmp_path: Path, monkeypatch) -> None:
+    """The program is told what to multiply by; the file takes errors, newest first, and speeds."""
+    monkeypatch.setattr(text, "MLP_STEPS", 1)
+    file = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
+    values = {"file": str(file), "spool_radius": 0.0125}
+    model = Model(actuator=NamedValues(name="learned", values=values))
+    write_mjlab_target(tmp_path, bench_of("finger", model), model)
+    name, numbers = configured(tmp_path / CONFIG_FILE, MJLAB)
+    assert (name, numbers["history_length"]) == ("LearnedMlpActuatorCfg", students.HISTORY)
+    assert all(numbers[scale] > 0.0 for scale in ("pos_scale", "vel_scale", "torque_scale"))
+    with pytest.warns(DeprecationWarning, match="torch.jit.load"):  # what mjlab calls
+        loaded = torch.jit.load(tmp_path / text.NETWORK_FILE)
+    assert loaded(torch.zeros(3, 2 * students.HISTORY)).shape == (3, 1)

@@ -88,7 +88,7 @@ def test_a_damaged_model_is_refused_and_nothing_is_written(target, damage, tmp_p
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("target", ["mujoco", "newton", "isaaclab", "mjlab", "networks"])
+@pytest.mark.parametrize("target", ["mujoco", "newton", "isaaclab", "mjlab"])
 def test_a_network_that_is_missing_leaves_nothing_behind(target: str, tmp_path: Path) -> None:
     """The message names the file."""
     values = {"file": str(tmp_path / "nothing.safetensors"), "spool_radius": 0.0125}

@@ -70,7 +70,6 @@ def test_the_same_cell_has_not_drifted_and_another_has(calibrated, capsys) -> No
         ([*MASSES], "--load-cell-port must name the load cell's port"),
         ([*MASSES, "--port", "/dev/ttyUSB0"], "no servo is needed here"),
         ([*MASSES, "--load-cell-port", "/dev/no_such_port"], "/dev/no_such_port"),
-        ([*MASSES, "--load-cell-port", "gpio:5"], "gpio:DATA,CLOCK"),
         ([*MASSES, *VIRTUAL, "--gain", "100"], "the gain of an HX711 is 128, 64 or 32"),
         ([*MASSES, *VIRTUAL, "--out", "no/such/folder.toml"], "there is no folder"),
         ([*VIRTUAL, "--retare", "none.toml"], "a calibration is a TOML file"),

@@ -34,8 +34,7 @@ EXIT_DRIFT = 1  # Exit code where zero has moved further than a recording should
 class Calibrate:
     """Cell, masses and result of a calibration."""
 
-    load_cell_port: str | None = None
-    """Serial port of the load cell, or gpio:DATA,CLOCK for one on the Pi's own pins."""
+    load_cell_port: str | None = None  # Serial port of the load cell.
     port: str | None = None
     """virtual[:BENCH[:SEED]] for a bench that is not there; its masses are hung by a program."""
     faster_than_real_time: bool = False  # Let a virtual bench run as fast as it can.
@@ -151,8 +150,7 @@ def opened(config: Calibrate) -> Generator[tuple[LoadCell, Clock, CalibrationOpe
     with ExitStack() as stack:
         clock: Clock = MonotonicClock()
         if config.load_cell_port is not None:
-            kind = "hx711_gpio" if config.load_cell_port.startswith("gpio:") else "hx711_serial"
-            cell: LoadCell = LOAD_CELLS[kind](config.load_cell_port)
+            cell: LoadCell = LOAD_CELLS["hx711_serial"](config.load_cell_port)
             operator: CalibrationOperator = Console()
         elif config.port is not None and config.port.split(":")[0] == "virtual":
             cell, clock, operator = virtual(config, config.port, stack)

@@ -12,10 +12,9 @@ from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.configs import text
+from tendon_newton.exports.configs.students import HISTORY, Scales
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.linking import Text
-from tendon_newton.exports.networks.files import Scales
-from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.exports.newton.newton_target import (
     BENCH_FILE,
     PLAIN_FILE,

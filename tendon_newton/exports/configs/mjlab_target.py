@@ -9,12 +9,12 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import model_numbers
 from tendon_newton.exports.configs import text
+from tendon_newton.exports.configs.students import HISTORY
 from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
 from tendon_newton.exports.linking import Text
 from tendon_newton.exports.mujoco.mjcf_servo import armature_of, has_spool
 from tendon_newton.exports.mujoco.mjcf_spool import add_spool, spool_name
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE, change_mechanism, placed_tendons
-from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, named_apart, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon

@@ -6,14 +6,19 @@ from typing import Any
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
+from tendon_newton.exports.configs.students import (
+    RATE,
+    Scales,
+    fit_mlp,
+    lessons_of,
+    write_torchscript,
+)
 from tendon_newton.exports.linking import literal
-from tendon_newton.exports.networks.files import Scales, write_torchscript
-from tendon_newton.exports.networks.network_target import MLP_STEPS
-from tendon_newton.exports.networks.students import RATE, fit_mlp, lessons_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 PHYSICS_STEP = 0.005  # Step of the physics [s] for which delays are counted
 CONFIG_FILE, NETWORK_FILE = "servo_cfg.py", "mlp.pt"
+MLP_STEPS = 1500  # Steps of training
 FAST = 1.0e6  # A speed [rad/s, m/s] that nothing reaches: the network knows the motor's
 
 

@@ -21,7 +21,7 @@ from tendon_newton.exports.model_numbers import (
 )
 from tendon_newton.exports.mujoco.mjcf_servo import add_servo, replay_file, set_friction
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
-from tendon_newton.exports.networks.network_export import NETWORK_FILE, exported_network
+from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import correct
 from tendon_newton.mechanisms.authoring.mujoco_file import (

@@ -14,7 +14,7 @@ from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.export_target import Exported, ExportTarget, Replay
-from tendon_newton.exports.networks.network_export import NETWORK_FILE, exported_network
+from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
 from tendon_newton.exports.newton.newton_program import drive_text
 from tendon_newton.exports.newton.path import path_of

@@ -1,14 +1,13 @@
-"""Networks that see what other simulators' drives show them: position error, angle, speed.
+"""An MLP that sees what drives of Isaac Lab and mjlab show it: errors and speeds.
 
-Drives of Newton, Isaac Lab and mjlab show a network the error of a joint and its speed, now and at
-some steps before (MLP) or step by step (LSTM). Newton's GRU sees command and angle apart, as force
-networks of this project do. A Transformer has no place there at all. A student of each kind
-therefore learns the force of the identified model, on commands of its own.
+Such a drive shows a network the error of a joint and its speed, now and at some steps before. A
+force network has no place there, so an MLP learns its force on commands of its own.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from tendon_newton.data.excitations import LARGEST_COMMAND, ramps, random_steps, sine
+from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
@@ -24,14 +24,15 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
-RATE = 200.0  # How often a student is asked [Hz]: the usual step of a simulation on Isaac Lab
-HISTORY = 16  # Samples that an MLP sees: 80 ms
+RATE = 200.0  # How often it is asked [Hz]: the usual step of a simulation on Isaac Lab
+HISTORY = 16  # Samples that it sees: 80 ms
 WIDTHS = (32, 32)  # Units of its hidden layers
-MEMORY = 24  # Size of an LSTM and of a GRU
 SPAN = 6.0  # Length of a run [s]
 TRAIN, HELD_OUT = 9, 3  # Runs that are learned, and runs that only tell the error
-PIECE = 100  # Samples of a piece of a run through which a memory learns
 LEARNING_RATE = 3.0e-3
+
+# What errors and speeds are multiplied by, and then the network's answer
+Scales = tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,21 +42,9 @@ class Lessons:
     error: Array  # Command less angle [rad], shape (R, T)
     rate: Array  # Speed [rad/s], shape (R, T)
     force: Array  # [N], shape (R, T); the last `HELD_OUT` runs are not learned
-    angle: Array  # Motor angle [rad], shape (R, T)
 
     @property
-    def columns(self) -> Array:
-        """Return command [rad], angle [rad] and speed [rad/s], shape (R, T, 3)."""
-        return np.stack([self.error + self.angle, self.angle, self.rate], axis=2)
-
-    @property
-    def spread(self) -> tuple[Array, Array]:
-        """Return mean and standard deviation of the columns and then the force, shape (4,)."""
-        known = np.concatenate([self.columns, self.force[..., None]], axis=2)[:-HELD_OUT]
-        return known.mean(axis=(0, 1)), np.maximum(known.std(axis=(0, 1)), 1.0e-6)
-
-    @property
-    def scales(self) -> tuple[float, float, float]:
+    def scales(self) -> Scales:
         """Return 1 over the spread of errors and of speeds, and the spread of forces."""
         known = slice(None, -HELD_OUT)
         error, rate, force = (
@@ -78,20 +67,6 @@ class StudentMlp(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """Return scaled forces, shape (N, 1), of inputs of shape (N, 2 H)."""
         return self.layers(x)
-
-
-class StudentMemory(nn.Module):
-    """A memory over scaled signals; its state is a tensor of shape (1, N, M), of an LSTM two."""
-
-    def __init__(self, memory: nn.LSTM | nn.GRU) -> None:
-        super().__init__()
-        self.memory = memory
-        self.head = nn.Linear(MEMORY, 1)
-
-    def forward(self, x: Tensor, state: Any) -> tuple[Tensor, Any]:
-        """Return scaled forces, shape (N, T, 1), and the new state."""
-        out, state = self.memory(x, state)
-        return self.head(out), state
 
 
 def lessons_of(mechanism: Mechanism, model: Model) -> Lessons:
@@ -120,7 +95,6 @@ def lessons_of(mechanism: Mechanism, model: Model) -> Lessons:
         error=asked - angle,
         rate=np.array([trajectory.motor_velocity[:, 0] for trajectory in found]),
         force=np.array([trajectory.force[:, 0] for trajectory in found]),
-        angle=angle,
     )
 
 
@@ -159,49 +133,15 @@ def descend(network: nn.Module, loss: Callable[[], Tensor], steps: int) -> None:
         pace.step()
 
 
-def fit_lstm(lessons: Lessons, *, steps: int) -> tuple[StudentMemory, float]:
-    """Fit an LSTM and return it with its root mean square error [N] on runs it has not seen."""
-    torch.manual_seed(0)
-    network = StudentMemory(nn.LSTM(2, MEMORY, batch_first=True))  # errors and speeds
-    x, force = windows_of(lessons)
-    error = fit_memory(network, x[..., [0, HISTORY]], force, lambda n: (blank(n), blank(n)), steps)
-    return network.eval(), error * lessons.scales[2]
+def write_torchscript(path: Path, network: nn.Module) -> None:
+    """Write a network as TorchScript.
 
-
-def fit_gru(lessons: Lessons, *, steps: int) -> tuple[StudentMemory, float]:
-    """Fit a GRU and return it with its root mean square error [N] on runs it has not seen."""
-    torch.manual_seed(0)
-    network = StudentMemory(nn.GRU(3, MEMORY, batch_first=True))  # commands, angles and speeds
-    (*means, middle), (*widths, wide) = lessons.spread
-    x = torch.tensor((lessons.columns - means) / widths, dtype=torch.float32)
-    force = torch.tensor((lessons.force - middle) / wide, dtype=torch.float32)
-    error = fit_memory(network, x, force, blank, steps)
-    return network.eval(), error * float(wide)
-
-
-def blank(count: int) -> Tensor:
-    """Return the state of memories that have seen nothing, shape (1, N, M)."""
-    return torch.zeros(1, count, MEMORY)
-
-
-def fit_memory(
-    network: nn.Module, x: Tensor, force: Tensor, start: Callable[[int], Any], steps: int
-) -> float:
-    """Fit a network with a memory; return its root mean square error on runs it has not seen.
-
-    The network maps scaled inputs (N, T, C) and a state to scaled forces (N, T, 1) and a state;
-    `start` makes a state that has seen nothing for a count N.
+    Raises:
+        InvalidOutput: The file cannot be written.
     """
-    pieces = x[:-HELD_OUT].reshape(-1, PIECE, x.shape[2])
-    asked = force[:-HELD_OUT].reshape(-1, PIECE)
-    skip = PIECE // 4  # a state from nothing knows little of what was before
+    import warnings
 
-    def loss() -> Tensor:
-        answer, _ = network(pieces, start(len(pieces)))
-        return ((answer[:, skip:, 0] - asked[:, skip:]) ** 2).mean()
-
-    descend(network, loss, steps)
-    with torch.no_grad():
-        answer, _ = network(x[-HELD_OUT:], start(HELD_OUT))
-    away = answer[..., 0] - force[-HELD_OUT:]
-    return float((away**2).mean().sqrt())
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", category=DeprecationWarning)
+        scripted: Any = torch.jit.script(network.eval())
+        write_bytes(path, scripted.save_to_buffer())

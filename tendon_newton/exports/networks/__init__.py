@@ -1,1 +1,0 @@
-"""Networks of a servo's force in the formats of other simulators."""
