@@ -34,7 +34,6 @@ from tests.diagnosis.in_time.test_changes import log_of
 from tests.hardware.silent_operator import SilentOperator
 from tests.physics.runs import ideal_model
 from tests.train.actuator.servo_logs import write_servo_dataset
-from tests.train.tendon.pulled_benches import pulled_log
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
 SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")
@@ -174,17 +173,6 @@ def simulate(folder: Path, noisy: bool) -> Made:
     return Made(decided=made, reported=text)
 
 
-def fit_tendon(folder: Path, noisy: bool) -> Made:
-    """The numbers of the string and whether they enter the model."""
-    train = [pulled_log("finger", seed=seed, duration=10.0) for seed in (0, 1)]
-    data = write_either(folder / "data", train, [pulled_log("finger", seed=2)], noisy)
-    said(["fit-tendon", data, "--out", folder / "out"])
-    found = json.loads((folder / "out" / "tendon.json").read_text())
-    reported = [found.pop(key) for key in ("error_before", "error_after")]
-    found["model.toml"] = (folder / "out" / "model.toml").read_text()
-    return Made(decided=found, reported=reported)
-
-
 def servo_dataset(folder: Path, noisy: bool) -> Path:
     """Write recordings of a made-up servo."""
     whole = load_dataset(write_servo_dataset(folder / "made"))
@@ -257,7 +245,6 @@ CASES: dict[str, Callable[[Path, bool], Made]] = {
     "diagnose": diagnose,
     "diagnose against": changed_days,
     "train-force": train_force,
-    "fit-tendon": fit_tendon,
     "refresh": refresh,
 }
 """Verbs that read a dataset."""

@@ -32,7 +32,6 @@ VERBS: dict[str, str] = {
     "servo": "tendon_newton.cli.known_servo",
     "export": "tendon_newton.cli.export",
     "train-force": "tendon_newton.cli.training.train_force",
-    "fit-tendon": "tendon_newton.cli.training.fit_tendon",
     "train-policy": "tendon_newton.cli.training.train_policy",
     "evaluate-policy": "tendon_newton.cli.training.evaluate_policy",
     "doctor": "tendon_newton.cli.bench.doctor",

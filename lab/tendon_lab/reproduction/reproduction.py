@@ -46,11 +46,10 @@ MODELS: dict[str, str] = {
     "ideal_refitted": "ideal source, P refitted",
     "network": "Transformer",
     "physical": "diagnosed physical model",
-    "hybrid": "physics and network",
 }
 """Models that are compared: name of their file, and in words."""
 IDEALS = ("ideal", "ideal_refitted")
-BEST = ("network", "physical", "hybrid")  # Those that must win against the better ideal source
+BEST = ("network", "physical")  # Those that must win against the better ideal source
 
 Work = Callable[[Any, Any], Any]
 """(reproduction, item) -> what JSON can hold; a module's function, so that a process finds it."""

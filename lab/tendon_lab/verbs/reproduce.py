@@ -8,7 +8,7 @@ sinusoid. OUT gets reproduction.md with the paper's value beside ours in every r
 reproduction.json with every number, seed, commit and hash, figures, and every model as a file for
 other verbs. What is finished is not done again; the same seed gives the same numbers.
 
-The stages, with --only: recordings, diagnosis, networks, hybrids, ramp, force, tip.
+The stages, with --only: recordings, diagnosis, networks, ramp, force, tip.
 Without --quick it takes hours on a few cores: ten benches, longer trainings. The paper's policies
 are a study of their own: python -m lab.studies.diagnosed_policies.
 With --jobs N, N processes do the jobs of all stages side by side.

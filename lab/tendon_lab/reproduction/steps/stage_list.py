@@ -9,7 +9,6 @@ from tendon_lab.reproduction.reproduction import NotDone, Reproduction
 from tendon_lab.reproduction.steps import (
     diagnosis_stage,
     force_stage,
-    hybrid_stage,
     network_stage,
     ramp_stage,
     recording_stage,
@@ -29,14 +28,11 @@ class ReproductionStage:
 
 
 RECORDINGS = "recordings"
-MODELS = ("networks", "diagnosis", "hybrids")
+MODELS = ("networks", "diagnosis")
 REPRODUCTION_STAGES: dict[str, ReproductionStage] = {
     RECORDINGS: ReproductionStage(title="Recordings", run=recording_stage.run),
     "diagnosis": ReproductionStage(title="What the diagnosis finds", run=diagnosis_stage.run),
     "networks": ReproductionStage(title="Force networks", run=network_stage.run),
-    "hybrids": ReproductionStage(
-        title="Physics and network together", run=hybrid_stage.run, needs=("networks", "diagnosis")
-    ),
     "ramp": ReproductionStage(title="The gap on an open-loop ramp", run=ramp_stage.run),
     "force": ReproductionStage(
         title="Force along measured motion", run=force_stage.run, needs=("networks",)

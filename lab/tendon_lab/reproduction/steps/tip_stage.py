@@ -25,7 +25,6 @@ COLOURS = {
     "ideal_refitted": "#e8a0a8",
     "network": "#1764ab",
     "physical": "#2f8f5b",
-    "hybrid": "#e08e1a",
 }
 SHOWN = 8.0  # Time that a figure shows [s]
 

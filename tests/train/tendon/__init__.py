@@ -1,1 +1,0 @@
-"""What is found of a finger's string."""

@@ -1,1 +1,0 @@
-"""The string of a finger: how much it gives and how loose it is."""
