@@ -28,9 +28,10 @@ def half_widths(point: Linearisation, where: Layout, spread: Array, form: float 
     """Return half the 95 % intervals of a fit's numbers, given its model, shape (F,).
 
     Their scatter is that from block to block of time: rows inside a block may be correlated, and
-    the noise need not be known. Whole recordings as blocks give a second estimate; the wider one
-    counts, the second with at most `MOST_BY_RECORDING` times the first. That the model is right,
-    and has the right causes, is taken for granted.
+    the noise need not be known. Whole recordings as blocks give a second estimate, which counts
+    where it is wider, with at most `MOST_BY_RECORDING` times the first: a recording shares errors
+    of form alone, and noise tells no more by recordings. That the model is right, and has the right
+    causes, is taken for granted.
 
     Args:
         point: The fit around its optimum.
@@ -44,7 +45,8 @@ def half_widths(point: Linearisation, where: Layout, spread: Array, form: float 
     together = rows_together(point, where)
     by_block = (1.0 + (WIDENING - 1.0) * form) * half_width(point, where.block, spread, together)
     by_recording = half_width(point, where.recording, spread, together)
-    return np.maximum(by_block, np.minimum(by_recording, MOST_BY_RECORDING * by_block))
+    most = 1.0 + (MOST_BY_RECORDING - 1.0) * form
+    return np.maximum(by_block, np.minimum(by_recording, most * by_block))
 
 
 def rows_together(point: Linearisation, where: Layout) -> float:

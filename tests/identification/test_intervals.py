@@ -62,6 +62,23 @@ def test_the_spread_over_draws_is_that_over_data_sets() -> None:
     np.testing.assert_allclose(drawn, scattered, rtol=0.15)
 
 
+def test_intervals_hold_what_they_promise_where_noise_is_all_that_is_left() -> None:
+    """Of 400 truths they hold 95 %, 2.5 deviations give or take, and not nearly all.
+
+    Three recordings need not tell how whole ones differ: nothing is left that one could share.
+    """
+    rows = np.arange(ROWS // 2)
+    where = replace(WHERE, recording=WHERE.recording[rows], block=WHERE.block[rows])
+    held = []
+    for seed in range(200):
+        value, point = fitted(seed, 0.0)
+        slow, left = -point.jacobian[rows], point.residual[rows]
+        off = np.linalg.lstsq(slow, left, rcond=None)[0]
+        few = Linearisation(residual=left - slow @ off, jacobian=-slow)
+        held.append(np.abs(TRUTH - value - off) < half_widths(few, where, UNSTATED, form=0.0))
+    assert 0.923 <= np.mean(held) <= 0.977
+
+
 FOUR = np.repeat(np.arange(4), 40)
 """Recording of each row, of four that have a number of their own."""
 
