@@ -63,7 +63,7 @@ def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_
     errors = found["tip"].numbers["tip_error_mm"]
     assert set(errors["open_sine"]) == set(MODELS)
     for kind in SINES:  # two minutes of data; the paper's Transformer is 41 % below
-        print("ERR", kind, errors[kind]); assert errors[kind]["physical"][0] < 0.4 * errors[kind]["ideal"][0]
+        assert errors[kind]["physical"][0] < 0.4 * errors[kind]["ideal"][0]
     assert (tmp_path / "a" / "figures" / "tip_sine.png").stat().st_size > 10_000
     assert (tmp_path / "a" / "figures" / "ramp.png").stat().st_size > 10_000
     (table, page) = write_report(first, found)
