@@ -1,18 +1,14 @@
 """The physical model: what a diagnosis names on a bench's recordings, and how much of it there."""
 
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 from tendon_newton.data.dataset import Dataset
-from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.diagnose import diagnose, extended_model
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.search.fixed_set import fit_set
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
-from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.study import Study
 
 SPOOL_RADIUS = 0.0125  # [m], of the paper
@@ -67,13 +63,3 @@ def with_ideal(gain: float) -> Model:
     """Return the ideal source and nothing else."""
     values = {"gain": gain, "spool_radius": SPOOL_RADIUS}
     return Model(actuator=NamedValues(name="ideal", values=values))
-
-
-def true_effects(folder: Path) -> dict[str, dict[str, dict[str, float]]]:
-    """Return bench -> effect -> parameters out of the plant files beside virtual recordings."""
-    out: dict[str, dict[str, dict[str, float]]] = {}
-    for path in sorted(folder.glob("plant_*.toml")):
-        table: dict[str, Any] = read_toml(path, InvalidDataset, "a plant file is TOML")
-        effects = {row["name"]: row.get("parameters", {}) for row in table["effects"]}
-        out[table["bench"]] = effects
-    return out

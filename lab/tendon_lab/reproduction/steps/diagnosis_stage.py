@@ -1,21 +1,14 @@
-"""What a diagnosis finds on the recordings, against what the virtual bench really contains."""
+"""What a diagnosis finds on the recordings."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tendon_lab.reproduction.diagnosis_words import (
-    cause_names,
-    causes_text,
-    passes_text,
-    rivals_of,
-    truth_text,
-)
 from tendon_lab.reproduction.outcome import Outcome
-from tendon_lab.reproduction.physical import diagnose_in_passes, refit, true_effects
+from tendon_lab.reproduction.physical import diagnose_in_passes, refit
 from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_lab.reproduction.settings import ReproductionSettings
-from tendon_lab.reproduction.unit import RECORDINGS, representative
+from tendon_lab.reproduction.unit import representative
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.diagnosis.result import write_diagnosis
 
@@ -30,24 +23,17 @@ async def run(reproduction: Reproduction) -> Outcome:
         looked_at = range(0)
     found = await reproduction.each(diagnosed, looked_at)
     models = await reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
-    truth = true_effects(units[0].folder / RECORDINGS)
-    first = found[0] if found else {"json": [], "text": GIVEN, "rivals": {}}
-    model = reproduction.model(units[0], "physical")
-    texts = [first["text"], truth_text(model, truth, first["rivals"])]
-    if len(found) > 1:
-        texts.append(causes_text(found, truth))
     return Outcome(
         numbers={
-            "passes": first["json"],
+            "passes": found[0] if found else [],
             "models": {unit.name: own for unit, own in zip(units, models, strict=True)},
-            "truth": {bench: {e: dict(p) for e, p in own.items()} for bench, own in truth.items()},
         },
-        text="\n\n".join(texts),
+        text=scope_text(settings) if found else GIVEN,
     )
 
 
-def diagnosed(reproduction: Reproduction, place: int) -> dict[str, Any]:
-    """Diagnose one bench, write what was found, and return it as JSON and in words."""
+def diagnosed(reproduction: Reproduction, place: int) -> list[Any]:
+    """Diagnose one bench, write what was found, and return it as JSON."""
     settings, unit = reproduction.settings, reproduction.units[place]
     model, passes = diagnose_in_passes(
         representative(unit, settings.diagnosis_seconds, settings.diagnosis_kinds),
@@ -58,11 +44,7 @@ def diagnosed(reproduction: Reproduction, place: int) -> dict[str, Any]:
         folder = reproduction.folder("models", unit.name)
         write_diagnosis(folder / f"diagnosis_{number}.json", diagnosis)
     write_model(reproduction.model_file(unit, "diagnosed"), model)
-    return {
-        "json": [diagnosis.to_json() for diagnosis in passes],
-        "text": f"{scope_text(settings)}\n\n{passes_text(passes)}",
-        "rivals": rivals_of(passes),
-    }
+    return [diagnosis.to_json() for diagnosis in passes]
 
 
 def scope_text(settings: ReproductionSettings) -> str:
@@ -74,14 +56,17 @@ def scope_text(settings: ReproductionSettings) -> str:
     )
 
 
-def sources(found: Sequence[Mapping[str, Any]], count: int) -> list[int]:
+def sources(found: Sequence[Sequence[Mapping[str, Any]]], count: int) -> list[int]:
     """Return for each bench the one whose causes are fitted to it.
 
     As a rule the source is the bench itself. Where its own recordings do not suffice to name a
     cause, the source is one of those with the causes named most often. The benches are units of one
     product.
     """
-    named = [cause_names(each) for each in found]
+    named = [
+        tuple(sorted({effect["name"] for own in passes for effect in own["effects"]}))
+        for passes in found
+    ]
     told = Counter(causes for causes in named if causes)
     usual = named.index(told.most_common(1)[0][0]) if told else 0
     return [p if p < len(named) and (named[p] or not told) else usual for p in range(count)]
