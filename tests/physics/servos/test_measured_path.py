@@ -160,10 +160,7 @@ def test_a_swing_asks_for_weight_inertia_and_damping() -> None:
 def test_a_measured_motion_has_the_rate_of_its_oscillation(
     time: np.ndarray, frequency: float
 ) -> None:
-    """Also of one of less than seven rows, and where some rows are a hundred times as close.
-
-    A quintic through seven rows of such a sine misses 1.3 % of its rate, 8 % of its acceleration.
-    """
+    """Also of one of less than seven rows, and where some rows are a hundred times as close."""
     w, count = 2.0 * np.pi * frequency, 2.0 * np.pi / 4096.0
     path = count * np.round(0.3 * np.sin(w * time) / count)
     found = led_timeline(replace(led(path, np.zeros_like(time)), time=time))
@@ -171,6 +168,25 @@ def test_a_measured_motion_has_the_rate_of_its_oscillation(
     scored = found.trusted
     assert np.std((rate - 0.3 * w * np.cos(w * time))[scored]) < 0.03 * 0.3 * w
     assert np.std((acceleration + 0.3 * w**2 * np.sin(w * time))[scored]) < 0.1 * 0.3 * w**2
+
+
+@pytest.mark.parametrize("bits", [12, 14])
+def test_an_acceleration_keeps_its_size(bits: int) -> None:
+    """By what its windows cut off an inertia would be too large: by less than a part in 2000.
+
+    Thousands of rows tell an inertia to that. Quintics, as long as noise let them, cut off 0.1 %.
+    """
+    time, count = np.arange(3000) / 100.0, 2.0 * np.pi / 2**bits
+    path, true = np.zeros_like(time), np.zeros_like(time)
+    for frequency, phase in ((0.2, 0.3), (0.5, 1.0), (0.85, 2.0)):
+        w = 2.0 * np.pi * frequency
+        path += 0.4 * np.sin(w * time + phase)
+        true -= 0.4 * w**2 * np.sin(w * time + phase)
+    angle = count * np.round(path / count)
+    found = led_timeline(replace(led(angle, np.zeros_like(time)), time=time))
+    acceleration = found.motion[found.measured, 1]
+    assert true @ acceleration / (true @ true) == pytest.approx(1.0, abs=5e-4)
+    assert np.std(acceleration - true) < 0.02 * np.std(true)
 
 
 def test_a_late_cell_reports_what_the_path_asked_for_before() -> None:
