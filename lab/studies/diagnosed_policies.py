@@ -34,8 +34,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import ttest_rel
 
+from lab.studies.climbs import climb, file_of
 from lab.studies.job_graph import Job, Places, failures, run
-from lab.studies.policy_transfer import climb, file_of
 from lab.studies.units import read, timed
 from tendon_hardware.control.goals import DWELL
 from tendon_newton.data.bench_overrides import BenchOverrides

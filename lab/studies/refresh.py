@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import ttest_rel
 
+from lab.studies.climbs import climb, file_of
 from lab.studies.diagnosed_policies import (
     OURS,
     PACKAGED,
@@ -38,7 +39,6 @@ from lab.studies.diagnosed_policies import (
     write_table,
 )
 from lab.studies.job_graph import Job, Places, failures, run
-from lab.studies.policy_transfer import climb, file_of
 from lab.studies.units import read
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit

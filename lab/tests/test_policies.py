@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from lab.studies.climbs import file_of
 from lab.studies.diagnosed_policies import PACKAGED, jobs_of, reader, row_of, study_of
 from lab.studies.job_graph import Job, Places, failures, left, run
-from lab.studies.policy_transfer import file_of
 from lab.studies.refresh import WORN, benches_of, errors_on, jobs_of_refresh
 
 

@@ -18,6 +18,7 @@ from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, commanded
 
 BENCHES = ("finger", "finger_routed", "thumb", "spring_weak", "spring_strong", "pendulum")
+TWINS = ("thumb", "spring_strong")  # Of the routed finger and of the weak spring
 TIME_STEPS = (SEARCH_STEP, FINER * SEARCH_STEP)  # [s] Those of a diagnosis
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
 FRICTIONS = (None, "coulomb_friction")  # What an effect is tried beside, at its typical strength
@@ -91,8 +92,12 @@ def is_physical(out: dict[str, Array], limits: Array) -> Array:
 @pytest.mark.parametrize(
     ("bench", "time_step"),
     [
-        # a finer step is the easier one
-        pytest.param(bench, step, marks=pytest.mark.slow if step < max(TIME_STEPS) else ())
+        # a finer step is the easier one, and a twin differs in its numbers alone
+        pytest.param(
+            bench,
+            step,
+            marks=pytest.mark.slow if step < max(TIME_STEPS) or bench in TWINS else (),
+        )
         for bench, step in product(BENCHES, TIME_STEPS)
     ],
 )

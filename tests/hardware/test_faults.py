@@ -168,15 +168,6 @@ def test_a_silent_load_cell_leaves_a_gap(tmp_path: Path) -> None:
     assert {"silent", "readings were missing"} <= set(events_of(trial.path))
 
 
-def test_a_load_cell_that_stays_silent_ends_the_run(tmp_path: Path) -> None:
-    """Without a tension for three seconds the motor is switched off."""
-    silent = FaultEvent(name="cell_silence", start=0.5, duration=60.0)
-    trial = Trial(path=tmp_path / "run.mcap", duration=20.0, faults=Faults(events=(silent,)))
-    outcome = trial.record()
-    assert isinstance(outcome.fault, SafetyStop)
-    assert "load cell has been silent for 3.0 s" in str(outcome.fault)
-
-
 def test_a_servo_that_restarts_is_set_up_again(tmp_path: Path) -> None:
     """A servo that restarts forgets its settings; it is noticed, told and mended in the run."""
     event = FaultEvent(name="reboot", start=1.0)

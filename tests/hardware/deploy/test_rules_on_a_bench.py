@@ -125,23 +125,6 @@ def test_a_key_ends_the_run(key: bytes, rule: str) -> None:
     assert not flight.torque_after
 
 
-def test_a_full_disk_ends_the_run_gently(tmp_path) -> None:
-    """Where no byte more fits the tendon is let out; what was written stays readable."""
-    import resource
-
-    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
-    flight = Flight(settings=SETTINGS, path=tmp_path / "run.mcap")
-    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, limit[1]))
-    try:
-        outcome = flight.fly()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
-    assert "File too large" in str(outcome.fault)
-    assert outcome.trips["log"] == 1
-    assert flight.angle_after < 0.1
-    assert not flight.torque_after
-
-
 def test_the_bus_watchdog_stops_what_nobody_drives() -> None:
     """A program that is gone sends nothing: the servo stops within 250 ms, twenty times of twenty.
 
