@@ -18,7 +18,7 @@ from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, commanded
 
 BENCHES = ("finger", "finger_routed", "thumb", "spring_weak", "spring_strong", "pendulum")
-TWINS = ("thumb", "spring_strong")  # Of the routed finger and of the weak spring
+TWINS = ("finger_routed", "thumb", "spring_strong")  # Of the finger and of the weak spring
 TIME_STEPS = (SEARCH_STEP, FINER * SEARCH_STEP)  # [s] Those of a diagnosis
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
 FRICTIONS = (None, "coulomb_friction")  # What an effect is tried beside, at its typical strength

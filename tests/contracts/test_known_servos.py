@@ -14,7 +14,6 @@ from tendon_newton.data.model_file import Model, NamedValues, load_model, write_
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosed_bench import open_model, open_worlds
 from tendon_newton.diagnosis.known_servos import known_servos, servo_alone
-from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile, InvalidParameter, UnknownName
 from tendon_newton.exports.source import read_source
 from tendon_newton.identification.study import Study, replacements
@@ -73,12 +72,13 @@ def turned(radius: float, mass: float) -> np.ndarray:
 
 
 def left(model, bench, stand, time, goal, angle) -> np.ndarray:
-    """Return measured angles less simulated ones, by the kernel that every diagnosis has."""
+    """Return measured angles less simulated ones, by a kernel that holds the model alone."""
     run = Recording(
         name="run.csv", bench=bench, time=time, command=goal, motor_position=angle,
         motor_velocity=0.0 * angle, bench_overrides=stand, start="first_row",
     )  # fmt: skip
-    (found,) = Study([run], model, tuple(EFFECTS)).residuals(*replacements([{}]))
+    own = tuple(effect.name for effect in model.effects)
+    (found,) = Study([run], model, own).residuals(*replacements([{}]))
     return found.theta[0]
 
 
