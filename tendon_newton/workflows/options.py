@@ -97,7 +97,7 @@ class DeployOptions(BenchOptions, BenchPorts, ViewOptions):
     """ONNX file of the policy with its card inside, or TorchScript where torch is installed; or
     finger-stairs or hand-turning, which come along."""
     goals: str = "keyboard"
-    """Where goals come from: keyboard, stdin, udp:5005, stairs, a file of times [s] and angles
+    """Where goals come from: keyboard, stdin, stairs, a file of times [s] and angles
     [rad], or one angle [rad]. A policy that turns a ball takes rates [rad/s]."""
     duration: float | None = None
     """Length [s]; by default that of stairs or of a file of goals, else a key ends the run."""

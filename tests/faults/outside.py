@@ -7,7 +7,6 @@ be timed return the time [s].
 import contextlib
 import os
 import resource
-import socket
 import subprocess
 import sys
 import threading
@@ -22,7 +21,7 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.collection.collect_plan import COLLECTION_FILE, collect
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
-from tendon_hardware.control.datagram_goals import DatagramGoals
+from tendon_hardware.control.goal_lines import LineGoals
 from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.errors import RuleOutOfReach, SharedIdentifier
@@ -33,7 +32,7 @@ from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import Faults, LockstepBench
-from tendon_newton.errors import InvalidOutput, InvalidParameter
+from tendon_newton.errors import InvalidOutput
 from tests.faults import injections as on
 from tests.faults.cases import ALLOWED, SETTINGS
 from tests.hardware.deploy.runs import Flight
@@ -163,17 +162,16 @@ def program(*words: str, shell: str = "") -> str:
     return line
 
 
-def many_datagrams(k: int) -> float:
+def many_goals(k: int) -> float:
     """A planner that sends 500 to 2,400 goals a second: none is older than a policy step."""
-    goals = DatagramGoals("0")
+    end, planner = os.pipe()
+    goals = LineGoals(0.0, end)
     ending = threading.Event()
     start = time.monotonic()
 
     def send() -> None:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-            while not ending.wait(1.0 / (500.0 + 100.0 * k)):
-                text = f"{time.monotonic() - start:.6f}"
-                sender.sendto(text.encode(), ("127.0.0.1", goals.port))
+        while not ending.wait(1.0 / (500.0 + 100.0 * k)):
+            os.write(planner, f"{time.monotonic() - start:.6f}\n".encode())
 
     sending = threading.Thread(target=send)
     sending.start()
@@ -186,25 +184,10 @@ def many_datagrams(k: int) -> float:
     finally:
         ending.set()
         sending.join()
-        goals.close()
+        os.close(planner)
+        os.close(end)
     assert max(ages) <= STEP + LATE, f"{max(ages):.3f} s"
     return max(ages)
-
-
-def backlog(k: int) -> None:
-    """Of two hundred goals that wait the newest counts."""
-    goals = DatagramGoals("0")
-    with contextlib.closing(goals), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        for number in range(200):
-            sender.sendto(f"{k}.{number:03d}".encode(), ("127.0.0.1", goals.port))
-        assert goals.value(0.0) == float(f"{k}.199")
-
-
-def strangers(_k: int) -> None:
-    """Nobody beyond this computer moves the motor."""
-    for host in ("0.0.0.0", "192.168.0.1", "somewhere"):
-        with pytest.raises(InvalidParameter, match="anybody on the network"):
-            DatagramGoals(f"{host}:0")
 
 
 OUTSIDE: dict[str, Callable[[int], float | None]] = {
@@ -217,8 +200,6 @@ OUTSIDE: dict[str, Callable[[int], float | None]] = {
     "limits beyond their sensors": blind_rules,
     "absurd limits, unknown benches": absurd_words,
     "a closed standard stream": closed_stream,
-    "500 goals a second and more": many_datagrams,
-    "a backlog of goals": backlog,
-    "goals of strangers": strangers,
+    "500 goals a second and more": many_goals,
 }
 """Faults beside those of a run in lockstep."""

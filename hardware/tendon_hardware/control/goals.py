@@ -1,7 +1,7 @@
-"""Sources of a policy's goals: keys, a file, lines, datagrams, stairs, or one number.
+"""Sources of a policy's goals: keys, a file, lines, stairs, or one number.
 
-A goal is an angle alpha [rad]: 0 is the straight finger, pi/2 the tip below the PIP axis. Lines and
-datagrams hold one number each; what is none is told once and changes nothing.
+A goal is an angle alpha [rad]: 0 is the straight finger, pi/2 the tip below the PIP axis. A line
+holds one number; what is none is told once and changes nothing.
 """
 
 import math
@@ -9,7 +9,6 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from pathlib import Path
 
-from tendon_hardware.control.datagram_goals import DatagramGoals
 from tendon_hardware.control.goal_lines import Goals, LineGoals, parse_goal
 from tendon_newton.data.files.text_file import read_text
 from tendon_newton.errors import InvalidGoal, shown
@@ -112,8 +111,7 @@ def open_goals(word: str, bounds: tuple[float, float]) -> Goals:
     """Return the goals that a word names.
 
     Args:
-        word: ``keyboard``, ``stdin``, ``udp:[ADDRESS:]PORT``, ``stairs``, an angle [rad], or the
-            path of a file.
+        word: ``keyboard``, ``stdin``, ``stairs``, an angle [rad], or the path of a file.
         bounds: Least and greatest goal [rad] that keys may give.
 
     Raises:
@@ -126,8 +124,6 @@ def open_goals(word: str, bounds: tuple[float, float]) -> Goals:
         return LineGoals(bounds[0])
     if word == "stairs":
         return stairs()
-    if word.startswith("udp:"):
-        return DatagramGoals(word.removeprefix("udp:"), bounds[0])
     try:
         return FixedGoal(parse_goal(word), bounds)
     except InvalidGoal:

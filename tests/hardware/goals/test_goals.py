@@ -1,7 +1,6 @@
-"""Goals from keys, files, lines and datagrams; what is none changes nothing."""
+"""Goals from keys, files and lines; what is none changes nothing."""
 
 import os
-import socket
 import time
 from math import pi
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_hardware.control.datagram_goals import DatagramGoals, is_loopback
 from tendon_hardware.control.goals import (
     FixedGoal,
     LineGoals,
@@ -19,7 +17,7 @@ from tendon_hardware.control.goals import (
     stairs,
 )
 from tendon_hardware.control.keyboard import Keyboard, split_keys
-from tendon_newton.errors import InvalidGoal, InvalidParameter
+from tendon_newton.errors import InvalidGoal
 
 BOUNDS = (0.0, pi / 2.0)
 
@@ -93,31 +91,6 @@ def test_lines_give_goals_as_they_come() -> None:
     os.close(read_end)
 
 
-def test_datagrams_give_goals() -> None:
-    """One number in text each; a flood is not waited for."""
-    goals = DatagramGoals("0", 0.1)
-    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    try:
-        assert goals.value(0.0) == 0.1
-        for word in (b"0.3", b"0.4\n", b"what"):
-            sender.sendto(word, ("127.0.0.1", goals.port))
-        deadline = time.monotonic() + 5.0
-        while goals.value(0.0) != 0.4 and time.monotonic() < deadline:
-            time.sleep(0.001)
-        assert goals.value(0.0) == 0.4
-        assert len(goals.notes) == 1
-    finally:
-        sender.close()
-        goals.close()
-
-
-@pytest.mark.parametrize("word", ["udp:", "udp:x", "udp:127.0.0.1:99999", "udp:1.2.3.4:5"])
-def test_an_address_that_cannot_be_listened_to_is_refused(word: str) -> None:
-    """Before any motor runs."""
-    with pytest.raises(InvalidParameter, match="udp:"):
-        open_goals(word, BOUNDS)
-
-
 def test_a_word_names_a_kind_of_goals(tmp_path: Path) -> None:
     """An angle, the stairs, the keyboard or a file; anything else is a file that is not there."""
     assert open_goals("0.8", BOUNDS).value(0.0) == 0.8
@@ -179,9 +152,3 @@ def test_without_a_terminal_no_key_comes() -> None:
         assert keyboard.pressed() == []
     os.close(read_end)
     os.close(write_end)
-
-
-def test_only_this_computers_own_addresses_are_listened_to() -> None:
-    """A name may lead anywhere."""
-    own = ["127.0.0.1", "127.3.2.1", "localhost", "::1"]
-    assert [host for host in (*own, "0.0.0.0", "10.0.0.1", "a.b") if is_loopback(host)] == own
