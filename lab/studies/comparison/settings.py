@@ -1,9 +1,9 @@
 """What two choices that were made with errors in sight change on logs that they were not made on.
 
-``python -m lab.studies.comparison.settings --xl330 LOGS --sts3215 LOGS --price 0.05`` diagnoses
-the different fits of these servos at another price of a number than `PRICE`, which was chosen on an
-arm's motions. ``--in-sight`` gives each diagnosis the plain model that was chosen with errors of
-the XL330's logs in sight. What is in ``settings.json`` is not made again.
+``python -m lab.studies.comparison.settings --xl330 LOGS --sts3215 LOGS --price 0.1`` diagnoses the
+different fits of these servos, and with ``--so101 LOGS`` those of an arm's joints, at another price
+of a number than `PRICE`. ``--in-sight`` gives each diagnosis the plain model that was chosen with
+errors of the XL330's logs in sight. What is in ``settings.json`` is not made again.
 """
 
 import argparse
@@ -34,6 +34,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--xl330", type=Path)
     parser.add_argument("--sts3215", type=Path)
+    parser.add_argument("--so101", type=Path)
     parser.add_argument("--price", type=float, default=PRICE, help="of a number [nat per row]")
     parser.add_argument("--in-sight", action="store_true", help="give it the model chosen in sight")
     parser.add_argument("--results", type=Path, default=RESULTS, help="where they are kept")
@@ -44,7 +45,7 @@ def main() -> None:
         PLAIN_MODELS.update(IN_SIGHT)
     find_causes: Any = diagnose.find_causes
     diagnose.find_causes = partial(find_causes, price=chosen.price)
-    every = splits_of(chosen.xl330, chosen.sts3215, None)
+    every = splits_of(chosen.xl330, chosen.sts3215, chosen.so101)
     for place, split in enumerate(every):
         again = set(alike(split, every)) & {other.key for other in every[:place]}
         kept = results_in(chosen.results).get(split.key, {})

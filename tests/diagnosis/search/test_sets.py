@@ -27,10 +27,13 @@ from tendon_newton.diagnosis.search.decide.decision import (
     asks_plain_models,
     best_predictor,
     best_without,
+    followed,
+    followed_to_end,
     held_out_gains,
     room,
     special_case_left_open,
     special_case_or_without,
+    with_predictor,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
@@ -747,6 +750,26 @@ def test_what_ends_as_nothing_is_not_written(
     )
     best, _ = best_predictor(pool, Decided(fit=named))
     assert best is named
+
+
+def test_what_is_written_grows_by_what_no_set_had(worlds: SearchWorlds) -> None:
+    """The search never fitted both frictions together, and the answer leaves the second."""
+    pool = pool_of(worlds)
+    named = followed(pool, started(pool, coulomb_friction=0.6))
+    pool.add([followed(pool, started(pool))])
+    found = with_predictor(pool, Decided(fit=named), {}, CATALOGUE)
+    assert found.predictor is not None
+    assert set(found.predictor.names) == {"coulomb_friction", "viscous_friction"}
+    assert found.fit is named
+
+
+def test_a_descent_that_ended_early_is_begun_anew(worlds: SearchWorlds) -> None:
+    """By short differences it was at its end."""
+    pool = pool_of(worlds)
+    early = replace(started(pool, coulomb_friction=0.9, viscous_friction=0.4), settled=True)
+    pool.add([early])
+    assert followed(pool, early).score == early.score
+    assert followed_to_end(pool, early).score < early.score - PRICE
 
 
 @pytest.mark.parametrize(

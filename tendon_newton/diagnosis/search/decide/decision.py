@@ -6,12 +6,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tendon_newton.diagnosis.findings import Found, PlainModel
+from tendon_newton.diagnosis.search.choice import Chooser
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.plain_models import (
     PLAIN_MODELS,
     compare_plain_models,
     fit_plain_models,
 )
+from tendon_newton.diagnosis.search.fixed_set import LAST_STEPS
 from tendon_newton.diagnosis.search.floors import floors_of, least_scales, usual_form
 from tendon_newton.diagnosis.search.held_out_gain import terms
 from tendon_newton.diagnosis.search.pool import Pool
@@ -24,6 +26,7 @@ from tendon_newton.diagnosis.search.prune import (
     simplest,
 )
 from tendon_newton.diagnosis.search.refit import (
+    LAST_SHARE,
     Fit,
     offsets,
     refit,
@@ -33,7 +36,9 @@ from tendon_newton.diagnosis.search.refit import (
 )
 from tendon_newton.diagnosis.search.rule import LADDER, SURE
 from tendon_newton.diagnosis.search.search_worlds import Floors
-from tendon_newton.diagnosis.search.starts import Start, starts_of_relative
+from tendon_newton.diagnosis.search.starts import Start, new_starts, starts_of_relative
+from tendon_newton.diagnosis.search.strategy import follow
+from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.effects import are_one_friction, are_related, special_cases
 
 FAMILY = 5.0
@@ -41,6 +46,7 @@ FAMILY = 5.0
 PREDICTORS = 3
 """Sets of least score that are asked how they predict parts that no number has seen, plain models
 aside."""
+FURTHER = 6  # Causes by which the set that predicts best grows at most
 LEAST_SHARED = 2
 """Stated numbers off by more than their tolerances from which one cause is tried in their place."""
 FEW_RIVALS = 2
@@ -140,13 +146,31 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     if not pool.is_late and asks_plain_models(decisive, decisive.best()):
         plain = fit_plain_models(decisive, names)
     fit_shared(decisive, decisive.best(), names)
-    best = decisive.best()
+    best = followed_to_end(decisive, decisive.best())
     for name in best.names:
         fit_special_cases(decisive, best, name)
     decided = tested(decisive, prune(decisive, simplest(decisive, best)), names)
-    if decided.undecided or not asks_plain_models(decisive, decided.fit):
+    if decided.undecided:
         return decided
-    plain = plain or fit_plain_models(decisive, names)
+    if asks_plain_models(decisive, decided.fit):
+        plain = plain or fit_plain_models(decisive, names)
+        decided = beside_plain_models(decisive, decided, plain, names)
+    elif decisive.leaves_nothing(decided.fit, anywhere=True, usual=not decided.fit.names):
+        return decided
+    return with_predictor(decisive, decided, plain, names)
+
+
+def beside_plain_models(
+    decisive: Pool, decided: Decided, plain: Mapping[str, Fit], names: Sequence[str]
+) -> Decided:
+    """Return an answer with plain models beside it, or what may be named of one in its place.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The answer.
+        plain: What plain models are called -> their fits.
+        names: Effects that may be named.
+    """
     predicts = predicted(decisive, decided.fit)
     compared = compare_plain_models(decisive, plain)
     is_left = not decisive.leaves_nothing(decided.fit, usual=True)
@@ -155,8 +179,38 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         other = tested(decisive, prune(decisive, plain[rivals[0].name]), names)
         if not other.undecided:
             decided = replace(other, refused={**decided.refused, **other.refused})
-    predictor, predicts = best_predictor(decisive, decided, plain)
-    return replace(decided, plain=compared, predictor=predictor, predicts=predicts)
+    return replace(decided, plain=compared)
+
+
+def with_predictor(
+    decisive: Pool, decided: Decided, plain: Mapping[str, Fit], names: Sequence[str]
+) -> Decided:
+    """Return an answer with the set that predicts best, grown from it by one cause after the other.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The answer.
+        plain: What plain models are called -> their fits.
+        names: Effects that may be named.
+    """
+    best, predicts = best_predictor(decisive, decided, plain)
+    for _ in range(FURTHER):
+        look_further(decisive, best, names)
+        before = best
+        best, predicts = best_predictor(decisive, decided, plain)
+        if frozenset(best.names) == frozenset(before.names):
+            break
+    return replace(decided, predictor=best, predicts=predicts)
+
+
+def look_further(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
+    """Fit the sets with one cause more than a set that promise to predict better."""
+    if decisive.is_late:
+        return
+    view = survey(decisive.worlds, fit, names, decisive.floors, LAST_SHARE)
+    chooser = Chooser(view, 1.0 / decisive.worlds.rows_alone(fit.residual), len(names))
+    starts = new_starts(decisive, view, chooser.singles(PREDICTORS))
+    follow(decisive, view, starts, coarse=0)
 
 
 def fit_shared(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
@@ -438,6 +492,17 @@ def followed(decisive: Pool, fit: Fit) -> Fit:
     """Return a set at its optimum: while it was clearly worse it was left where it began."""
     decisive.add(refit(decisive.worlds, [fit], decisive.floors, iterations=FOLLOWED, coarse=0))
     return decisive.fits[frozenset(fit.names)]
+
+
+def followed_to_end(decisive: Pool, fit: Fit) -> Fit:
+    """Return the best set once one was followed from long differences, as at a first look.
+
+    Short differences say where something happened to stick, so a descent by them may end early.
+    """
+    start = fit.names, values_of(decisive.worlds, fit.columns, fit.place)
+    begun = start_fits(decisive.worlds, [start], decisive.floors)
+    decisive.add(refit(decisive.worlds, begun, decisive.floors, iterations=LAST_STEPS, coarse=0))
+    return decisive.best()
 
 
 def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, float]:

@@ -1,6 +1,6 @@
 """Plain models that a reader would try first: an answer has to predict unseen parts better."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from tendon_newton.diagnosis.findings import PlainModel
 from tendon_newton.diagnosis.search.fixed_set import FIRST_STEPS, with_effects
@@ -86,7 +86,7 @@ def fit_general_laws(pool: Pool, key: Collection[str]) -> None:
     pool.add(refit(pool.worlds, [*best.values()], pool.floors, iterations=FIRST_STEPS, coarse=0))
 
 
-def compare_plain_models(pool: Pool, fits: dict[str, Fit]) -> tuple[PlainModel, ...]:
+def compare_plain_models(pool: Pool, fits: Mapping[str, Fit]) -> tuple[PlainModel, ...]:
     """Score plain models on parts that no number has seen, the best first.
 
     Args:
