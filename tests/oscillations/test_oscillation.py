@@ -10,10 +10,11 @@ import pytest
 from tendon_newton.cli import main
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.oscillations.causes import ShakingLoop, calming, explain, simulated, tried
-from tendon_newton.data.oscillations.loop_closing import policy_of
-from tendon_newton.data.oscillations.servo_loop import NAMES, Feedback
+from tendon_newton.data.oscillations.loop_closing import cut_policy, policy_of
+from tendon_newton.data.oscillations.loop_fit import fit_servo
+from tendon_newton.data.oscillations.servo_loop import NAMES, Feedback, driven
 from tendon_newton.data.oscillations.shaking import Evenly, evenly, find_shakings
-from tendon_newton.data.oscillations.told_loop import lines_of, tell_joint
+from tendon_newton.data.oscillations.told_loop import feedback_of, lines_of, tell_joint
 from tendon_newton.data.recording import Array
 
 ROW, TICKS = 0.01, 10
@@ -113,10 +114,43 @@ def test_what_is_made_of_a_commanded_motion_does_not_shake(
 
 
 def test_a_policy_that_only_switches_is_told(rng: np.random.Generator) -> None:
-    """A gain so high that the command is always at one of its limits."""
+    """A gain so high that the command is always at one of its limits, which move with a goal."""
     angle: Array = 0.1 * np.sin(2.0 * np.pi * 5.0 * 0.02 * np.arange(800))
-    command = 0.2 - 0.5 * np.sign(angle + rng.normal(0.0, 1e-6, 800))
-    assert lines_of(Evenly(step=0.02, command=command, angle=angle)).answers
+    switched = -0.5 * np.sign(angle + rng.normal(0.0, 1e-6, 800))
+    for goal in (np.full(800, 0.2), np.repeat([0.2, -0.1, 0.3, 0.0], 200)):
+        log = Evenly(step=0.02, command=goal + switched, angle=angle)
+        (line,) = find_shakings(log)
+        assert cut_policy(log, line.frequency, line.rows) is not None
+        assert feedback_of(log, line, policy_of(log) or cut_policy(log, 5.0, line.rows)).bound == (
+            pytest.approx(0.5)
+        )
+
+
+def test_a_goal_that_stays_is_no_limit_of_a_policy() -> None:
+    """A goal that stays for seconds after one step answers no shaking, in step with it or not."""
+    time = 0.01 * np.arange(2000)
+    steps = np.where(time < 10.0, np.round(0.3 * np.sin(time), 4), 0.1)
+    for phase in np.linspace(0.0, 6.0, 7):
+        log = Evenly(step=0.01, command=steps, angle=0.1 * np.sin(2.0 * np.pi * 3.0 * time + phase))
+        assert cut_policy(log, 3.0, np.ones(2000, dtype=np.bool_)) is None
+
+
+def test_a_servo_with_play_is_found_in_a_log_that_begins_amid_its_motion(
+    rng: np.random.Generator,
+) -> None:
+    """Where and how fast a joint is within its play when a log begins is not told by the log."""
+    numbers = {"delay": 0.01, "pull": 150.0, "damping": 18.0, "limit": 1.0, "sticking": 1e-4,
+               "sliding": 0.5, "play": 0.08, "fading": 0.5, "integral": 1e-3}  # fmt: skip
+    time = 1e-3 * np.arange(8000)
+    command = 0.12 * np.sin(2.0 * np.pi * 3.0 * time) + 0.05 * np.sin(2.0 * np.pi * 0.3 * time)
+    truth = np.array([[numbers[name] for name in NAMES]])
+    angle = driven(truth, command, command, 1e-3, outer=True)[:, 0]
+    rows = slice(1230, None, 10)
+    read = angle[rows] + rng.normal(0.0, 3e-4, len(angle[rows]))
+    log = Evenly(step=ROW, command=command[rows], angle=read)
+    found = fit_servo(log, 3.0, outer=True)
+    assert found.told > 0.995
+    assert found.numbers[NAMES.index("play")] == pytest.approx(0.08, rel=0.15)
 
 
 def test_a_change_calms_all_loops_that_tell_a_log_as_well() -> None:

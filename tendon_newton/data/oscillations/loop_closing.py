@@ -28,8 +28,7 @@ TAIL = 2.0  # Spreads beyond which a row counts less
 OFTEN = 4  # Rows of one value, from which that is a limit
 CONTINUOUS = 0.2  # Share of values that come once, from which a command has no counts [1]
 CUT = 0.1  # Share of rows at a limit from which a command swings between limits [1]
-MOSTLY, FAR_APART = 0.5, 0.5
-"""Shares of rows, and of a command's range, from which two values are the ends of a switch [1]."""
+MOSTLY = 0.5  # Share of rows at either end of its swing, from which a command is a switch [1]
 OPPOSED = 0.8  # Angle by which such a command may be off the reading's opposite [rad]
 ROUNDING = 1e-12  # [rad] of a command
 STRAIGHT = 0.03  # Of a command's usual bend, below which a row bends hardly [1]
@@ -95,13 +94,34 @@ def limit_rows(command: Array) -> Mask:
     return times[place] >= OFTEN
 
 
-def switching_rows(command: Array) -> Mask:
-    """Tell in which rows a command has one of two values far apart, if it mostly has, (T,)."""
-    values, place, times = np.unique(np.round(command, 12), return_inverse=True, return_counts=True)
-    first, second = np.argsort(times)[::-1][:2] if len(values) > 1 else (0, 0)
-    chosen: Mask = (place == first) | (place == second)
-    apart = abs(float(values[first] - values[second])) > FAR_APART * float(np.ptp(command))
-    return chosen & (apart and bool(np.mean(chosen) > MOSTLY))
+def staying(command: Array) -> Indices:
+    """Return for how many rows a command has the value that it has in each row, (T,)."""
+    ends = np.flatnonzero(np.diff(command, prepend=np.nan, append=np.nan) != 0.0)
+    return np.repeat(np.diff(ends), np.diff(ends))
+
+
+def swings(command: Array, period: int) -> tuple[Array, Array]:
+    """Return least and most of a command over so many rows about each row, (T,) each."""
+    half = max(1, period // 2)
+    padded = np.pad(command, half, mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)
+    return around.min(axis=1), around.max(axis=1)
+
+
+def cut_swing(command: Array, period: int, rows: Mask) -> Mask:
+    """Tell where a limit cuts a command that swings with a period [rows], (T,).
+
+    A goal that stays for a period is no limit. A command that mostly stays at either end of its
+    swing is a switch.
+
+    Args:
+        rows: Where it swings, shape (T,).
+    """
+    long = staying(command)
+    least, most = swings(command, period)
+    switching = (long > 1) & ((command == least) | (command == most)) & (long < period)
+    limit = limit_rows(command) & (long < period)
+    return rows & (limit | switching if np.mean(switching[rows]) > MOSTLY else limit)
 
 
 def cut_policy(log: Evenly, frequency: float, rows: Mask) -> AnsweringGains | None:
@@ -111,8 +131,7 @@ def cut_policy(log: Evenly, frequency: float, rows: Mask) -> AnsweringGains | No
         frequency: At which the angle shakes [Hz].
         rows: Where it does, shape (T,).
     """
-    limit = limit_rows(log.command)
-    limit[rows] |= switching_rows(log.command[rows])
+    limit = cut_swing(log.command, round(1.0 / (frequency * log.step)), rows)
     if np.mean(limit[rows]) < CUT:
         return None
     wanted, angle = (envelope(x, frequency, log.step)[rows] for x in (log.command, log.angle))

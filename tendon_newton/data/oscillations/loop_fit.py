@@ -6,15 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.oscillations.servo_loop import LEAST, MOST, NAMES, driven
-from tendon_newton.data.oscillations.shaking import Evenly
+from tendon_newton.data.oscillations.shaking import Evenly, Waves
 from tendon_newton.data.recording import Array, Mask
 
 QUICKEST = 400.0  # Substeps a second, at most
 A_PERIOD = 60  # Substeps of a period of the shaking, at least
 PERIODS = 2.0  # Periods over which a slow drift of the angle is taken away
-DRAWS, STARTS, ROUNDS = 400, 4, 18
+RUN_IN = 2.0  # Periods that are simulated and not compared, since no log tells how it begins
+DRAWS, STARTS = 400, 4  # Half of the starts are the best that were drawn, half those in step
+ROUNDS, FURTHER = 18, 40
+"""Steps from all starts, and further ones from the best of each servo."""
 STEP = 0.03  # Of the logarithm of a number, for slopes
-DAMPING = (0.0, 0.03, 0.3, 3.0)  # Of the slopes' squares [1]
+DAMPING = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # Of the slopes' squares [1]
 SEED = 20
 LONGEST = 1.5  # Step of the logarithm of a number
 ENOUGH = 0.999  # Of the square: a step that takes away less is the last [1]
@@ -24,6 +27,7 @@ NEARLY, MOST_OTHERS = 1.3, 5
 WITHOUT = (("sticking", "play"), ("sticking",), ("play",), ())
 """Numbers that are left out, the simplest servo first."""
 LOW, HIGH = np.log(LEAST), np.log(MOST)
+DELAY, PULL = NAMES.index("delay"), NAMES.index("pull")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,24 +60,33 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool, stuck: bool = False
     summed = step * np.cumsum(drive)
     summed -= summed.mean()  # an integral that hunts swings about what the load takes
     width = max(3, round(PERIODS / (frequency * log.step)))
-    wanted = without_drift(log.angle[:, None], width)
+    known = round(RUN_IN / (frequency * log.step))
+    wanted = without_drift(log.angle[:, None], width)[known:]
 
     def residuals(logs: Array) -> Array:
         told = driven(np.exp(logs), drive, summed, step, outer=outer)[::parts]
-        return without_drift(told, width) - wanted
+        return without_drift(told, width)[known:] - wanted
 
     rng = np.random.default_rng(SEED)
     starts = rng.uniform(LOW, HIGH, size=(DRAWS, len(NAMES)))
+    turns = frequency * log.step * np.arange(len(wanted))
+    wave = np.asarray(np.exp(-2.0j * np.pi * turns), dtype=np.complex128)
     fixed: list[Mask] = []
     chosen: list[Array] = []
     for without in variants:
         drawn = starts.copy()
         kept = np.array([name in without or (outer and name == "integral") for name in NAMES])
         drawn[:, kept] = LOW[kept]
-        squares = np.sum(residuals(drawn) ** 2, axis=0)
-        chosen += list(drawn[np.argsort(squares)[:STARTS]])
+        left = residuals(drawn)
+        moved = in_step(drawn, wanted.T @ wave, (left + wanted).T @ wave, frequency)
+        for own, own_left in ((drawn, left), (moved, residuals(moved))):
+            chosen += list(own[np.argsort(np.sum(own_left**2, axis=0))[: STARTS // 2]])
         fixed += STARTS * [kept]
-    ends, squares = walked(residuals, np.array(chosen), np.array(fixed, dtype=np.bool_))
+    kept = np.array(fixed, dtype=np.bool_)
+    ends, squares = walked(residuals, np.array(chosen), kept)
+    first = STARTS * np.arange(len(variants))
+    best = first + np.argmin(squares.reshape(-1, STARTS), axis=1)
+    ends[best], squares[best] = walked(residuals, ends[best], kept[best], rounds=FURTHER)
     total = float(np.sum(wanted**2))
     allowed = squares * np.repeat([SIMPLER ** -len(without) for without in variants], STARTS)
     order = np.argsort(allowed)
@@ -84,6 +97,22 @@ def fit_servo(log: Evenly, frequency: float, *, outer: bool, stuck: bool = False
         told=1.0 - float(squares[at]) / total,
         others=tuple(np.exp(ends[k]) for k in near),
     )
+
+
+def in_step(drawn: Array, wanted: Waves, told: Waves, frequency: float) -> Array:
+    """Return logarithms of numbers whose delay and pull bring a line to its phase and size.
+
+    Args:
+        drawn: Logarithms, shape (N, 9).
+        wanted: The line as it was seen, at this frequency [Hz], complex, shape (1,).
+        told: What the numbers make of it, likewise, shape (N,).
+    """
+    ratio = wanted / np.where(told == 0.0, 1.0, told)
+    later = np.exp(drawn[:, DELAY]) - np.angle(ratio) / (2.0 * np.pi * frequency)
+    moved = drawn.copy()
+    moved[:, DELAY] = np.log(LEAST[DELAY] + np.mod(later - LEAST[DELAY], 1.0 / frequency))
+    moved[:, PULL] += np.log(np.maximum(np.abs(ratio), 1e-9))
+    return np.clip(moved, LOW, HIGH)
 
 
 def drawn_out(angle: Array, parts: int) -> Array:
@@ -102,6 +131,7 @@ def walked(
     starts: Array,
     fixed: Mask,
     bounds: tuple[Array, Array] = (LOW, HIGH),
+    rounds: int = ROUNDS,
 ) -> tuple[Array, Array]:
     """Walk from all starts at once to least squares, by damped steps of Gauss and Newton.
 
@@ -110,6 +140,7 @@ def walked(
         starts: Logarithms, shape (K, 9).
         fixed: Those that stay, shape (K, 9).
         bounds: Least and most of each, shape (9,).
+        rounds: Steps, at most.
 
     Returns:
         The ends, shape (K, 9), and their sums of squares, shape (K,).
@@ -117,7 +148,7 @@ def walked(
     best, (count, size) = starts.copy(), starts.shape
     left = residuals(best)
     squares = np.sum(left**2, axis=0)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         signs = np.where(best + STEP > bounds[1], -1.0, 1.0)
         moved = best[:, None, :] + STEP * signs[:, :, None] * np.eye(size)
         near = residuals(moved.reshape(-1, size)).reshape(len(left), count, size)
@@ -139,7 +170,7 @@ def walked(
 
 
 def steps(place: Array, slopes: Array, left: Array) -> Array:
-    """Return where steps of several dampings lead from a place, shape (4, 9)."""
+    """Return where steps of several dampings lead from a place, shape (6, 9)."""
     square, pull = slopes.T @ slopes, slopes.T @ left
     scale = np.diag(square) + 1e-9 * np.trace(square)
     changes = [

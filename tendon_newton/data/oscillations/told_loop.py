@@ -9,10 +9,11 @@ from tendon_newton.data.oscillations.causes import CalmingChange, Explained, Sha
 from tendon_newton.data.oscillations.loop_closing import (
     AnsweringGains,
     cut_policy,
-    limit_rows,
+    cut_swing,
     policy_of,
+    swings,
 )
-from tendon_newton.data.oscillations.loop_fit import FittedServo, fit_servo
+from tendon_newton.data.oscillations.loop_fit import RUN_IN, FittedServo, fit_servo
 from tendon_newton.data.oscillations.servo_loop import Feedback
 from tendon_newton.data.oscillations.shaking import Evenly, Shaking, envelope, find_shakings
 from tendon_newton.data.recording import Array
@@ -161,23 +162,26 @@ def feedback_of(log: Evenly, line: Shaking, policy: AnsweringGains | None) -> Fe
     """Return what closes the loop."""
     if policy is None:
         return Feedback(outer=False, row=log.step)
-    cut = limit_rows(log.command) & line.rows
+    period = round(1.0 / (line.frequency * log.step))
+    cut = cut_swing(log.command, period, line.rows)
     bound = float(np.inf)
     if cut.any():
-        bound = 0.5 * float(np.ptp(log.command[cut]))
+        least, most = swings(log.command, period)
+        bound = 0.5 * float(np.median((most - least)[cut]))
     return Feedback(
         outer=True,
         gain=policy.gain,
         integral=max(0.0, policy.integral),
         late=policy.late,
         row=log.step,
-        bound=bound if bound > 0.0 else float(np.inf),
+        bound=bound,
     )
 
 
 def stretch(log: Evenly, line: Shaking) -> Evenly:
     """Return the part of a log that is fitted: the shaking, and what moves it."""
-    length = round(max(FITTED_TIME, FITTED_PERIODS / line.frequency) / log.step)
+    fitted = max(FITTED_TIME, FITTED_PERIODS / line.frequency)
+    length = round((fitted + RUN_IN / line.frequency) / log.step)
     length = min(length, len(log.angle))
     moved = np.abs(np.diff(log.command, append=log.command[-1]))
     shakes: Array = np.cumsum(np.r_[0.0, line.rows.astype(np.float64)])
