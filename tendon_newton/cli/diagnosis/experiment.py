@@ -70,7 +70,7 @@ def main(config: ExperimentConfig) -> None:
     try:
         question, recorded = read_open_sets(config.diagnosis)
     except NothingToSeparate as answer:
-        print(f"no run is needed: {answer}")
+        print(answer)
         return
     settings = settings_to_try(recorded, config.benches or None)
     task = usual_task(settings[0], config.duration)

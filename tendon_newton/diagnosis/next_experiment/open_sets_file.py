@@ -1,5 +1,6 @@
 """Read from a diagnosis the sets of causes that it leaves open."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,10 +8,10 @@ from tendon_newton.data.bench_overrides import read_bench_overrides
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.diagnosis_file import diagnosis_table, state_diagnosis
+from tendon_newton.diagnosis.diagnosis_file import StatedCause, diagnosis_table, state_diagnosis
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
-from tendon_newton.diagnosis.posterior import read_posterior
+from tendon_newton.diagnosis.posterior import Posterior, read_posterior
 from tendon_newton.errors import InvalidDiagnosis, NothingToSeparate, TendonNewtonError, listed
 from tendon_newton.identification.noise_floor import NoiseFloor
 
@@ -31,20 +32,52 @@ def read_open_sets(folder: Path) -> tuple[OpenSets, tuple[Setting, ...]]:
     table = diagnosis_table(path)
     stated, settings = state_diagnosis(table), read_recorded(table)
     question = OpenSets(
-        posterior=likeliest(read_posterior(path)),
+        posterior=likeliest(as_told(read_posterior(path), stated.effects)),
         model=load_model(folder / "model.toml"),
         noise=table.value("noise_floor", NoiseFloor),
         scale=read_scale(table),
     )
     sets = question.posterior.sets
     if len(sets) < 2:
-        raise NothingToSeparate(
-            f"{path}: an experiment separates sets of causes that a diagnosis leaves open; it "
-            f"names {listed([e.name for e in stated.effects])}, and leaves no other set open"
-        )
+        raise NothingToSeparate(nothing_else(path, stated.effects))
     causes = {cause for own in sets for cause in own.causes}
     kept = tuple(effect for effect in question.model.effects if effect.cause not in causes)
     return replace(question, model=replace(question.model, effects=kept)), settings
+
+
+def as_told(posterior: Posterior, effects: Sequence[StatedCause]) -> Posterior:
+    """Return sets of which those of one class are equally likely, the likeliest first.
+
+    A set with a cause in the place of one that the diagnosis cannot tell from it is as likely as
+    the answer, as where the diagnosis itself proposes a run.
+    """
+    names = frozenset(effect.name for effect in effects)
+    alike = {names} | {
+        names - {effect.name} | {rival}
+        for effect in effects
+        for rival in effect.indistinguishable_from
+    }
+    most = max((own.weight for own in posterior.sets), default=0.0)
+    told = (
+        replace(own, weight=most) if len(alike) > 1 and frozenset(own.causes) in alike else own
+        for own in posterior.sets
+    )
+    return Posterior(sets=tuple(sorted(told, key=lambda own: -own.weight)))
+
+
+def nothing_else(path: Path, effects: Sequence[StatedCause]) -> str:
+    """Say that no other set can be asked about, and what the diagnosis proposes all the same."""
+    for effect in effects:
+        if effect.separating_experiment:
+            return (
+                f"no run is designed: {path} has no numbers of "
+                f"{listed(effect.indistinguishable_from)}, which it cannot tell from "
+                f"{effect.name}. It proposes: {effect.separating_experiment}"
+            )
+    return (
+        f"no run is needed: {path}: an experiment separates sets of causes that a diagnosis leaves "
+        f"open; it names {listed([e.name for e in effects])}, and leaves no other set open"
+    )
 
 
 def read_recorded(table: CheckedTable) -> tuple[Setting, ...]:

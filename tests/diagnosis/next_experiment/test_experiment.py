@@ -34,6 +34,7 @@ from tests.proposed import proposed
 TILTED = Recipe(effects=("gravity_misalignment",), seed=2, mix="W", duration=(4.0, 5.0), size=0.12)
 TILT, OFFSET = ("gravity_misalignment", "angle", 0.08), ("position_offset", "angle", 0.013)
 """About alike on a weak spring."""
+PROPOSED = "record 12 s of stairs on bench finger"
 WORDS = ("--duration", 4, "--benches", "finger", "spring_weak")
 
 
@@ -114,6 +115,21 @@ def test_a_diagnosis_that_leaves_one_set_needs_no_run(tmp_path, capsys) -> None:
     assert "leaves no other set open" in line
 
 
+def test_a_class_that_a_diagnosis_names_is_open(tmp_path, capsys) -> None:
+    """Its causes are equally likely however small a weight the posterior gives one of them.
+
+    Where the posterior has no numbers of them, what the diagnosis proposes is said.
+    """
+    write_open_sets(tmp_path, TILT, OFFSET, weights=(0.999, 0.0005))
+    question, _ = read_open_sets(tmp_path)
+    assert question.weights.tolist() == [0.5, 0.5]
+    write_open_sets(tmp_path, TILT, OFFSET, weights=(1.0,))
+    assert main(["experiment", str(tmp_path), "--out", str(tmp_path / "run.csv")]) == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line.startswith("no run is designed")
+    assert line.endswith(f"It proposes: {PROPOSED}")
+
+
 def test_what_predicts_the_same_everywhere_is_not_promised_a_run(tmp_path: Path) -> None:
     """A cause against itself: no run of the library; against another that a finger tells: one."""
     spring, finger = Setting(bench="spring_weak"), Setting(bench="finger")
@@ -145,8 +161,13 @@ def sets_of(*shares: tuple[tuple[str, str, float], float]) -> Posterior:
     )
 
 
-def write_open_sets(folder: Path, *causes: tuple[str, str, float]) -> None:
-    """Write a diagnosis that names the first cause and leaves sets with the others open."""
+def write_open_sets(
+    folder: Path, *causes: tuple[str, str, float], weights: tuple[float, ...] = ()
+) -> None:
+    """Write a diagnosis that names the first cause and leaves sets with the others open.
+
+    Without weights the sets are equally likely; sets beyond so many weights are not written.
+    """
     names = [name for name, *_ in causes]
     table = {
         "schema": 1,
@@ -160,12 +181,12 @@ def write_open_sets(folder: Path, *causes: tuple[str, str, float]) -> None:
                 "side": "mechanism",
                 "parameters": {causes[0][1]: {"value": 0.3, "ci95": [0.29, 0.31], "unit": "rad"}},
                 "indistinguishable_from": names[1:],
-                "separating_experiment": None,
+                "separating_experiment": PROPOSED if names[1:] else None,
             }
         ],
     }
     (folder / "diagnosis.json").write_text(json.dumps(table), encoding="utf-8")
-    shares = [(cause, 1.0 / len(causes)) for cause in causes]
+    shares = list(zip(causes, weights or len(causes) * (1.0 / len(causes),), strict=False))
     write_posterior(folder / "diagnosis.json", sets_of(*shares))
     (folder / "model.toml").write_text(
         '[actuator]\nkind = "ideal"\ngain = 4.2\nspool_radius = 0.0125\n', encoding="utf-8"
