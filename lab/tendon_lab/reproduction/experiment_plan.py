@@ -1,7 +1,7 @@
 """Recordings that a reproduction makes on a bench besides the paper's plan.
 
-Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026): the ramp of figure 3
-and the sinusoid of the sim-to-real experiment.
+Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026): the sinusoid of the
+sim-to-real experiment.
 """
 
 from collections.abc import Sequence
@@ -45,13 +45,6 @@ FURTHER_RUNS: tuple[PlannedRun, ...] = (
         duration=12.0,
         split="test",
         centre=0.2,
-    ),
-    PlannedRun(
-        name="spring_strong_contact_ramp_0",
-        bench="spring_strong",
-        excitation="contact_ramp",
-        duration=10.0,
-        split="test",
     ),
 )
 """About 0.2 rad the ideal source opens the finger fully, as on the paper's bench."""

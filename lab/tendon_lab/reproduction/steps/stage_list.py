@@ -10,7 +10,6 @@ from tendon_lab.reproduction.steps import (
     diagnosis_stage,
     force_stage,
     network_stage,
-    ramp_stage,
     recording_stage,
     tip_stage,
 )
@@ -33,7 +32,6 @@ REPRODUCTION_STAGES: dict[str, ReproductionStage] = {
     RECORDINGS: ReproductionStage(title="Recordings", run=recording_stage.run),
     "diagnosis": ReproductionStage(title="What the diagnosis finds", run=diagnosis_stage.run),
     "networks": ReproductionStage(title="Force networks", run=network_stage.run),
-    "ramp": ReproductionStage(title="The gap on an open-loop ramp", run=ramp_stage.run),
     "force": ReproductionStage(
         title="Force along measured motion", run=force_stage.run, needs=("networks",)
     ),
