@@ -179,10 +179,10 @@ def test_another_setting_stands_beside_the_answer_on_the_same_fits() -> None:
     answer = {"held_out": 30.0, "named": {"coulomb_friction": 1.0}}
     other = {"held_out": 40.0, "named": {"viscous_friction": 1.0}}
     results = {"xl330: a": {OURS: answer}, "xl330: b": {OURS: answer}, "xl330: c": {OURS: answer}}
-    made = {"xl330: a": {at_price(0.2): other}, "xl330: b": {at_price(0.02): answer}}
+    made = {"xl330: a": {at_price(0.2): other}, "xl330: b": {at_price(0.05): answer}}
     *_, cheap, usual, dear = settings_table(made, results).splitlines()
-    assert cheap == "| a price of 0.02 nat | 30.0 (30.0 to 30.0), 1 fits | 0 of 1 |"
-    assert usual == "| a price of 0.05 nat | 30.0 (30.0 to 30.0), 2 fits | 0 of 2 |"
+    assert cheap == "| a price of 0.05 nat | 30.0 (30.0 to 30.0), 1 fits | 0 of 1 |"
+    assert usual == "| a price of 0.1 nat | 30.0 (30.0 to 30.0), 2 fits | 0 of 2 |"
     assert dear == "| a price of 0.2 nat | 40.0 (40.0 to 40.0), 1 fits | 1 of 1 |"
 
 

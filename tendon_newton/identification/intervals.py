@@ -108,5 +108,6 @@ def scatter(point: Linearisation, groups: Indices, spread: Array, together: floa
     bent = loss_curvatures(point.residual)[:, None] * point.jacobian
     stated = together / spread**2
     inverse = np.linalg.inv(invertible(point.jacobian.T @ bent + np.diag(stated)))
-    slopes = gradients.T @ gradients * count / (count - 1) + np.diag(together * stated)
-    return float(stdtrit(count - 1, 0.5 * (1.0 + LEVEL))) ** 2 * inverse @ slopes @ inverse.T
+    slopes = (np.sqrt(count / (count - 1)) * gradients.T, np.diag(np.sqrt(together * stated)))
+    errors = float(stdtrit(count - 1, 0.5 * (1.0 + LEVEL))) * inverse @ np.hstack(slopes)
+    return errors @ errors.T

@@ -145,3 +145,15 @@ def test_an_interval_holds_each_of_three_recordings_that_differ() -> None:
     point = Linearisation(residual=own - mean, jacobian=-np.ones((ROWS, 1)))
     (half,) = half_widths(point, where, UNSTATED[:1])
     assert 0.5 < half < 1.0
+
+
+@pytest.mark.parametrize("seed", [2, 3, 5])
+def test_numbers_that_do_nearly_the_same_have_widths(seed: int) -> None:
+    """Rounding left them variances below zero, and a report without an end."""
+    rng = np.random.default_rng(seed)
+    own, other = rng.normal(size=(2, 200, 1))
+    twin = own * (1.0 + 1.0e-9) + 1.0e-10 * rng.normal(size=(200, 1))
+    jacobian = np.hstack([own, twin, other]) * [1.0e4, 1.0e4, 1.0e-3]
+    point = Linearisation(residual=rng.normal(size=200), jacobian=jacobian)
+    widths = half_width(point, np.repeat(np.arange(10), 20), np.full(3, np.inf))
+    assert (widths > 0.0).all()

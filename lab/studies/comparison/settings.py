@@ -1,6 +1,6 @@
 """What two choices that were made with errors in sight change on logs that they were not made on.
 
-``python -m lab.studies.comparison.settings --xl330 LOGS --sts3215 LOGS --price 0.1`` diagnoses the
+``python -m lab.studies.comparison.settings --xl330 LOGS --sts3215 LOGS --price 0.05`` diagnoses the
 different fits of these servos, and with ``--so101 LOGS`` those of an arm's joints, at another price
 of a number than `PRICE`. ``--in-sight`` gives each diagnosis the plain model that was chosen with
 errors of the XL330's logs in sight. What is in ``settings.json`` is not made again.

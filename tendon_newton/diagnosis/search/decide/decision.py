@@ -208,7 +208,7 @@ def look_further(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
     if decisive.is_late:
         return
     view = survey(decisive.worlds, fit, names, decisive.floors, LAST_SHARE)
-    chooser = Chooser(view, 1.0 / decisive.worlds.rows_alone(fit.residual), len(names))
+    chooser = Chooser(view, cost_of_choice(decisive, fit), len(names))
     starts = new_starts(decisive, view, chooser.singles(PREDICTORS))
     follow(decisive, view, starts, coarse=0)
 
@@ -271,9 +271,8 @@ def best_predictor(
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
     and to predict are two things. Each cause of the answer stays; it may have none. A number costs
-    one nat of what the rows tell together (Akaike, A new look at the statistical model
-    identification, 1974): parts that are left out are of the conditions of those that are seen. A
-    published plain model was fixed beforehand: nobody chose it for what it predicts here.
+    what choosing it out of the catalogue does (see `cost_of_choice`). A published plain model was
+    fixed beforehand: nobody chose it for what it predicts here.
 
     Args:
         decisive: Has the fits of all rows.
@@ -281,13 +280,12 @@ def best_predictor(
         plain: What plain models are called -> their fits.
     """
     answer, plain = decided.fit, plain or {}
-    alone = decisive.worlds.rows_alone(answer.residual)
-
+    choice = cost_of_choice(decisive, answer)
     published = {frozenset(plain[name].names) for name in PLAIN_MODELS if name in plain}
 
     def cost(fit: Fit) -> float:
         numbers = sum(map(decisive.bar, fit.names)) / decisive.price
-        return 0.0 if frozenset(fit.names) in published else numbers / alone
+        return 0.0 if frozenset(fit.names) in published else choice * numbers
 
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
@@ -306,6 +304,17 @@ def best_predictor(
         if found is not None and found.sum() + cost(fit) < predicts + cost(best):
             best, predicts = fit, float(found.sum())
     return best, predicts
+
+
+def cost_of_choice(decisive: Pool, fit: Fit) -> float:
+    """Return what a number costs that is chosen for what it predicts [nat per row].
+
+    The best of n causes that are nothing gains about log(n) nat of what the rows tell together.
+
+    Source: Foster and George, The risk inflation criterion for multiple regression (1994).
+    """
+    worlds = decisive.worlds
+    return float(np.log(len(worlds.study.table.effects))) / worlds.rows_alone(fit.residual)
 
 
 def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:
