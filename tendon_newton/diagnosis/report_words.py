@@ -30,6 +30,8 @@ SENTENCES: dict[str, str] = {
     "joint_damping_error": "The joints' damping is {scale:than}",
     "joint_dry_friction": "The joints rub with {fraction} of their springs' full torque",
     "joint_stiffness_error": "The return springs' stiffness is {scale:than}",
+    "joint_encoder_delay": "The joints' encoders come {delay} late",
+    "joint_encoder_gain": "What the joints' encoders read is {scale:than}",
     "load_cell_bias": "The load cell reads {offset:size} too [low|high]",
     "load_cell_delay": "The load cell's readings come {delay} late",
     "load_cell_drift": "The load cell drifts [down|up] by {rate:size}",

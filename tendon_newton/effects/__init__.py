@@ -49,6 +49,8 @@ IN_ORDER = (  # in which they act within a stage
     "load_cell_gain",
     "load_cell_bias",
     "load_cell_drift",
+    "joint_encoder_delay",
+    "joint_encoder_gain",
 )
 
 

@@ -1,6 +1,6 @@
 """Declaration of a physical effect: parameters with nulls, equation, source, and stages."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from enum import Enum
 from typing import Any, ClassVar, Literal
 
@@ -71,6 +71,9 @@ class Stage(Enum):
     """(time_constant: real, values) -> real: the load cell's own lag [s]."""
     CELL = "cell"
     """(force: real, time: real, values) -> real: what the load cell makes of a force [N]."""
+    JOINT_READING = "joint_reading"
+    """(joints, time [s], values) -> joints: what encoders on joints make of their motion [rad, m],
+    shapes (S, J) and (S,). No motion depends on it: it is the one stage without device code."""
 
 
 class Effect(DeviceCode):
@@ -128,10 +131,20 @@ class Effect(DeviceCode):
         """
         if independent and cls.side == "mechanism":
             return cls.hook(Stage.TILT) is None
-        return cls.side != "mechanism" and cls.hook(Stage.PERIOD) is None
+        shared = (Stage.PERIOD, Stage.JOINT_READING)
+        return cls.side != "mechanism" and all(cls.hook(stage) is None for stage in shared)
 
     @classmethod
     def acts_on_cell_only(cls) -> bool:
         """Tell whether the effect changes nothing but what the load cell reads."""
-        cell = {Stage.CELL_CLOCK, Stage.CELL_LAG, Stage.CELL}
-        return all(cls.hook(stage) is None for stage in Stage if stage not in cell)
+        return cls._acts_only_in({Stage.CELL_CLOCK, Stage.CELL_LAG, Stage.CELL})
+
+    @classmethod
+    def acts_on_joint_encoders_only(cls) -> bool:
+        """Tell whether the effect changes nothing but what encoders on joints read."""
+        return cls._acts_only_in({Stage.JOINT_READING})
+
+    @classmethod
+    def _acts_only_in(cls, own: Container[Stage]) -> bool:
+        """Tell whether the effect acts in no other stages."""
+        return all(cls.hook(stage) is None for stage in Stage if stage not in own)

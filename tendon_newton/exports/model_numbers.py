@@ -55,6 +55,10 @@ def refuse_damaged(model: Model, forceful: str | None = None) -> None:
     spool_radius_of(model)
 
 
+JOINT_ENCODERS = tuple(n for n, e in EFFECTS.items() if e.acts_on_joint_encoders_only())
+"""Effects of encoders on joints, whose readings no target shows."""
+
+
 def coverage_of(exact: tuple[str, ...], nearly: tuple[str, ...]) -> dict[str, Coverage]:
     """Return what becomes of every effect: those named, and of all others nothing."""
     return {

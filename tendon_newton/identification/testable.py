@@ -18,7 +18,7 @@ MOVES = 10.0  # Noise floors of the encoder from which a change of the angle is 
 
 
 def testable_effects(study: Study) -> tuple[str, ...]:
-    """Return the causes that could show: no load cell's without one, no string's on a shaft.
+    """Return the causes that could show: no sensor's without it, no string's on a shaft.
 
     What a model says exactly is no cause.
 
@@ -26,9 +26,11 @@ def testable_effects(study: Study) -> tuple[str, ...]:
     """
     has_cell = any(recording.force is not None for recording in study.recordings)
     has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
+    reads_joints = any(name in own for own in study.compared for name in ("joint", "slide"))
     out: list[str] = []
     for name, effect in EFFECTS.items():
         unseen = effect.acts_on_cell_only() and not has_cell
+        unseen = unseen or (effect.acts_on_joint_encoders_only() and not reads_joints)
         if unseen or not study.shows(name) or (effect.needs_string and not has_string):
             continue
         if name in study.exact:

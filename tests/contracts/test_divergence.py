@@ -53,9 +53,13 @@ def strengths(parameter: Parameter, shares: tuple[float, ...]) -> Array:
 
 
 def candidates(rollout: Rollout) -> Iterator[tuple[str, Array]]:
-    """Return every effect at all of its strengths, alone and beside dry friction."""
+    """Return every effect at all of its strengths, alone and beside dry friction.
+
+    What encoders on joints read moves nothing, and may lie beyond a joint's end stops.
+    """
     owners = rollout.table.owners
-    for beside, (name, effect) in product(FRICTIONS, EFFECTS.items()):
+    moving = [(n, e) for n, e in EFFECTS.items() if not e.acts_on_joint_encoders_only()]
+    for beside, (name, effect) in product(FRICTIONS, moving):
         vector = rollout.base_vectors(IDEAL)[0].copy()
         if beside is not None:
             (column,) = rollout.table.columns(beside)

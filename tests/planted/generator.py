@@ -31,9 +31,17 @@ from tests.planted.recordings import (
     draw_slots,
     record,
 )
-from tests.planted.sets.draws import COULOMB_KNOWN, EFFECTS, OUTSIDE, VISCOUS_KNOWN, base_causes
+from tests.planted.sets.draws import (
+    COULOMB_KNOWN,
+    EFFECTS,
+    JOINT_ENCODERS,
+    OUTSIDE,
+    VISCOUS_KNOWN,
+    base_causes,
+)
 from tests.planted.truth import Truth, changes, errors, totals
 
+DRAWS = {**EFFECTS, **JOINT_ENCODERS, **OUTSIDE}  # What can be planted, by name
 SMALL = 0.1  # Size of an imperfection that has the form of an effect [1]
 
 
@@ -41,7 +49,7 @@ SMALL = 0.1  # Size of an imperfection that has the form of an effect [1]
 class Recipe:
     """Everything that decides a dataset: the same recipe gives the same files."""
 
-    effects: tuple[str, ...] = ()  # Names in ``EFFECTS`` or ``OUTSIDE``; none plants nothing
+    effects: tuple[str, ...] = ()  # Names in `DRAWS`; none plants nothing
     seed: int = 0
     mix: str = "A"  # Benches, a key of ``MIXES``
     duration: tuple[float, float] = DURATION  # Shortest and longest recording [s]
@@ -67,10 +75,9 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
     Raises:
         UnknownName: The recipe asks for a cause that there is not.
     """
-    draws = {**EFFECTS, **OUTSIDE}
     for name in recipe.effects:
-        if name not in draws:
-            raise unknown_name("cause", name, draws)
+        if name not in DRAWS:
+            raise unknown_name("cause", name, DRAWS)
     rng = np.random.default_rng([recipe.seed, zlib.crc32("+".join(recipe.effects).encode())])
     base = base_causes(
         rng,
@@ -78,10 +85,10 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
         imperfection=recipe.imperfection,
         second_form=recipe.second_form,
     )
-    small = {name: draws[name](rng, SMALL) for name in recipe.small}
+    small = {name: DRAWS[name](rng, SMALL) for name in recipe.small}
     for cause in small.values():
         base = cause.built_on(base)
-    planted = {name: draws[name](rng, recipe.size) for name in recipe.effects}
+    planted = {name: DRAWS[name](rng, recipe.size) for name in recipe.effects}
     causes = base
     for cause in planted.values():
         causes = cause.built_on(causes)
@@ -92,7 +99,8 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
     true, spared, modelled = held_out_motions(motions)
     sensors = Sensors(
         force_noise=recipe.force_noise, noise_colour=recipe.noise_colour,
-        cell_rate=recipe.cell_rate, on_joint=recipe.on_joint,
+        cell_rate=recipe.cell_rate,
+        on_joint=recipe.on_joint or not JOINT_ENCODERS.keys().isdisjoint(recipe.effects),
     )  # fmt: skip
     recordings = tuple(
         record(rng, slot, run, motion, sensors, gaps=recipe.gaps)
@@ -163,9 +171,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Make one dataset from the command line."""
     parser = argparse.ArgumentParser(description="Make a dataset with planted causes.")
     parser.add_argument("out", type=Path)
-    parser.add_argument(
-        "--effect", dest="effects", nargs="+", choices=[*EFFECTS, *OUTSIDE], default=()
-    )
+    parser.add_argument("--effect", dest="effects", nargs="+", choices=[*DRAWS], default=())
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--mix", choices=list(MIXES), default="A")
     parser.add_argument("--size", type=float, default=1.0, help="of the causes [1]")

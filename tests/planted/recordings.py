@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from tendon_newton.data.recording import Array, Recording
 from tests.planted.physics.bench import Bench
@@ -76,13 +77,18 @@ def draw_run(
     )
 
 
-def joint_encoders(motion: Motion) -> Array:
-    """Joints from where each began: angles of 14 bits a turn (T, 2), places of 1 um (T, 1)."""
+def joint_encoders(motion: Motion, run: Run) -> Array:
+    """Joints from where each began: angles of 14 bits a turn (T, 2), places of 1 um (T, 1).
+
+    Late ones read a curve through the rows that does not overshoot.
+    """
     turns = motion.tip is not None
     step, place = (
         (JOINT_STEP, motion.coordinates) if turns else (SLIDE_STEP, motion.coordinates[:, :1])
     )
-    return (np.round((place - place[0]) / step) * step).round(6)
+    then = np.maximum(run.time - run.causes.joint_delay, run.time[0])
+    read = run.causes.joint_gain * PchipInterpolator(run.time, place - place[0])(then)
+    return (np.round(read / step) * step).round(6)
 
 
 def record(
@@ -91,7 +97,7 @@ def record(
     """Pass a motion through the sensors."""
     theta, speed = encoder(motion.angle).round(6), speed_register(rng, motion.speed).round(3)
     force = load_cell(rng, motion.cell, sensors).round(4)
-    joint = joint_encoders(motion) if sensors.on_joint else None
+    joint = joint_encoders(motion, run) if sensors.on_joint else None
     tip = None if motion.tip is None else camera(rng, motion.tip).round(5)
     kept = kept_rows(rng, run.time.size) if gaps else np.arange(run.time.size)
     return Recording(

@@ -83,10 +83,11 @@ SENSORS = (
     "load_cell_gain",
     "load_cell_bias",
     "load_cell_drift",
+    *model_numbers.JOINT_ENCODERS,
 )
 # A rotor in its play meets its edges in the middle of a step, which nothing divides
 NEARLY = ("backlash",)
-# What the drive says of each effect; nobody has a load cell
+# What the drive says of each effect; nobody has a load cell or an encoder on a joint
 COVERAGE = model_numbers.coverage_of(tuple({*EFFECTS} - {*NEARLY, *SENSORS}), NEARLY)
 
 

@@ -18,7 +18,7 @@ from tendon_newton.device_code.kernel_loading import load_kernels
 from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
 from tendon_newton.device_code.structs import Commands, Readout, Rows, States, Worlds
 from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
-from tendon_newton.effects import EFFECTS
+from tendon_newton.effects import EFFECTS, Stage, find_effect
 from tendon_newton.errors import (
     InvalidModelFile,
     InvalidParameter,
@@ -286,7 +286,22 @@ class Rollout:
             width = self.kernels.structure.joint_count if name == "joints" else None
             values = signal.reshape(len(signal), -1)[:, :width]
             out[name] = self._chains.beside(values[rows])
+        if "joints" in out:
+            self._read_joints(out["joints"], parameters)
         return out
+
+    def _read_joints(self, joints: Array, parameters: Array) -> None:
+        """Put what encoders read in place of joint positions (N, S, J), by vectors (N, R, P)."""
+        for effect in map(find_effect, self.table.effects):
+            reading = effect.hook(Stage.JOINT_READING)
+            if reading is None:
+                continue
+            values = parameters[..., list(self.table.columns(effect.name))]
+            null = [parameter.null for parameter in effect.parameters]
+            for n, r in np.argwhere((values != null).any(axis=-1)):
+                rows = self.rows_of(r)
+                if np.isfinite(joints[n, rows]).all():
+                    joints[n, rows] = reading(joints[n, rows], self.timelines[r].time, values[n, r])
 
     def _launch(self, vectors: Array, bench: Array, world_recording: Indices) -> Launch:
         """Return worlds of some numbers, shapes (W, P') and (W, B), at their start."""

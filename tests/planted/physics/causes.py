@@ -78,6 +78,8 @@ class Causes:
     cell_drift: float = 0.0  # [N/s] from each recording's first row
     cell_lag: float = 0.0  # Time constant of the load cell [s]
     cell_delay: float = 0.0  # How late the load cell's clock is [s]
+    joint_gain: float = 1.0  # What encoders on joints read of their motion [1]
+    joint_delay: float = 0.0  # How late these encoders are [s]
     period_scale: float = 1.0  # Time between two rows against what the log says [1]
 
     # Amplitude of the motor force's ripple [N], in sin(cogging_rate * angle + phase)

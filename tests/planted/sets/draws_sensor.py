@@ -32,3 +32,10 @@ SENSOR: Mapping[str, Draw] = {
     "load_cell_delay": evenly("delay", "cell_delay", 0.02, 0.11),
     "sample_period_error": sample_period_error,
 }
+JOINT_ENCODERS: Mapping[str, Draw] = {
+    # Encoders on joints that read 3 to 12 % too little or too much
+    "joint_encoder_gain": off("scale", "joint_gain", 0.03, 0.12),
+    # Encoders on joints that are 10 to 60 ms late
+    "joint_encoder_delay": evenly("delay", "joint_delay", 0.01, 0.06),
+}
+"""Causes of benches that have encoders on their joints."""
