@@ -173,7 +173,7 @@ def told_lines(fidelity: Fidelity, exported: Exported) -> list[str]:
     for way, own in fidelity.sines.items():
         lines += [f"  {way:24s} {d.text}, sine of {name}" for name, d in own.items()]
     lines += [f"  {line}" for line in push_lines(fidelity)]
-    lines += [] if exported.replays else [f"  {line}" for line in exported.checked.splitlines()]
+    lines += [] if fidelity.replays else [f"  {line}" for line in exported.checked.splitlines()]
     for way, costs in fidelity.costs.items():
         form = exported.nearly.get(way, ())
         left = [name for name in costs if name not in form]
