@@ -1,7 +1,7 @@
 """The gate: a hidden cause is found by its name, and nothing is found where nothing is hidden.
 
 Data come from a plant that is not the simulator; the diagnosis sees the folder alone. Each takes
-two to eight seconds of a core, all 42 effects 140, and yet they are not marked slow: a change that
+two to eight seconds of a core, all 44 effects 150, and yet they are not marked slow: a change that
 breaks the diagnosis must not pass.
 """
 
