@@ -27,6 +27,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     asks_plain_models,
     best_predictor,
     best_without,
+    fit_special_cases,
     followed,
     followed_to_end,
     held_out_gains,
@@ -761,6 +762,22 @@ def test_what_is_written_grows_by_what_no_set_had(worlds: SearchWorlds) -> None:
     assert found.predictor is not None
     assert set(found.predictor.names) == {"coulomb_friction", "viscous_friction"}
     assert found.fit is named
+
+
+def test_a_special_case_that_was_left_behind_begins_where_its_law_stands(
+    worlds: SearchWorlds,
+) -> None:
+    """Else the law is sharper than its special case, which explains as much."""
+    pool = pool_of(worlds)
+    law = started(pool, viscous_friction=1.2, stribeck_friction=0.6)
+    poor = replace(started(pool, viscous_friction=1.2, coulomb_friction=0.2), settled=True)
+    pool.add([law, poor])
+    fit_special_cases(pool, law, "stribeck_friction")
+    found = pool.fits[frozenset(poor.names)]
+    assert found.score < poor.score - PRICE
+    assert values_of(worlds, found.columns, found.place)[
+        worlds.study.table.columns("coulomb_friction")[0]
+    ] == pytest.approx(0.6, rel=0.1)
 
 
 def test_a_descent_that_ended_early_is_begun_anew(worlds: SearchWorlds) -> None:

@@ -453,14 +453,17 @@ def special_case_or_without(decisive: Pool, fit: Fit, name: str) -> Fit:
 
 
 def fit_special_cases(decisive: Pool, fit: Fit, name: str) -> None:
-    """Fit the special cases of a law in its place, where none was fitted."""
-    if not with_special_case(decisive, fit, name):
-        starts = [start for special in special_cases(name)
-                  for start in starts_of_relative(decisive, fit, name, special)]  # fmt: skip
-        found = start_fits(decisive.worlds, starts, decisive.floors, near=True)
-        best = {frozenset(f.names): f for f in sorted(found, key=lambda f: -f.score)}
-        steps = refit(decisive.worlds, [*best.values()], decisive.floors, iterations=2, coarse=0)
-        decisive.add(steps)
+    """Fit the special cases of a law in its place, from where it stands.
+
+    One that was fitted before starts anew where the law leads to a better place.
+    """
+    starts = [start for special in special_cases(name)
+              for start in starts_of_relative(decisive, fit, name, special)]  # fmt: skip
+    begun = start_fits(decisive.worlds, starts, decisive.floors, near=True)
+    best = {frozenset(f.names): f for f in sorted(begun, key=lambda f: -f.score)}
+    new = [f for key, f in best.items()
+           if key not in decisive.fits or f.score < decisive.fits[key].score]  # fmt: skip
+    decisive.add(refit(decisive.worlds, new, decisive.floors, iterations=2, coarse=0))
 
 
 def with_special_case(pool: Pool, fit: Fit, name: str) -> list[Fit]:
