@@ -670,7 +670,7 @@ def test_worlds_are_drawn_from_all_sets_that_have_weight(worlds: SearchWorlds) -
     (fit,) = refit(worlds, [start], pool.floors, iterations=10)
     pool.add([fit, started(pool, viscous_friction=1.2)])
     found, other = found_of(pool, fit), frozenset({"viscous_friction"})
-    posterior = posterior_of(pool, found, fit, {frozenset(fit.names): 0.75, other: 0.25})
+    posterior = posterior_of(pool, found, fit, {frozenset(fit.names): 0.75, other: 0.25}, {})
     assert [(s.weight, set(s.causes)) for s in posterior.sets] == [
         (0.75, set(fit.names)), (0.25, set(other)),
     ]  # fmt: skip
@@ -685,15 +685,30 @@ def test_worlds_are_drawn_from_all_sets_that_have_weight(worlds: SearchWorlds) -
     assert abs(together) > 0.3
 
 
+def test_a_class_is_part_of_the_posterior(worlds: SearchWorlds) -> None:
+    """An experiment needs the numbers of what a diagnosis cannot tell from a cause that it names.
+
+    A set that is of no class is left out where its weight is as small.
+    """
+    pool = pool_of(worlds)
+    fit, rival = started(pool, coulomb_friction=0.5), started(pool, viscous_friction=0.5)
+    pool.add([fit, rival])
+    keys = [*(frozenset(one.names) for one in (fit, rival)), frozenset({"gain_error"})]
+    weights = dict(zip(keys, (0.998, 0.001, 0.001), strict=True))
+    alike = {keys[1]: found_of(pool, rival)}
+    posterior = posterior_of(pool, found_of(pool, fit), fit, weights, alike)
+    assert [own.causes for own in posterior.sets] == [fit.names, rival.names]
+
+
 def test_no_world_has_a_law_of_which_the_answer_has_the_special_case(worlds: SearchWorlds) -> None:
     """A falling friction that errors of form explain as well is in no world that is drawn."""
     pool = pool_of(worlds)
     fit, richer = started(pool, coulomb_friction=0.5), started(pool, stribeck_friction=0.5)
     pool.add([fit, richer])
     weights = {frozenset(fit.names): 0.1, frozenset(richer.names): 0.9}
-    posterior = posterior_of(pool, found_of(pool, fit), fit, weights)
+    posterior = posterior_of(pool, found_of(pool, fit), fit, weights, {})
     assert [own.causes for own in posterior.sets] == [fit.names]
-    assert len(posterior_of(pool, found_of(pool, richer), richer, weights).sets) == 2
+    assert len(posterior_of(pool, found_of(pool, richer), richer, weights, {}).sets) == 2
 
 
 def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: SearchWorlds) -> None:
@@ -875,7 +890,7 @@ def test_causes_without_a_name_are_in_the_model_that_is_written(worlds: SearchWo
     quiet = replace(
         findings, nameless="no_gap", suspected=("coulomb_friction",),
         posterior=posterior_of(pool, named, started(pool, coulomb_friction=0.6),
-                               {frozenset({"coulomb_friction"}): 1.0}),
+                               {frozenset({"coulomb_friction"}): 1.0}, {}),
         criteria={"coulomb_friction": (Criterion(name=OPEN, value=1.0, bar=0.0, passed=False),)},
     )  # fmt: skip
     diagnosis, _ = conclude(

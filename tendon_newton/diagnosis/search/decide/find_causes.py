@@ -167,6 +167,11 @@ def conclude_search(
                      (*special_case_left_open(decisive, final, shown, name), *own)}
               for name, own in decided.rivals.items()}  # fmt: skip
     weights = weights_of(decisive, shown, final, decided.refused)
+    classes = {
+        name: tuple((rival, found_of(decisive, with_it)) for rival, with_it in own.items())
+        for name, own in rivals.items()
+    }
+    alike = {frozenset(found.effects): found for own in classes.values() for _, found in own}
     stop = None
     if named is None and final.names:
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
@@ -177,14 +182,13 @@ def conclude_search(
         final=None if named is None else shown,
         closest=shown,
         suspected=tuple(n for n, own in criteria.items() if not all(c.passed for c in own)),
-        classes={
-            name: tuple((rival, found_of(decisive, with_it)) for rival, with_it in own.items())
-            for name, own in rivals.items()
-        },
+        classes=classes,
         candidates=candidates(pool, decisive, names, final, decided, criteria, stop),
         criteria=criteria,
         probabilities={n: probability(weights, n, rivals.get(n, ())) for n in final.names},
-        posterior=Posterior() if named is None else posterior_of(decisive, shown, final, weights),
+        posterior=Posterior()
+        if named is None
+        else posterior_of(decisive, shown, final, weights, alike),
         plain=decided.plain,
         predictor=None if verdict == "no_gap" else predictor_of(decisive, decided, named),
         predicts=decided.predicts,

@@ -207,7 +207,11 @@ def probability(
 
 
 def posterior_of(
-    pool: Pool, found: Found, fit: Fit, weights: Mapping[frozenset[str], float]
+    pool: Pool,
+    found: Found,
+    fit: Fit,
+    weights: Mapping[frozenset[str], float],
+    alike: Mapping[frozenset[str], Found],
 ) -> Posterior:
     """Return the sets that have weight, each around its own optimum.
 
@@ -219,13 +223,16 @@ def posterior_of(
         found: The answer.
         fit: The answer's set as it was fitted.
         weights: Weights of all fitted sets.
+        alike: Sets with a cause in the place of one of its class. An experiment tells them apart,
+            so they are kept with whatever weight they have.
     """
     answer, sets = frozenset(fit.names), list[FittedSet]()
     plain = {k: w for k, w in weights.items() if not holds_law_of(answer, k)}
     least = LEAST_WEIGHT * sum(plain.values())
     kept = sorted((k for k, w in plain.items() if w >= least), key=lambda k: -plain[k])
-    for key in kept[:MOST_SETS]:
-        own = found if key == answer else found_of(pool, pool.fits[key])
+    told = [key for key in alike if weights.get(key, 0.0) > 0.0]
+    for key in dict.fromkeys((*kept[:MOST_SETS], *told)):
+        own = found if key == answer else alike.get(key) or found_of(pool, pool.fits[key])
         sets.append(
             FittedSet(
                 weight=weights[key],
