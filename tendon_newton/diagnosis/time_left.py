@@ -24,7 +24,7 @@ TRIFLE = 1.0e-9  # By how much the first number of these candidates differs [its
 TRIAL_ROWS = 100  # Rows of a recording on which that is seen
 SLOWDOWN = 2.0
 """Time that a candidate takes with several causes, dry friction among them, in that of the model as
-it is [1]: 1.3 to 2.6 by `lab.benchmarks.substep`."""
+it is [1]: 1.3 to 2.6, as timed."""
 REPORT = 10.0  # Time that figures and files take [s]
 TRAIN_RUNS, TEST_RUNS = 6, 28
 """Candidates that are simulated at the end on all training and on all test rows, at the search's

@@ -31,6 +31,8 @@ from tendon_newton.diagnosis.search.decide.decision import (
     followed,
     followed_to_end,
     held_out_gains,
+    new_name,
+    rivals_of,
     room,
     special_case_left_open,
     special_case_or_without,
@@ -955,3 +957,21 @@ def test_of_two_forms_of_one_friction_either_begins_with_the_strength_of_both() 
     assert kept == ("stribeck_friction",)
     assert values[first] == pytest.approx(0.5, rel=1e-3)
     assert static not in values or values[static] >= values[first]
+
+
+def test_a_special_case_is_told_however_many_laws_are_better(worlds: SearchWorlds) -> None:
+    """Two better rivals hid that plain friction explains as much."""
+    study = Study(
+        worlds.study.wholes, ideal_model(),
+        (*CATALOGUE, "asymmetric_friction", "hysteresis", "tendon_slack"), time_step=STEP,
+    )  # fmt: skip
+    pool = pool_of(SearchWorlds(study))
+    named = replace(started(pool, asymmetric_friction=0.6), score=1.0)
+    others = ("stribeck_friction", "hysteresis", "tendon_slack")
+    better = [
+        replace(started(pool, **{n: 0.6}), score=1.0 + 0.01 * k) for k, n in enumerate(others)
+    ]
+    plain = replace(started(pool, coulomb_friction=0.6), score=1.08)
+    pool.add([named, *better, plain])
+    found = [new_name(named, rival) for rival in rivals_of(pool, named, "asymmetric_friction")]
+    assert found == ["stribeck_friction", "hysteresis", "coulomb_friction"]

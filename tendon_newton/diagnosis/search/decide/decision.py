@@ -110,7 +110,10 @@ def transfer(pool: Pool, fits: Sequence[Fit], decisive: Pool) -> list[Fit]:
 
 
 def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]:
-    """Return the best fits with another cause in the place of one, few prices behind at most."""
+    """Return the best fits with another cause in the place of one, few prices behind at most.
+
+    A special case of the cause is among them however many others are better.
+    """
     rest = frozenset(fit.names) - {name}
     found = [
         f for f in pool.fits.values()
@@ -118,7 +121,9 @@ def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]
     ]  # fmt: skip
     near = [f for f in found
             if pool.gain(fit, f) < prices * room(pool, name, new_name(fit, f))]  # fmt: skip
-    return sorted(near, key=lambda f: pool.gain(fit, f))[:FEW_RIVALS]
+    near.sort(key=lambda f: pool.gain(fit, f))
+    plainer = special_cases(name)
+    return [f for i, f in enumerate(near) if i < FEW_RIVALS or new_name(fit, f) in plainer]
 
 
 def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decided:
