@@ -297,9 +297,7 @@ def conclude(
 def rivals(
     findings: Findings, named: Sequence[str], after: SquaredErrors, others: Sequence[SquaredErrors]
 ) -> tuple[Rival, ...]:
-    """Return the answer beside plain models, the best on unseen training parts first."""
-    if findings.predicts is None:
-        return ()
+    """Return an answer beside plain models, best on unseen parts first; none if it is alone."""
     out = [
         Rival(
             name=model.name, effects=model.effects, held_out=model.held_out, errors=errors.pooled(),
@@ -307,6 +305,8 @@ def rivals(
         for model, errors in zip(findings.plain, others, strict=True)
         if set(model.effects) != set(named)
     ]  # fmt: skip
+    if findings.predicts is None or not out:
+        return ()
     answer = Rival(
         name="this answer", effects=tuple(named), held_out=findings.predicts,
         errors=after.pooled(), chosen=True,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.diagnosis import evaluation
+from tendon_newton.diagnosis.diagnose import rivals
 from tendon_newton.diagnosis.evaluation import (
     SquaredErrors,
     explained_fraction,
@@ -71,3 +72,10 @@ def test_what_harms_on_whole_recordings_is_not_written(monkeypatch, left, kept) 
     whole: Any = SimpleNamespace(noise=NOISE)
     found = with_whole_recordings(findings, whole, np.random.default_rng(0))
     assert (found.predictor is predictor) is kept
+
+
+def test_an_answer_beside_nothing_is_no_comparison() -> None:
+    """A report showed a table of one row, the answer itself."""
+    findings: Any = SimpleNamespace(predicts=1.0, plain=())
+    after: Any = SimpleNamespace(pooled=lambda: None)
+    assert rivals(findings, ("viscous_friction",), after, ()) == ()
