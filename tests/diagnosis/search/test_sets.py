@@ -31,6 +31,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     followed,
     followed_to_end,
     held_out_gains,
+    leaves_nothing_at_any_step,
     new_name,
     rivals_of,
     room,
@@ -38,7 +39,6 @@ from tendon_newton.diagnosis.search.decide.decision import (
     special_case_or_without,
     with_predictor,
 )
-from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
     found_of,
@@ -703,13 +703,14 @@ def test_a_class_is_part_of_the_posterior(worlds: SearchWorlds) -> None:
 
 
 def test_no_world_has_a_law_of_which_the_answer_has_the_special_case(worlds: SearchWorlds) -> None:
-    """A falling friction that errors of form explain as well is in no world that is drawn."""
+    """A falling friction that errors of form explain as well is in no world, its class or not."""
     pool = pool_of(worlds)
     fit, richer = started(pool, coulomb_friction=0.5), started(pool, stribeck_friction=0.5)
     pool.add([fit, richer])
     weights = {frozenset(fit.names): 0.1, frozenset(richer.names): 0.9}
-    posterior = posterior_of(pool, found_of(pool, fit), fit, weights, {})
-    assert [own.causes for own in posterior.sets] == [fit.names]
+    for alike in ({}, {frozenset(richer.names): found_of(pool, richer)}):
+        posterior = posterior_of(pool, found_of(pool, fit), fit, weights, alike)
+        assert [own.causes for own in posterior.sets] == [fit.names]
     assert len(posterior_of(pool, found_of(pool, richer), richer, weights, {}).sets) == 2
 
 

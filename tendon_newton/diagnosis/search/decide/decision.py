@@ -160,9 +160,29 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
     if asks_plain_models(decisive, decided.fit):
         plain = plain or fit_plain_models(decisive, names)
         decided = beside_plain_models(decisive, decided, plain, names)
-    elif decisive.leaves_nothing(decided.fit, anywhere=True, usual=not decided.fit.names):
+    elif leaves_nothing_at_any_step(
+        decisive, decided.fit, anywhere=True, usual=not decided.fit.names
+    ):
         return decided
     return with_predictor(decisive, decided, plain, names)
+
+
+def leaves_nothing_at_any_step(
+    pool: Pool, fit: Fit, *, anywhere: bool = False, usual: bool = True
+) -> bool:
+    """Tell whether a fit leaves nothing, at the search's step or at the finest one.
+
+    Args:
+        pool: Has the fits of all rows.
+        fit: The fit.
+        anywhere: As of `Pool.leaves_nothing`, like the next.
+        usual: Whether all that laws usually miss counts as nothing.
+    """
+    if pool.leaves_nothing(fit, anywhere=anywhere, usual=usual):
+        return True
+    values = values_of(pool.worlds, fit.columns, fit.place)
+    finest = replace(fit, residual=pool.worlds.finest(values))
+    return pool.leaves_nothing(finest, anywhere=anywhere, usual=usual)
 
 
 def beside_plain_models(

@@ -19,6 +19,7 @@ from tendon_newton.diagnosis.search.decide.account import (
 from tendon_newton.diagnosis.search.decide.decision import (
     Decided,
     decide,
+    leaves_nothing_at_any_step,
     new_name,
     special_case_left_open,
     transfer,
@@ -218,11 +219,3 @@ def verdict_of(decisive: Pool, final: Fit, share: float) -> Verdict:
     if leaves_nothing_at_any_step(decisive, final):
         return "explained"
     return "partly_explained" if share >= LEAST_EXPLAINED else "unexplained"
-
-
-def leaves_nothing_at_any_step(pool: Pool, fit: Fit) -> bool:
-    """Tell whether a fit leaves nothing, at the search's step or at the finest one."""
-    if pool.leaves_nothing(fit, usual=True):
-        return True
-    values = values_of(pool.worlds, fit.columns, fit.place)
-    return pool.leaves_nothing(replace(fit, residual=pool.worlds.finest(values)), usual=True)

@@ -224,13 +224,13 @@ def posterior_of(
         fit: The answer's set as it was fitted.
         weights: Weights of all fitted sets.
         alike: Sets with a cause in the place of one of its class. An experiment tells them apart,
-            so they are kept with whatever weight they have.
+            so they are kept with whatever weight they have, but for laws as above.
     """
     answer, sets = frozenset(fit.names), list[FittedSet]()
     plain = {k: w for k, w in weights.items() if not holds_law_of(answer, k)}
     least = LEAST_WEIGHT * sum(plain.values())
     kept = sorted((k for k, w in plain.items() if w >= least), key=lambda k: -plain[k])
-    told = [key for key in alike if weights.get(key, 0.0) > 0.0]
+    told = [key for key in alike if plain.get(key, 0.0) > 0.0]
     for key in dict.fromkeys((*kept[:MOST_SETS], *told)):
         own = found if key == answer else alike.get(key) or found_of(pool, pool.fits[key])
         sets.append(
