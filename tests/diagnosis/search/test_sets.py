@@ -27,6 +27,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     asks_plain_models,
     best_predictor,
     best_without,
+    decide,
     fit_special_cases,
     followed,
     followed_to_end,
@@ -780,6 +781,23 @@ def test_what_is_written_grows_by_what_no_set_had(worlds: SearchWorlds) -> None:
     assert found.predictor is not None
     assert set(found.predictor.names) == {"coulomb_friction", "viscous_friction"}
     assert found.fit is named
+
+
+@pytest.mark.parametrize("step", ["followed_to_end", "fit_special_cases", "with_predictor"])
+def test_a_decision_takes_each_step(
+    step: str, worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where something is left: names of planted sets hardly change without one of them."""
+
+    def reached(*_: Any) -> None:
+        raise InterruptedError(step)
+
+    pool = pool_of(worlds)
+    fit = started(pool, coulomb_friction=0.6)
+    pool.add([started(pool), fit])
+    monkeypatch.setattr(decision, step, reached)
+    with pytest.raises(InterruptedError, match=step):
+        decide(pool, fit, pool, ("coulomb_friction",))
 
 
 def test_a_special_case_that_was_left_behind_begins_where_its_law_stands(
