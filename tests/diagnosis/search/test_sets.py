@@ -783,7 +783,7 @@ def test_what_is_written_grows_by_what_no_set_had(worlds: SearchWorlds) -> None:
     assert found.fit is named
 
 
-@pytest.mark.parametrize("step", ["followed_to_end", "fit_special_cases", "with_predictor"])
+@pytest.mark.parametrize("step", ["followed_to_end", "with_predictor"])
 def test_a_decision_takes_each_step(
     step: str, worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
 ) -> None:
