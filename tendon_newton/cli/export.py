@@ -19,8 +19,7 @@ class ExportConfig:
     """Model file, a diagnosis (its folder or its diagnosis.json), or a known servo; of an arm, that
     of `diagnose --arm` or its arm.json."""
     to: str
-    """Target: mujoco, newton, isaaclab, mjlab, networks, usd or urdf; docs/export.md says what
-    each can hold."""
+    """Target: mujoco, newton, usd or urdf; docs/export.md says what each can hold."""
     out: Path  # Folder for the files; made if it is not there.
     bench: str | None = None
     """Bench to export, or the arm's asset; by default that of the recordings or of the diagnosis,

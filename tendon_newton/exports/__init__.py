@@ -6,8 +6,6 @@ own simulation of the same commands, and what it leaves out.
 
 from tendon_newton import plug_ins
 from tendon_newton.errors import InvalidPlugIn, unknown_name
-from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
-from tendon_newton.exports.configs.mjlab_target import MJLAB
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.mujoco.mujoco_target import MUJOCO
 from tendon_newton.exports.newton.newton_target import NEWTON
@@ -17,8 +15,6 @@ from tendon_newton.exports.usd_target import USD
 EXPORTS: dict[str, ExportTarget] = {
     "mujoco": MUJOCO,
     "newton": NEWTON,
-    "isaaclab": ISAACLAB,
-    "mjlab": MJLAB,
     "usd": USD,
     "urdf": URDF,
 }

@@ -15,7 +15,6 @@ FORCE_NETWORKS = NameTable(
     {
         "mlp": "Mlp",
         "rnn": "Rnn",
-        "lstm": "Lstm",
         "transformer": "Transformer",
     },
 )
@@ -40,26 +39,15 @@ def find_force_network(kind: str) -> type[ForceNetwork]:
     return getattr(importlib.import_module(f"{__name__}.{kind}"), name)
 
 
-def kinds_in(of_set: str) -> tuple[str, ...]:
-    """Return the kinds that have sizes in a set.
-
-    Raises:
-        UnknownName: No such set.
-    """
-    if of_set not in SETS:
-        raise unknown_name("set of networks", of_set, SETS)
-    return tuple(kind for kind in FORCE_NETWORKS if of_set in find_force_network(kind).sizes)
-
-
 def build_network(kind: str, *, of_set: str, window: int) -> ForceNetwork:
     """Return an untrained network.
 
     The kind is a key of `FORCE_NETWORKS`, the set one of `SETS`; the window counts samples.
 
     Raises:
-        UnknownName: No such set, or none of this kind in it.
+        UnknownName: No such kind, or no sizes of it in this set.
     """
     family: Any = find_force_network(kind)  # each kind has sizes of its own
     if of_set not in family.sizes:
-        raise unknown_name(f"network in the set {of_set!r}", kind, kinds_in(of_set))
+        raise unknown_name(f"set of sizes of {kind!r}", of_set, family.sizes)
     return family(window, **family.sizes[of_set])

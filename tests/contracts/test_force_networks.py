@@ -24,10 +24,9 @@ from tendon_newton.force_networks import (
     SETS,
     build_network,
     find_force_network,
-    kinds_in,
 )
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
-from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
+from tendon_newton.force_networks.rnn import Rnn
 from tendon_newton.force_networks.weights_file import write_weights
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
@@ -40,10 +39,10 @@ from tests.train.actuator.network_files import card_of
 
 pytestmark = pytest.mark.usefixtures("own_trust")
 
-EVERY = [(of_set, kind) for of_set in SETS for kind in kinds_in(of_set)]
+EVERY = [(of_set, kind) for kind in FORCE_NETWORKS for of_set in find_force_network(kind).sizes]
 every_network = pytest.mark.parametrize(("of_set", "kind"), EVERY)
 every_kind = pytest.mark.parametrize("kind", FORCE_NETWORKS)
-RECURRENT = [k for k in FORCE_NETWORKS if issubclass(find_force_network(k), RecurrentNetwork)]
+RECURRENT = [k for k in FORCE_NETWORKS if issubclass(find_force_network(k), Rnn)]
 
 
 def first_set(kind: str) -> str:
@@ -74,7 +73,6 @@ def test_a_force_network_says_what_it_is(kind: str) -> None:
 
 def test_every_kind_can_be_compared_at_the_same_size() -> None:
     """The set of matched sizes has all kinds; parameters within 20 %, as the paper asks for."""
-    assert kinds_in("matched") == tuple(FORCE_NETWORKS)
     counts = [parameter_count(made(kind, "matched")) for kind in FORCE_NETWORKS]
     assert max(counts) < 1.2 * min(counts)
 
@@ -202,7 +200,7 @@ def test_worlds_of_a_loop_do_not_mix(tmp_path: Path, kind: str) -> None:
 def test_streaming_equals_a_window_of_the_same_samples(kind: str) -> None:
     """Thirty steps from the initial state are one window of thirty samples, at each of them."""
     network = made(kind)
-    assert isinstance(network, RecurrentNetwork)
+    assert isinstance(network, Rnn)
     state, seen = network.initial_state(64), []
     with torch.no_grad():
         for k in range(30):
@@ -218,7 +216,7 @@ def test_streaming_equals_a_window_of_the_same_samples(kind: str) -> None:
 def test_a_masked_reset_forgets_in_those_worlds_alone(kind: str) -> None:
     """Worlds in the mask go on as from a fresh start, bit for bit, and the others as before."""
     network = made(kind)
-    assert isinstance(network, RecurrentNetwork)
+    assert isinstance(network, Rnn)
     mask = torch.arange(64) % 3 == 0
     with torch.no_grad():
         _, state = network.step(windows()[:, 0], network.initial_state(64))
@@ -235,7 +233,7 @@ def test_a_streaming_onnx_file_keeps_its_state_outside(tmp_path: Path, kind: str
     import onnxruntime
 
     network = made(kind)
-    assert isinstance(network, RecurrentNetwork)
+    assert isinstance(network, Rnn)
     write_onnx(tmp_path / "n.onnx", network, card_of(kind, streaming=True))
     session = onnxruntime.InferenceSession(tmp_path / "n.onnx")
     state, tension = np.zeros((5, network.state_size), dtype=np.float32), np.zeros(5)
@@ -251,7 +249,5 @@ def test_an_unknown_network_is_named() -> None:
     known = ", ".join(sorted(FORCE_NETWORKS))
     with pytest.raises(UnknownName, match=f"'nonesuch'.*{known}"):
         build_network("nonesuch", of_set="paper", window=30)
-    with pytest.raises(UnknownName, match=r"'paper'.*'lstm'.*mlp, rnn, transformer"):
-        build_network("lstm", of_set="paper", window=30)
     with pytest.raises(UnknownName, match="authors, matched, paper"):
         build_network("mlp", of_set="papers", window=30)

@@ -85,7 +85,7 @@ def test_what_is_not_installed_is_not_known(tmp_path, monkeypatch, capsys) -> No
     words = ["import", "bam", str(tmp_path), "--out", str(tmp_path / "out")]
     assert "known: lerobot, mapped" in refusal(words, capsys)
     assert "No verb named 'exam'; " in refusal(["exam"], capsys)
-    assert "known: isaaclab" in refusal(
+    assert "known: mujoco" in refusal(
         ["export", str(tmp_path), "--to", "scale", "--out", str(tmp_path / "out")], capsys
     )
 

@@ -44,9 +44,6 @@ REPORTS: dict[str, tuple[str, ...]] = {
     "a servo's profile": (
         "physics/servos/test_position_servo.py::test_a_profile_speeds_up_and_slows_down",
     ),
-    "a servo in Isaac Lab's numbers": (
-        "exports/test_configs.py::test_isaac_lab_s_numbers_are_those_of_the_servo_at_its_joint",
-    ),
     "play of a joint": (
         "importers/test_lerobot_examination.py::test_what_was_planted_in_a_joint_is_told",
     ),

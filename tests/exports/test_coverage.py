@@ -88,7 +88,7 @@ def test_a_damaged_model_is_refused_and_nothing_is_written(target, damage, tmp_p
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("target", ["mujoco", "newton", "isaaclab", "mjlab"])
+@pytest.mark.parametrize("target", ["mujoco", "newton"])
 def test_a_network_that_is_missing_leaves_nothing_behind(target: str, tmp_path: Path) -> None:
     """The message names the file."""
     values = {"file": str(tmp_path / "nothing.safetensors"), "spool_radius": 0.0125}
@@ -98,7 +98,7 @@ def test_a_network_that_is_missing_leaves_nothing_behind(target: str, tmp_path: 
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("target", ["mujoco", "newton", "isaaclab", "mjlab", "usd", "urdf"])
+@pytest.mark.parametrize("target", list(EXPORTS))
 def test_an_optional_number_may_be_left_out(target: str, tmp_path: Path) -> None:
     """A limit without a knee goes everywhere."""
     model = with_effect("force_saturation", limit=3.0)

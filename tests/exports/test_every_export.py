@@ -33,7 +33,7 @@ from tests.exports.models import IDEAL, SERVOS, model_for, model_of
 from tests.physics.runs import run_of
 
 # Targets whose files another servo changes; Newton's drive has tests of its own for each
-OF_THE_SERVO = ("mujoco", "isaaclab", "mjlab")
+OF_THE_SERVO = ("mujoco",)
 ROUND_OFF = 1.0e-6  # N: what MuJoCo's solver leaves of a force that is none
 
 
@@ -164,7 +164,6 @@ def test_what_the_page_tells_of_a_sine_is_what_a_user_finds(
     ("target", "way", "effects"),
     [
         ("newton", PLAIN_FILE, ()),
-        ("isaaclab", PLAIN_FILE, ()),
         ("mujoco", "model.xml alone", ("coulomb_friction",)),
         ("mujoco", "tendon_step.py", ("coulomb_friction",)),
     ],

@@ -23,7 +23,7 @@ from tendon_hardware.virtual_bench import Faults
 from tendon_newton.actuators.networks.onnx_file import write_onnx
 from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile, TendonNewtonError
-from tendon_newton.force_networks import SETS, build_network, kinds_in
+from tendon_newton.force_networks import FORCE_NETWORKS, SETS, build_network
 from tests.bad_input.memory import peak_memory
 from tests.fuzz.mutations import flip
 from tests.hardware.deploy.policies import card_of
@@ -201,7 +201,7 @@ def test_a_model_bomb_ends_a_child_and_not_the_machine(case: str, tmp_path: Path
     assert peak.size < MEMORY
 
 
-@pytest.mark.parametrize(("of_set", "kind"), [(s, k) for s in SETS for k in kinds_in(s)])
+@pytest.mark.parametrize(("of_set", "kind"), [(s, k) for s in SETS for k in FORCE_NETWORKS])
 def test_networks_that_we_write_are_plain_arithmetic(
     of_set: str, kind: str, tmp_path: Path
 ) -> None:

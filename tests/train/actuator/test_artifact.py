@@ -152,7 +152,7 @@ def test_a_foreign_file_is_refused(tmp_path, module, card, said) -> None:
         ("schema", 2, "schema must be 1; it is 2"),
         ("units", ["deg", "rad", "rad/s", "N"], "units must be"),
         ("inputs", ["theta", "theta_d", "theta_dot"], "inputs must be"),
-        ("kind", "nonesuch", "kind must be one of lstm, mlp, rnn, .*; it is 'nonesuch'"),
+        ("kind", "nonesuch", "kind must be one of mlp, rnn, .*; it is 'nonesuch'"),
         ("kind", "../mlp", "kind must be a name in small letters"),
         ("window", 20, "must take windows of 20 samples"),
         ("window", 0, "window must be 1 to 10000 samples"),

@@ -17,7 +17,7 @@ from torch import Tensor
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.force_network import ForceNetwork
-from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
+from tendon_newton.force_networks.rnn import Rnn
 from tendon_train.actuator.fitting.checkpoint import (
     Checkpoint,
     TrainingState,
@@ -136,7 +136,7 @@ def tension_errors(
 ) -> Tensor:
     """Return predicted minus measured tension [N] of some windows, at one sample or several."""
     if streaming:
-        assert isinstance(network, RecurrentNetwork)
+        assert isinstance(network, Rnn)
         known = targets.shape[1] // UNKNOWN_PAST
         return (network.sequence(windows) - targets)[:, known:]
     return network.last_query(windows) - targets[:, -1]

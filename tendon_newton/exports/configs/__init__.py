@@ -1,1 +1,0 @@
-"""Configuration files of an identified servo for training programs that pin other versions."""
