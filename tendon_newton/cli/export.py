@@ -68,18 +68,22 @@ def main(config: ExportConfig) -> None:
 def export_whole_arm(config: ExportConfig, file: Path) -> None:
     """Write an arm's files and say how far they stray."""
     from tendon_newton.arms.arm_file import read_arm
+    from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.errors import InvalidParameter
-    from tendon_newton.exports.arm_export import arm_motions, export_arm
+    from tendon_newton.exports.arms.arm_export import (
+        arm_motions,
+        export_arm,
+        seconds_of,
+        target_of,
+    )
 
-    if config.to != "mujoco":
-        raise InvalidParameter(
-            f"--to of a whole arm must be mujoco; it is {config.to!r}: a servo alone goes there "
-            f"from the folder of its joint in {file.parent}"
-        )
+    target = target_of(config.to)
     arm = read_arm(file, config.bench)
     motions = arm_motions(arm.arm, config.dataset, config.seconds)
     out = make_folder(config.out)
-    told = export_arm(out, arm, motions, progress=lambda text: print(f"  {text} ..."))
-    print("\n".join(told))
-    print(f"\nwrote arm.xml, arm_step.py, README.md to {out}")
+    seconds = seconds_of(motions)
+    print(f"  replaying {seconds:.0f} s by {' and by '.join(target.ways)} ...", flush=True)
+    told = TimeLeft(seconds * len(target.ways))
+    exported, lines = export_arm(out, arm, config.to, motions, told)
+    print("\n".join(lines))
+    print(f"\nwrote {', '.join(path.name for path in exported.files)}, README.md to {out}")

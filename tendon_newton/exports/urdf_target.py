@@ -2,6 +2,7 @@
 
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,16 +33,13 @@ def write_urdf_target(folder: Path, mechanism: Mechanism, model: Model) -> Expor
     """
     refuse_damaged(model)
     corrected = correct(mechanism, replace(model, bench_overrides={})).corrected
-    robot = ET.Element("robot", name=mechanism.name)
-    ET.SubElement(robot, "link", name=BASE)
-    for place, joint in enumerate(corrected.joints):
-        add_link(robot, joint)
-        parent = corrected.joints[joint.parent] if joint.parent >= 0 else None
-        efforts = (abs(float(t.moment_arm[place])) * t.force_limit for t in corrected.tendons)
-        add_joint(robot, joint, parent, sum(efforts))
-    ET.indent(robot)
+    named = [replace(joint, name=joint_name(joint)) for joint in corrected.joints]
+    efforts = [
+        sum(abs(float(t.moment_arm[place])) * t.force_limit for t in corrected.tendons)
+        for place in range(len(named))
+    ]
     path = folder / ROBOT_FILE
-    write_text(path, ET.tostring(robot, encoding="unicode") + "\n")
+    write_text(path, robot_text(mechanism.name, named, efforts))
     left = not_exact(model, COVERAGE)
     return Exported(files=(path,), loading=LOADING, left_out={ROBOT_FILE: left}, checked=CHECKED)
 
@@ -51,9 +49,23 @@ def joint_name(joint: Joint) -> str:
     return "_".join(joint.prim.strip("/").split("/")[1:])
 
 
+def robot_text(name: str, joints: Sequence[Joint], efforts: Sequence[float]) -> str:
+    """Return joints, whose names all differ, and their links as URDF.
+
+    `efforts` are the most that moves each joint [N m, N].
+    """
+    robot = ET.Element("robot", name=name)
+    ET.SubElement(robot, "link", name=BASE)
+    for joint, effort in zip(joints, efforts, strict=True):
+        add_link(robot, joint)
+        add_joint(robot, joint, joints[joint.parent] if joint.parent >= 0 else None, effort)
+    ET.indent(robot)
+    return ET.tostring(robot, encoding="unicode") + "\n"
+
+
 def link_name(joint: Joint) -> str:
     """Return the name of the link that a joint moves."""
-    return f"{joint_name(joint)}_link"
+    return f"{joint.name}_link"
 
 
 def text_of(values: Array) -> str:
@@ -84,7 +96,7 @@ def add_joint(robot: ET.Element, joint: Joint, parent: Joint | None, effort: flo
         turn = parent.child_rotation.T @ turn
     bounded = all(math.isfinite(end) for end in joint.limits)
     kind = joint.kind if bounded else "continuous"
-    out = ET.SubElement(robot, "joint", name=joint_name(joint), type=kind)
+    out = ET.SubElement(robot, "joint", name=joint.name, type=kind)
     angles = Rotation.from_matrix(turn).as_euler("xyz")
     ET.SubElement(out, "origin", xyz=text_of(place), rpy=text_of(angles))
     ET.SubElement(out, "parent", link=BASE if parent is None else link_name(parent))

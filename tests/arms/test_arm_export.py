@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from newton.solvers import SolverMuJoCo
 
 from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.arms.arm_file import IdentifiedArm
@@ -16,13 +17,18 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.data.recording import Array
-from tendon_newton.exports.arm_export import swings
-from tendon_newton.exports.mujoco.arm_target import (
+from tendon_newton.data.root_mean_square import rms
+from tendon_newton.exports.arms import ARM_EXPORTS
+from tendon_newton.exports.arms.arm_export import export_arm, seconds_of, swings
+from tendon_newton.exports.arms.mujoco_arm import (
+    PROGRAM,
     arm_spec,
     replay_arm_file,
     replay_arm_program,
     write_arm,
 )
+from tendon_newton.exports.arms.newton_arm import driven_builder
+from tendon_newton.mechanisms.authoring.mujoco_file import TIME_STEP
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tests.arms import planted_arm
 
@@ -75,6 +81,18 @@ def steps(arm: IdentifiedArm) -> ArmMotion:
     )  # fmt: skip
 
 
+every_file = pytest.mark.parametrize(
+    ("to", "way"),
+    [(to, way) for to, target in ARM_EXPORTS.items() for way in target.ways if way != PROGRAM],
+)
+
+
+def replayed(to: str, way: str, folder: Path, arm: IdentifiedArm, motion: ArmMotion) -> Array:
+    """Write an arm, and replay a motion of it in one way."""
+    ARM_EXPORTS[to].write(folder, arm)
+    return ARM_EXPORTS[to].ways[way].replay(folder, arm, motion)
+
+
 def ours(arm: IdentifiedArm, motion: ArmMotion) -> Array:
     """Simulate a motion here."""
     return simulate_arm(arm.arm, dict(enumerate(arm.models)), [motion])[0].angles
@@ -86,7 +104,7 @@ def test_the_program_moves_an_arm_as_we_do(mechanism, effects, tmp_path) -> None
     arm = stands(mechanism, servo(*effects), servo(compliance=0.05))
     write_arm(tmp_path, arm)
     motion = steps(arm)
-    missed = replay_arm_program(tmp_path, motion) - ours(arm, motion)
+    missed = replay_arm_program(tmp_path, arm, motion) - ours(arm, motion)
     assert np.sqrt(np.mean(missed**2)) < COUNT
 
 
@@ -95,7 +113,7 @@ def test_the_program_rests_its_tip_on_the_floor(mechanism: Mechanism, tmp_path: 
     arm = stands(mechanism, servo("actuator_lag"), servo("actuator_lag"), floor=-0.1)
     write_arm(tmp_path, arm)
     motion = swings(arm.arm)
-    there, here = replay_arm_program(tmp_path, motion), ours(arm, motion)
+    there, here = replay_arm_program(tmp_path, arm, motion), ours(arm, motion)
     free = ours(stands(mechanism, *arm.models), motion)
     lowest = [arm.arm.tip_height(angles)[0].min() for angles in (free, here, there)]
     assert lowest[0] < -0.15
@@ -103,18 +121,49 @@ def test_the_program_rests_its_tip_on_the_floor(mechanism: Mechanism, tmp_path: 
     assert np.sqrt(np.mean((there - here) ** 2)) < 0.3 * np.sqrt(np.mean((free - here) ** 2))
 
 
-def test_the_file_alone_hangs_where_the_servos_do(mechanism: Mechanism, tmp_path: Path) -> None:
+@every_file
+def test_a_file_alone_hangs_where_the_servos_do(to, way, mechanism, tmp_path) -> None:
     """At rest signs, zeros, tilt, offset and compliance are all that counts."""
     arm = stands(mechanism, servo("position_offset", "actuator_lag"), servo())
-    write_arm(tmp_path, arm)
     held = swings(arm.arm)
     held = ArmMotion(
         recordings=tuple(
             replace(r, command=np.full_like(r.motor_position, 0.2)) for r in held.recordings
         )
     )
-    missed = replay_arm_file(tmp_path, arm.arm, held) - ours(arm, held)
+    missed = replayed(to, way, tmp_path, arm, held) - ours(arm, held)
     assert np.abs(missed[-1]).max() < 0.1 * COUNT
+
+
+@every_file
+def test_a_file_alone_moves_as_the_servos_do(to, way, mechanism, tmp_path) -> None:
+    """Springs and dampers stand for compliance and lag: a tenth is left of what they do."""
+    arm = stands(mechanism, servo("actuator_lag"), servo("actuator_lag", "position_offset"))
+    motion = swings(arm.arm)
+    here, there = ours(arm, motion), replayed(to, way, tmp_path, arm, motion)
+    exact = rms(motion.commands - here)
+    assert rms(there - here) < 0.1 * exact
+
+
+def test_newton_steps_the_file_as_the_replay_does(mechanism: Mechanism, tmp_path: Path) -> None:
+    """The replay takes MuJoCo's model from Newton's solver: the solver's own steps agree."""
+    arm = stands(mechanism, servo("actuator_lag", "deadband"), servo("actuator_lag"))
+    (path,) = ARM_EXPORTS["usd"].write(tmp_path, arm)
+    motion = swings(arm.arm)
+    told = replayed("usd", "arm.usda in Newton", tmp_path, arm, motion)
+    builder = driven_builder()
+    builder.add_usd(str(path), collapse_fixed_joints=True)
+    model = builder.finalize(device="cpu")
+    solver = SolverMuJoCo(model, disable_contacts=True, use_mujoco_cpu=True)
+    here, there, control = model.state(), model.state(), model.control()
+    here.joint_q.assign(motion.commands[0].astype(np.float32))
+    at, rows = 0.0, 20
+    for row in range(rows):
+        control.joint_target_q.assign(motion.commands[row].astype(np.float32))
+        while at < motion.time[row + 1] - motion.time[0] - 0.5 * TIME_STEP:
+            solver.step(here, there, control, None, TIME_STEP)
+            here, there, at = there, here, at + TIME_STEP
+    assert np.abs(here.joint_q.numpy() - told[rows]).max() < 1e-4  # rad: float32
 
 
 def test_dry_friction_holds_a_servo_in_its_band_in_the_file_alone(mechanism, tmp_path) -> None:
@@ -123,7 +172,7 @@ def test_dry_friction_holds_a_servo_in_its_band_in_the_file_alone(mechanism, tmp
     arm = stands(mechanism, *bands)
     write_arm(tmp_path, arm)
     motion = swings(arm.arm)
-    here, there = ours(arm, motion), replay_arm_file(tmp_path, arm.arm, motion)
+    here, there = ours(arm, motion), replay_arm_file(tmp_path, arm, motion)
     assert np.sqrt(np.mean((there - here) ** 2)) < 0.5 * 0.01
     bare = ours(stands(mechanism, servo("actuator_lag"), servo("actuator_lag")), motion)
     assert np.sqrt(np.mean((bare - here) ** 2)) > 0.8 * 0.01
@@ -157,11 +206,30 @@ def test_an_arm_of_a_diagnosis_goes_to_mujoco(mechanism, tmp_path, capsys) -> No
     assert json.loads((out / "replay.json").read_text())["replay"]["arm_step.py"]["angle"] < COUNT
     run = [sys.executable, "arm_step.py", "--step", "0.01"]
     subprocess.run(run, cwd=out, check=True, capture_output=True)
+    assert main([*words, "--to", "usd", "--seconds", "2"]) == 0
+    assert "wrote arm.usda, README.md" in capsys.readouterr().out
     assert main([*words, "--to", "newton"]) == 2
-    assert "--to of a whole arm must be mujoco" in capsys.readouterr().err
+    assert "--to of a whole arm must be mujoco, usd, urdf" in capsys.readouterr().err
     (folder / "arm.json").write_text(json.dumps({**table, "joints": {"elbow": place["elbow"]}}))
     assert main([*words, "--to", "mujoco"]) == 2
     assert "joints must be those of" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("to", ["usd", "urdf"])
+def test_what_a_format_cannot_hold_is_told_with_its_worth(to, mechanism, tmp_path) -> None:
+    """Delay and floor have no place in USD and URDF; what each way strays by is a replay of it."""
+    delayed = (servo("actuator_lag", "command_delay"), servo("actuator_lag"))
+    arm = stands(mechanism, *delayed, floor=-0.1)
+    motions, parts = [swings(arm.arm)], []
+    exported, lines = export_arm(tmp_path, arm, to, motions, parts.append)
+    told = json.loads((tmp_path / "replay.json").read_text())
+    assert [path.name for path in exported.files] == [f"arm.{to.replace('usd', 'usda')}"]
+    for way in ARM_EXPORTS[to].ways:
+        assert f"  {way} leaves out: command_delay, floor" in lines
+        missed = replayed(to, way, tmp_path, arm, motions[0]) - ours(arm, motions[0])
+        assert told["replay"][way]["angle"] == pytest.approx(rms(missed))
+        assert told["left_out"][way]["floor"]["angle"] > COUNT
+    assert sum(parts) == pytest.approx(seconds_of(motions) * len(told["replay"]))
 
 
 def test_gravity_in_the_file_is_that_of_the_tilted_base(mechanism: Mechanism) -> None:

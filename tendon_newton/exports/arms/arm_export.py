@@ -1,6 +1,7 @@
 """A whole arm carried into another program, and how far it strays there from our own simulation."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 
@@ -11,19 +12,20 @@ from tendon_newton.arms.arm_file import IdentifiedArm, without
 from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.data.dataset import dataset_folders, load_dataset
 from tendon_newton.data.excitations import RATE
-from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.effects import find_effect
+from tendon_newton.errors import InvalidParameter, listed
+from tendon_newton.exports.arms import ARM_EXPORTS
+from tendon_newton.exports.arms.arm_target import ArmTarget, ArmWay
+from tendon_newton.exports.arms.mujoco_arm import SWING, middle_of
 from tendon_newton.exports.departure import Departure, pooled
 from tendon_newton.exports.export_page import Fidelity, told_lines, write_page
 from tendon_newton.exports.export_target import Exported
-from tendon_newton.exports.model_numbers import nearly, not_exact
-from tendon_newton.exports.mujoco import arm_target
+from tendon_newton.exports.model_numbers import nearly, not_exact, refuse_damaged
 from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.parts import Tip
 
-ALONE = f"{arm_target.FILE} alone"
+FLOOR = "floor"  # What the tip rests on, where a page says what is left out
 # Of the first joint's swing and the last one's, where no motion was recorded [rad/s]
 STANDARD_RATES = (0.9, 2.3)
 STANDARD_SECONDS = 8.0
@@ -51,7 +53,7 @@ def swings(arm: Arm) -> ArmMotion:
     """Return commands that swing each joint about the middle of its range."""
     time = np.arange(round(STANDARD_SECONDS * RATE)) / RATE
     rates = np.linspace(*STANDARD_RATES, len(arm.sign))
-    command = arm_target.middle_of(arm) + arm_target.SWING * np.sin(np.outer(time, rates))
+    command = middle_of(arm) + SWING * np.sin(np.outer(time, rates))
     return ArmMotion(
         recordings=tuple(
             Recording(
@@ -68,43 +70,83 @@ def swings(arm: Arm) -> ArmMotion:
 
 
 def export_arm(
-    out: Path, arm: IdentifiedArm, motions: Sequence[ArmMotion], progress: Callable[[str], None]
-) -> list[str]:
-    """Write an arm for MuJoCo, with a page that says how far it strays; return its lines.
+    out: Path,
+    arm: IdentifiedArm,
+    to: str,
+    motions: Sequence[ArmMotion],
+    progress: Callable[[float], None],
+) -> tuple[Exported, list[str]]:
+    """Write an arm for a program, with a page that says how far it strays; return its lines.
+
+    `progress` is told of each replay how long it was [s].
 
     Raises:
+        InvalidParameter: Whole arms do not go to that program.
         InvalidModelFile: A number of a servo is missing or out of range.
         InvalidOutput: A file cannot be written.
     """
-    has = {arm_target.PROGRAM: arm_target.COVERAGE, ALONE: arm_target.IN_THE_FILE}
+    target = target_of(to)
+    for model in arm.models:
+        refuse_damaged(model)
     left_out, in_another_form = (
-        {way: tuple(sorted({e for m in arm.models for e in which(m, has[way])})) for way in has}
+        {
+            name: tuple(sorted({e for m in arm.models for e in which(m, way.coverage)}))
+            for name, way in target.ways.items()
+        }
         for which in (not_exact, nearly)
     )
+    if arm.arm.floor is not None:
+        left_out |= {n: (*left_out[n], FLOOR) for n, way in target.ways.items() if not way.floor}
     exported = Exported(
-        files=arm_target.write_arm(out, arm), loading=loading_text(arm), left_out=left_out,
+        files=target.write(out, arm), loading=target.loading(arm), left_out=left_out,
         nearly=in_another_form,
     )  # fmt: skip
     ours = simulated(arm, motions)
-    progress(f"replaying {sum(motion.time[-1] - motion.time[0] for motion in motions):.0f} s")
-    ways: Mapping[str, Callable[[ArmMotion], Array]] = {
-        arm_target.PROGRAM: lambda motion: arm_target.replay_arm_program(out, motion),
-        ALONE: lambda motion: arm_target.replay_arm_file(out, arm.arm, motion),
-    }
+
+    def replayed(way: ArmWay) -> Iterator[Array]:
+        for motion in motions:
+            yield way.replay(out, arm, motion)
+            progress(seconds_of([motion]))
+
     worth = {
-        effect: strayed(arm.arm, simulated(without(arm, effect), motions), ours)
+        effect: strayed(arm.arm, simulated(lacking(arm, effect), motions), ours)
         for effect in sorted({name for names in left_out.values() for name in names})
     }
     fidelity = Fidelity(
         runs=tuple(motion.recordings[0].name for motion in motions),
         replays={
-            way: strayed(arm.arm, [replay(motion) for motion in motions], ours)
-            for way, replay in ways.items()
+            name: strayed(arm.arm, list(replayed(way)), ours) for name, way in target.ways.items()
         },
         costs={way: {e: worth[e] for e in names} for way, names in left_out.items() if names},
     )
-    write_page(out, f"{arm.arm.mechanism.name}, for mujoco", exported, fidelity)
-    return told_lines(fidelity, exported)
+    write_page(out, f"{arm.arm.mechanism.name}, for {to}", exported, fidelity)
+    return exported, told_lines(fidelity, exported)
+
+
+def target_of(to: str) -> ArmTarget:
+    """Return the target of a whole arm.
+
+    Raises:
+        InvalidParameter: Whole arms do not go there.
+    """
+    if to not in ARM_EXPORTS:
+        raise InvalidParameter(
+            f"--to of a whole arm must be {listed(ARM_EXPORTS)}; it is {to!r}: a servo alone goes "
+            "there from the folder of its joint"
+        )
+    return ARM_EXPORTS[to]
+
+
+def seconds_of(motions: Sequence[ArmMotion]) -> float:
+    """Return how long motions are together [s]."""
+    return sum(float(motion.time[-1] - motion.time[0]) for motion in motions)
+
+
+def lacking(arm: IdentifiedArm, what: str) -> IdentifiedArm:
+    """Return an arm without its floor, or whose servos lack an effect."""
+    if what == FLOOR:
+        return replace(arm, arm=replace(arm.arm, floor=None))
+    return without(arm, what)
 
 
 def simulated(arm: IdentifiedArm, motions: Sequence[ArmMotion]) -> list[Array]:
@@ -126,53 +168,3 @@ def tips(arm: Arm, tip: Tip, angles: Array) -> Array:
     """Return where the tip is [m], shape (T, 3)."""
     frames = posture(arm.mechanism, arm.sign * angles + arm.zero)
     return frames.place(tip.body, tip.point)
-
-
-def loading_text(arm: IdentifiedArm) -> str:
-    """Return how a user loads the files, and which servo has what."""
-    rows = [
-        f"| {joint} | {sign:+.0f} | {1e3 * zero:.0f} mrad | {model_text(model)} |"
-        for joint, sign, zero, model in zip(
-            arm.arm.mechanism.joint_names, arm.arm.sign, arm.arm.zero, arm.models, strict=True
-        )
-    ]
-    return "\n".join([LOADING, "| joint | counts | zero | servo |", "|---|---|---|---|", *rows])
-
-
-def model_text(model: Model) -> str:
-    """Return a servo's causes with their numbers."""
-    compliance = model.actuator.values.get("compliance", 0.0)
-    told = [f"compliance {compliance:.3g} rad/(N m)"] if compliance else []
-    for effect in model.effects:
-        units = {p.name: p.unit for p in find_effect(effect.name).parameters}
-        numbers = ", ".join(f"{v:.3g} {units[k]}" for k, v in effect.values.items())
-        told.append(f"{effect.name} {numbers}")
-    return "; ".join(told) or "none"
-
-
-LOADING = """```sh
-pip install mujoco
-python arm_step.py                                     # some steps and ramps
-python arm_step.py commands.csv --out replay.csv       # columns t [s] and theta_d_0, theta_d_1 ...
-```
-
-In a program of your own:
-
-```python
-import mujoco, arm_step
-
-model = mujoco.MjModel.from_xml_path("arm.xml")
-model.opt.timestep = 2.0e-3
-hook = arm_step.make_hook(model, mujoco.MjData(model))
-hook.reset(angles)          # [rad] as the servos count, one per joint
-hook.command[:] = command   # the same
-hook.step()                 # in place of mujoco.mj_step
-print(hook.read())          # what the encoders report [rad]
-```
-
-`arm.xml` also runs alone, in MuJoCo and mujoco_warp: its controls are what the servos are told. A
-servo is then a spring as soft as its compliance with the damping of its lag, and dry friction that
-holds it within its deadband. A joint's angle is
-that of its servo, turned round where it counts the other way, and the zero. Shapes of the arm
-neither weigh nor touch, but for the tip on its floor.
-"""

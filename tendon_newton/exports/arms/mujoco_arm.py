@@ -11,19 +11,16 @@ from tendon_newton.arms.arm_file import IdentifiedArm
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
+from tendon_newton.effects import find_effect
+from tendon_newton.exports.arms.arm_target import ArmTarget, ArmWay
+from tendon_newton.exports.arms.replaying import angles_of, motion_rows
 from tendon_newton.exports.linking import Linker, Text
 from tendon_newton.exports.model_law import ModelLaw
-from tendon_newton.exports.model_numbers import coverage_of, number, refuse_damaged
-from tendon_newton.exports.mujoco.mjcf_servo import (
-    add_delay,
-    fill_history,
-    set_affine,
-    set_friction,
-)
+from tendon_newton.exports.model_numbers import coverage_of, number
+from tendon_newton.exports.mujoco.mjcf_servo import add_delay, set_affine, set_friction
 from tendon_newton.exports.runtime import arm_stepping, commands, engine, facts, jets, rows
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.authoring import mujoco_file
-from tendon_newton.simulation.hosts.timeline import make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 
 FILE, PROGRAM = "arm.xml", "arm_step.py"
@@ -46,11 +43,8 @@ def write_arm(folder: Path, arm: IdentifiedArm) -> tuple[Path, Path]:
     """Write `arm.xml` and `arm_step.py`, and return their paths.
 
     Raises:
-        InvalidModelFile: A number of a servo is missing or out of range.
         InvalidOutput: A file cannot be written.
     """
-    for model in arm.models:
-        refuse_damaged(model)
     file, program = folder / FILE, folder / PROGRAM
     mujoco_file.write_spec(file, arm_spec(arm))
     write_text(program, arm_program(arm))
@@ -167,41 +161,72 @@ def middle_of(arm: Arm) -> Array:
     return arm.sign * (middle - arm.zero)
 
 
-def motion_rows(motion: ArmMotion) -> dict[str, Any]:
-    """Return what a program needs of a motion, and which of its rows were measured."""
-    lines = [make_timeline(recording) for recording in motion.recordings]
-    longest = max(lines, key=lambda line: len(line.time))  # some joints have a row before the first
-    rows = len(longest.time)
-    told = [np.pad(line.command[:, 0], (rows - len(line.time), 0), "edge") for line in lines]
-    out: dict[str, Any] = {
-        "t": longest.time,
-        "theta_d": np.column_stack(told),
-        "measured": longest.measured,
-    }
-    if motion.recordings[0].start == "first_row":
-        out["start"] = motion.angles[0]
-    return out
-
-
-def replay_arm_program(folder: Path, motion: ArmMotion) -> Array:
+def replay_arm_program(folder: Path, arm: IdentifiedArm, motion: ArmMotion) -> Array:
     """Replay a motion with the written program, as its user would; angles [rad], shape (T, J)."""
     program, told = load_program(folder / PROGRAM), motion_rows(motion)
     return program.replay(program.make(), told)["angle"][told["measured"]]
 
 
-def replay_arm_file(folder: Path, arm: Arm, motion: ArmMotion) -> Array:
+def replay_arm_file(folder: Path, arm: IdentifiedArm, motion: ArmMotion) -> Array:
     """Replay a motion by the MJCF file alone; angles [rad], shape (T, J)."""
-    mujoco, told = mujoco_file.newton_s_mujoco(), motion_rows(motion)
-    model = mujoco.MjModel.from_xml_path(str(folder / FILE))
-    data = mujoco.MjData(model)
-    command = told["theta_d"]
-    data.qpos[:] = arm.sign * told.get("start", command[0]) + arm.zero
-    fill_history(model, data, command[0])
-    ends = np.append(told["t"][1:], told["t"][-1]) - told["t"][0]
-    out = []
-    for asked, end in zip(command, ends, strict=True):
-        data.ctrl[:] = asked
-        out.append(arm.sign * (data.qpos - arm.zero))
-        while data.time < end - 0.5 * model.opt.timestep:
-            mujoco.mj_step(model, data)
-    return np.array(out)[told["measured"]]
+    model = mujoco_file.newton_s_mujoco().MjModel.from_xml_path(str(folder / FILE))
+    return angles_of(model, motion, arm.arm.mechanism.joint_names, arm.arm.sign, arm.arm.zero)
+
+
+def loading_text(arm: IdentifiedArm) -> str:
+    """Return how a user loads the files, and which servo has what."""
+    rows = [
+        f"| {joint} | {sign:+.0f} | {1e3 * zero:.0f} mrad | {model_text(model)} |"
+        for joint, sign, zero, model in zip(
+            arm.arm.mechanism.joint_names, arm.arm.sign, arm.arm.zero, arm.models, strict=True
+        )
+    ]
+    return "\n".join([LOADING, "| joint | counts | zero | servo |", "|---|---|---|---|", *rows])
+
+
+def model_text(model: Model) -> str:
+    """Return a servo's causes with their numbers."""
+    compliance = model.actuator.values.get("compliance", 0.0)
+    told = [f"compliance {compliance:.3g} rad/(N m)"] if compliance else []
+    for effect in model.effects:
+        units = {p.name: p.unit for p in find_effect(effect.name).parameters}
+        numbers = ", ".join(f"{v:.3g} {units[k]}" for k, v in effect.values.items())
+        told.append(f"{effect.name} {numbers}")
+    return "; ".join(told) or "none"
+
+
+LOADING = """```sh
+pip install mujoco
+python arm_step.py                                     # some steps and ramps
+python arm_step.py commands.csv --out replay.csv       # columns t [s] and theta_d_0, theta_d_1 ...
+```
+
+In a program of your own:
+
+```python
+import mujoco, arm_step
+
+model = mujoco.MjModel.from_xml_path("arm.xml")
+model.opt.timestep = 2.0e-3
+hook = arm_step.make_hook(model, mujoco.MjData(model))
+hook.reset(angles)          # [rad] as the servos count, one per joint
+hook.command[:] = command   # the same
+hook.step()                 # in place of mujoco.mj_step
+print(hook.read())          # what the encoders report [rad]
+```
+
+`arm.xml` also runs alone, in MuJoCo and mujoco_warp: its controls are what the servos are told. A
+servo is then a spring as soft as its compliance with the damping of its lag, and dry friction that
+holds it within its deadband. A joint's angle is
+that of its servo, turned round where it counts the other way, and the zero. Shapes of the arm
+neither weigh nor touch, but for the tip on its floor.
+"""
+
+MUJOCO_ARM = ArmTarget(
+    write=write_arm,
+    ways={
+        PROGRAM: ArmWay(coverage=COVERAGE, replay=replay_arm_program, floor=True),
+        f"{FILE} alone": ArmWay(coverage=IN_THE_FILE, replay=replay_arm_file, floor=True),
+    },
+    loading=loading_text,
+)

@@ -1,0 +1,79 @@
+"""An arm whose servos are springs, in joints that count as their servos are told."""
+
+from dataclasses import dataclass, replace
+
+from scipy.spatial.transform import Rotation
+
+from tendon_newton.arms.arm_file import IdentifiedArm
+from tendon_newton.exports.arms.mujoco_arm import arm_spec, model_text
+from tendon_newton.exports.model_numbers import coverage_of, number
+from tendon_newton.mechanisms.geometry.joints import Joint
+
+# What joints and springs say of each effect: an offset is part of where a joint counts from
+SPRINGS = coverage_of(("position_offset",), ("actuator_lag", "deadband", "backlash"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServoSpring:
+    """A joint that counts as its servo is told, and the servo as a spring behind it.
+
+    Units are those of a revolute joint; for a prismatic one read N for N m and m for rad.
+    """
+
+    joint: Joint
+    stiffness: float  # [N m/rad]
+    damping: float  # Of the servo alone [N m s/rad]
+    friction: float  # Dry friction that holds the joint within the servo's band [N m]
+    offset: float  # What the encoder says beyond the joint's angle [rad]
+    force_limit: float  # [N m]
+
+
+def servo_springs(arm: IdentifiedArm) -> tuple[ServoSpring, ...]:
+    """Return the joints of an arm, with the numbers that its servos have in MJCF."""
+    compiled, place = arm_spec(arm).compile(), arm.arm
+    mechanism = place.mechanism
+    out = []
+    for j, (joint, model, sign, zero) in enumerate(
+        zip(mechanism.joints, arm.models, place.sign, place.zero, strict=True)
+    ):
+        offset = number(model, "position_offset", "angle")
+        pulls = (abs(float(t.moment_arm[j])) * t.force_limit for t in mechanism.tendons)
+        out.append(
+            ServoSpring(
+                joint=counted(joint, float(sign), float(zero + sign * offset)),
+                stiffness=float(compiled.actuator_gainprm[j, 0]),
+                damping=-float(compiled.actuator_biasprm[j, 2]),
+                friction=float(compiled.dof_frictionloss[compiled.joint(joint.name).dofadr[0]]),
+                offset=float(offset),
+                force_limit=sum(pulls),
+            )
+        )
+    return tuple(out)
+
+
+def counted(joint: Joint, sign: float, zero: float) -> Joint:
+    """Return a joint whose position is what a servo counts: q = sign * position + zero."""
+    place, turn = joint.parent_position, joint.parent_rotation
+    if joint.kind == "revolute":
+        turn = turn @ Rotation.from_rotvec(zero * joint.axis).as_matrix()
+    else:
+        place = place + turn @ (zero * joint.axis)
+    ends = sorted(sign * (end - zero) for end in joint.limits)
+    return replace(
+        joint, parent_position=place, parent_rotation=turn, axis=sign * joint.axis,
+        limits=(ends[0], ends[1]), rest=sign * (joint.rest - zero),
+    )  # fmt: skip
+
+
+def spring_rows(arm: IdentifiedArm) -> list[str]:
+    """Return a table of what the servos of an arm have, and what stands for it."""
+    rows = [
+        f"| {s.joint.name} | {s.stiffness:.3g} N m/rad | {s.damping:.3g} N m s/rad "
+        f"| {s.friction:.3g} N m | {1e3 * s.offset:.0f} mrad | {model_text(model)} |"
+        for s, model in zip(servo_springs(arm), arm.models, strict=True)
+    ]
+    return [
+        "| joint | stiffness | damping | dry friction | offset | servo |",
+        "|---|---|---|---|---|---|",
+        *rows,
+    ]
