@@ -58,14 +58,12 @@ lab: setup  ## run the tests of the lab: exams, studies, records, published logs
 	OMP_NUM_THREADS=1 $(BIN)/pytest lab/tests --numprocesses 2 --dist loadfile
 
 # Hours: everything that a commit does not wait for.
-nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged files, faults, kills
+nightly: setup  ## run the long exams: slow tests, mutations, faults, kills
 	OMP_NUM_THREADS=1 $(BIN)/pytest tests lab/tests -m slow
 	$(BIN)/python -m tests.mutations
 	$(BIN)/python -m tests.held_out
 	$(BIN)/python -m lab.tests.held_out
 	$(BIN)/python -m tests.wheel
-	$(BIN)/python -m tests.fuzz --files 10000
-	$(BIN)/python -m tests.fuzz --files 2000 --groups lab.tests.fuzz_targets
 	$(BIN)/python -m tests.faults --runs 20
 	$(BIN)/python -m tests.faults kill --runs 20
 

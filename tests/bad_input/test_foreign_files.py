@@ -25,10 +25,8 @@ from tendon_newton.errors import (
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.checks import check_asset
 from tests.bad_input.memory import peak_memory
-from tests.fuzz.command import fuzz
-from tests.fuzz.imports import mapping_file, read_with_mapping
-from tests.fuzz.mutations import REPLACEMENTS, replace_file
-from tests.fuzz.targets import GROUPS
+from tests.bad_input.spoiling import REPLACEMENTS, replace_file
+from tests.bad_input.test_spoilt_files import mapping_file, read_mapped_folder
 from tests.importers.logs import dataset, recording
 from tests.mechanisms.broken.test_broken_assets import write_changed
 from tests.mechanisms.test_asset_command import MJCF
@@ -112,7 +110,7 @@ def test_a_name_without_end_is_told_in_short(tmp_path: Path) -> None:
     mapping = mapping_file(tmp_path)
     mapping.write_text(mapping.read_text().replace("[columns.force]", f"[columns.{5000 * 'x'}]"))
     with pytest.raises(TendonNewtonError, match="known: current") as refused:
-        read_with_mapping(mapping)
+        read_mapped_folder(tmp_path / "logs" / "run_1.csv")
     assert len(str(refused.value)) < 1000
 
 
@@ -230,20 +228,6 @@ def test_long_files_of_short_lines_are_read(ending: str, tmp_path: Path) -> None
     path.write_text(f"0,1{ending}" * 400_000, newline="")
     with open_text(path, InvalidRecording, "a log", size_limit=1 << 28) as file:
         assert sum(1 for _ in file) == 400_000
-
-
-FILES = 500
-
-
-@pytest.mark.slow
-def test_spoilt_files_of_every_format_are_read_or_refused() -> None:
-    """Five hundred, and of every format some are refused, so that the spoiling is worth it."""
-    tally = fuzz(FILES)
-    assert tally.failures == []
-    assert tally.files > 0.9 * FILES
-    assert set(tally.outcomes) == {name for targets in GROUPS.values() for name in targets()}
-    refused = {name for name, counts in tally.outcomes.items() if counts["refused"]}
-    assert len(refused) > 0.8 * len(tally.outcomes)
 
 
 def read_finger(path: Path) -> Recording:

@@ -25,7 +25,7 @@ from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile, TendonNewtonError
 from tendon_newton.force_networks import FORCE_NETWORKS, SETS, build_network
 from tests.bad_input.memory import peak_memory
-from tests.fuzz.mutations import flip
+from tests.bad_input.spoiling import flip
 from tests.hardware.deploy.policies import card_of
 from tests.hardware.deploy.runs import Flight
 from tests.train.actuator.network_files import card_of as force_card_of

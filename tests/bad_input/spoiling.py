@@ -1,4 +1,4 @@
-"""What a fuzzer does to a sound file: to its bytes, its lines, its cells and its values."""
+"""Spoil a sound file at random: its bytes, its lines, its cells and its values."""
 
 import os
 from collections.abc import Callable

@@ -1,1 +1,0 @@
-"""Spoilt files of every format that the program reads; `python -m tests.fuzz --help`."""
