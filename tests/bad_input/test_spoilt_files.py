@@ -138,6 +138,13 @@ URDF = """<robot name="finger">
 """
 
 
+WORDS = (
+    b"float64 int32 uint32 string stamp sec nanosec header frame_id position velocity name Time "
+    b"[] [3] = std_msgs/ uint8[9] builtin_interfaces/Time"
+).split()
+"""Parts of the definitions of messages."""
+
+
 @dataclass(frozen=True)
 class Target:
     """A format: a sound folder whose file is returned, what spoils that file, what reads it."""
@@ -207,6 +214,17 @@ def mcap_file(folder: Path) -> Path:
         file.write("/load_cell", ros.WRENCH, stamp, ros.wrench(stamp, "cell", 2.0))
     file.finish({})
     return folder / "run.mcap"
+
+
+def change_definitions(content: bytes, rng: Random) -> bytes:
+    """Put one word of the definitions of messages into another's place, as long as it was."""
+    for _ in range(rng.randrange(1, 4)):
+        word, other = rng.choice(WORDS), rng.choice(WORDS)
+        place = content.find(word, rng.randrange(len(content)))
+        if place >= 0:
+            other = other.ljust(len(word))[: len(word)]
+            content = content[:place] + other + content[place + len(word) :]
+    return content
 
 
 def bag_file(folder: Path) -> Path:
@@ -378,6 +396,9 @@ TARGETS: dict[str, Target] = {
     "csv": Target(csv_file, TABLE, read_csv_twice),
     "dataset": Target(dataset_folder, table_changer(DATASET, tomli_w.dumps), read_dataset),
     "mcap": Target(mcap_file, flip, lambda path: read_mcap(path, bench="finger")),
+    "mcap-schema": Target(
+        mcap_file, change_definitions, lambda path: read_mcap(path, bench="finger")
+    ),
     "bag": Target(bag_file, flip, read_bag),
     "bag-yaml": Target(lambda at: bag_file(at).with_name("metadata.yaml"), TEXT, read_bag),
     "model": Target(
