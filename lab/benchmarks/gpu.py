@@ -3,9 +3,9 @@
 Run from the root of the repository, on a machine with a GPU::
 
     python -m lab.benchmarks.gpu                      # everything
-    python -m lab.benchmarks.gpu --parts network ppo  # some of it
+    python -m lab.benchmarks.gpu --parts network  # some of it
     python -m lab.benchmarks.gpu --figure             # only draw and list it
-    python -m lab.benchmarks.gpu --device cpu --worlds 64 --parts mechanics network loop \
+    python -m lab.benchmarks.gpu --device cpu --worlds 64 --parts mechanics network \
         --out build/dry_run.json                        # a dry run
 
 It writes ``lab/benchmarks/results/gpu.json``, where each part that is measured takes the place of
@@ -13,9 +13,7 @@ the former one, and ``docs/images/cost_by_worlds.png``. A control step is 50 ms 
 times are the best of seven spans by the clock, everything warm. No engine is timed before its
 states are near the reference (`soundness`), and each runs at its largest step at which they are.
 
-Parts: ``mechanics`` alone; the ``network`` alone (the authors' Transformer, 6,801 numbers); both in
-a ``loop``; ``gradient`` of 2 s and 10 s, in steps of 1 ms; ``ppo``: samples per second, acting and
-learning.
+Parts: ``mechanics``; the ``network`` (the authors' Transformer, 6,801 numbers).
 """
 
 import argparse
@@ -28,8 +26,6 @@ from typing import Any
 import warp as wp
 
 from lab.benchmarks.engines_timed.soundness import CONTROL_STEP
-from lab.benchmarks.learning import gradient, ppo
-from lab.benchmarks.loop import loop
 from lab.benchmarks.mechanics import mechanics
 from lab.benchmarks.network import network
 from lab.benchmarks.timing import RESULTS, Row, circumstances
@@ -40,9 +36,6 @@ WORLDS = (1, 64, 1024, 4096, 16384, 65536, 262144)
 PARTS: dict[str, Callable[[Sequence[int]], Iterator[Row]]] = {
     "mechanics": mechanics,
     "network": network,
-    "loop": loop,
-    "gradient": gradient,
-    "ppo": ppo,
 }
 
 
@@ -72,7 +65,7 @@ def tell(result: dict[str, Any]) -> str:
         "| part | worlds | engine | step | error | control step |",
         "|---|---|---|---|---|---|",
     ]
-    for part in ("mechanics", "network", "loop"):
+    for part in PARTS:
         for row in result.get(part, {}).get("rows", []):
             step, error = "", ""
             if "error_rad" in row:
@@ -92,8 +85,8 @@ def draw(result: dict[str, Any]) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    figure, axes = plt.subplots(1, 3, figsize=(12, 4.5), sharey=True, layout="constrained")
-    for axis, part in zip(axes, ("mechanics", "network", "loop"), strict=True):
+    figure, axes = plt.subplots(1, 2, figsize=(8, 4.5), sharey=True, layout="constrained")
+    for axis, part in zip(axes, PARTS, strict=True):
         rows = result.get(part, {}).get("rows", [])
         for engine in dict.fromkeys(row["engine"] for row in rows):
             points = [(r["worlds"], r["milliseconds"]) for r in rows if r["engine"] == engine]

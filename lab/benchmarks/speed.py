@@ -18,7 +18,6 @@ import torch
 import warp as wp
 
 from lab.benchmarks.gpu import measure
-from lab.benchmarks.loop import loop
 from lab.benchmarks.mechanics import CPU_ENGINES, mechanics
 from lab.benchmarks.network import network
 from lab.benchmarks.timing import RESULTS, Row, best_time, say
@@ -69,7 +68,6 @@ def main() -> None:
     parts = {
         "mechanics": partial(mechanics, engines=CPU_ENGINES),
         "network": network,
-        "loop": loop,
         "gradient": gradient,
     }
     with wp.ScopedDevice("cpu"):

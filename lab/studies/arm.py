@@ -1,6 +1,6 @@
 """Real SO-101 logs: all servos of an arm at once, ``python -m lab.studies.arm LOGS``.
 
-For the pairs of training motions of ``so101_pairs --pairs 3``, three of each joint: how the arm
+For three pairs of training motions of each joint: how the arm
 stands, what its tip rests on and a plain model of each servo are found on the two motions. The
 causes of one joint are looked for under the loads of the arm. All other motions are then simulated
 from the commands alone, all servos together. Beside it stand the plain servos of that arm, and
@@ -19,8 +19,16 @@ from pathlib import Path
 
 import numpy as np
 
-from lab.studies.so101 import joints, split
-from lab.studies.so101_pairs import TOLD, causes, drawn, fixed_fit, moving, squares
+from lab.studies.so101_pairs import (
+    TOLD,
+    causes,
+    drawn,
+    fixed_fit,
+    joints,
+    moving,
+    split,
+    squares,
+)
 from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.arms.arm_simulation import simulate_arm

@@ -5,9 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import torch
 
+from lab.studies.cable_tool.perceptron import Rows, train
 from lab.studies.cable_tool.runs import Run
-from lab.studies.so101_learned import Rows
-from lab.studies.so101_learned import train as trained
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
@@ -42,7 +41,7 @@ def learned(train_runs: Sequence[Run], test: Sequence[Run], *, seed: int) -> lis
     torch.set_num_threads(1)
     said: list[list[Array]] = []
     for signal in (force_of, angle_of):
-        network = trained(rows_of([run.recording for run in train_runs], signal), seed)
+        network = train(rows_of([run.recording for run in train_runs], signal), seed)
         with torch.no_grad():
             said.append(
                 [
@@ -68,7 +67,7 @@ def rows_of(recordings: Sequence[Recording], signal: Callable[[Recording], Array
     wanted = np.concatenate([signal(recording) for recording in recordings])
     return Rows(
         inputs=torch.tensor(inputs, dtype=torch.float32),
-        residual=torch.tensor(wanted, dtype=torch.float32),
+        wanted=torch.tensor(wanted, dtype=torch.float32),
     )
 
 

@@ -8,8 +8,7 @@ from itertools import combinations
 from pathlib import Path
 
 from lab.studies.comparison.table import ARM
-from lab.studies.so101 import joints
-from lab.studies.so101_pairs import drawn, moving
+from lab.studies.so101_pairs import drawn, joints, moving
 from lab.studies.sts3215 import SPLITS, repeat_floor
 from tendon_lab.foreign_logs.bam import read_bam
 from tendon_lab.foreign_logs.so101 import read_so101
@@ -92,8 +91,8 @@ def sts3215_splits(folder: Path) -> list[Split]:
     used = [log for log in imported.logs if log.source.stem[-1] == REPEAT]
     floor = repeat_floor(imported.logs)
     return [
-        split_by("sts3215", name, used, split.train, imported.start_model, floor)
-        for name, split in SPLITS.items()
+        split_by("sts3215", name, used, train, imported.start_model, floor)
+        for name, train in SPLITS.items()
     ]
 
 

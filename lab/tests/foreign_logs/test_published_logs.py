@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from lab.studies.so101 import split
-from lab.studies.so101_pairs import TOLD
+from lab.studies.so101_pairs import TOLD, split
 from tendon_lab.foreign_logs.bam import read_xl330
 from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.data.model_file import NamedValues
@@ -21,8 +20,8 @@ FADING = (
     NamedValues(name="viscous_friction", values={"coefficient": 0.008167}),
     NamedValues(name="torque_fade", values={"fade": 3.859, "time_constant": 0.7478}),
 )
-"""Fitted to the gains 100 and 800 by `python -m lab.studies.xl330 LOGS --test 200`: the
-rotor's inertia acts before the gear, whose friction then sees less of it (docs/lab/xl330.md)."""
+"""Fitted to the gains 100 and 800: the rotor's inertia acts before the gear, whose friction then
+sees less of it."""
 
 
 def data(shared: Path, name: str) -> Path:
