@@ -1,8 +1,7 @@
 """Turn foreign logs into a dataset, with a report of what is wrong with them.
 
-A LeRobotDataset (v3), of which each joint becomes a dataset of its own unless one is chosen:
+A LeRobotDataset, of which each joint becomes a dataset of its own; `diagnose` takes it as it is:
   tendon-newton import lerobot SOURCE --out arm --test episode=3
-  tendon-newton import lerobot SOURCE --out arm --joint elbow_flex --test episode=3
 
 Anybody's CSV, JSON and ROS 2 bags, with a file that says what is what:
   tendon-newton import mapped SOURCE --mapping mapping.toml --out dataset --test part1=3
@@ -24,7 +23,6 @@ import tyro
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from tendon_newton.data.importers.imported import Imported
     from tendon_newton.data.importers.writing import ImportReport
 
 SHOWN_EVIDENCE = 4  # Recordings of a kind of finding whose evidence is printed; import.txt has all.
@@ -48,8 +46,6 @@ class ImportConfig:
     mapping: Path | None = None
     """For mapped: the file that says which of their columns or topics, in which unit, is which of
     ours (docs/recordings_mapping.md)."""
-    joint: str | None = None
-    """For lerobot: the only joint to read; else each becomes a dataset of its own."""
     unit: str | None = None
     """For lerobot: what the joints are in, rad, deg or percent; seen where they are radians."""
     calibration: Path | None = None
@@ -78,12 +74,10 @@ def main(config: ImportConfig) -> None:
             f"{config.format} must give an Imported or an ImportedModel; it gave a "
             f"{type(imported).__name__}"
         )
-    from tendon_newton.workflows.importing import admit, mend
+    from tendon_newton.workflows.importing import admit, mend, write_parts
 
     imported = admit(mend(imported) if config.mend else imported)
-    parts = imported.parts() if config.joint is None else {}
-    outs = {config.out / name: part for name, part in parts.items()} or {config.out: imported}
-    show({out: write(config, part, out) for out, part in outs.items()})
+    show(write_parts(imported, config.out, config.test, config.train))
 
 
 def refuse_foreign_options(config: ImportConfig) -> None:
@@ -97,7 +91,7 @@ def refuse_foreign_options(config: ImportConfig) -> None:
             'bench = "spring_weak", files = "*.csv", [columns] t = {column = "time", unit = "s"}, '
             "theta_d, theta and perhaps force likewise, [model] kind and its numbers"
         )
-    belonging = {"mapping": MAPPED, **dict.fromkeys(("joint", "unit", "calibration"), "lerobot")}
+    belonging = {"mapping": MAPPED, **dict.fromkeys(("unit", "calibration"), "lerobot")}
     for option, own in belonging.items():
         if getattr(config, option) is not None and config.format != own:
             raise InvalidParameter(
@@ -121,20 +115,9 @@ def read(config: ImportConfig, reader: Callable[[Path], object] | None) -> objec
         return imported
     if config.format == "lerobot":
         units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
-        return read_lerobot(config.source, config.joint, units)
+        return read_lerobot(config.source, units)
     assert reader is not None  # refused without its mapping
     return reader(config.source)
-
-
-def write(config: ImportConfig, imported: Imported, out: Path) -> ImportReport:
-    """Write a dataset."""
-    from tendon_newton.data.importers.split import read_conditions, split_logs
-    from tendon_newton.data.importers.writing import write_import
-    from tendon_newton.workflows.importing import known_bench
-
-    test = read_conditions(config.test, "--test")
-    train = read_conditions(config.train, "--train")
-    return write_import(imported, split_logs(imported.logs, test, train), out, known_bench)
 
 
 def show(reports: Mapping[Path, ImportReport]) -> None:

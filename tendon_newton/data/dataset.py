@@ -289,8 +289,11 @@ def refuse_other_folder(path: Path) -> None:
             f"{shlex.join(['tendon-newton', 'explain', f'{path}'])}"
         )
     if (path / "meta" / "info.json").is_file():
-        command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])
-        raise InvalidDataset(f"{path}: is a LeRobotDataset, to be imported first: {command}")
+        command = shlex.join(["tendon-newton", "diagnose", f"{path}", "--out", "arm_diagnosis"])
+        raise InvalidDataset(
+            f"{path}: is a LeRobotDataset, which {command} takes as it is, or import it first with "
+            f"{shlex.join(['tendon-newton', 'import', 'lerobot', f'{path}', '--out', 'arm'])}"
+        )
     folder, files = (path, path.iterdir()) if path.is_dir() else (path.parent, [path])
     logs = (file for file in files if file.suffix in LOG_SUFFIXES and file.is_file())
     if log := next(logs, None):

@@ -1,10 +1,12 @@
 """Diagnose all servos of an arm in one go, each under the loads of the arm, and tell the answer."""
 
+import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -21,8 +23,14 @@ from tendon_newton.diagnosis.diagnose import numbers_of
 from tendon_newton.diagnosis.report_words import cause_text
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.time_left import time_text
+from tendon_newton.mechanisms.authoring.foreign_file import SUFFIXES, read_foreign, word
+from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.diagnosing import diagnose_into
+
+ASSET = "asset"  # Folder beside the results with an arm that was described by another file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +105,26 @@ def diagnose_arm_into(
     return answer
 
 
+def arm_mechanism(asset: str, out: Path) -> Mechanism:
+    """Return the arm of an asset, by name or file; of a URDF or an MJCF an asset is made.
+
+    Args:
+        out: Folder of the results, in which that asset gets a folder.
+
+    Raises:
+        InvalidAsset: The file is broken, or is no arm's.
+    """
+    source = Path(asset)
+    if source.suffix not in SUFFIXES:
+        return load_mechanism(asset)
+    plan = plan_foreign(word(source.stem), read_foreign(source))
+    with TemporaryDirectory() as draft:
+        file = write_foreign(Path(draft), plan)
+        home = out / ASSET / file.parent.name
+        shutil.copytree(file.parent, home, dirs_exist_ok=True)
+    return load_mechanism(home / file.name)
+
+
 def errors_together(
     known: KnownArm,
     models: Sequence[Model],
@@ -126,9 +154,12 @@ def diagnose_each(
         finish: Gives the model of a joint that is written.
     """
     answers: dict[str, Diagnosis] = {}
+    start, count = time.monotonic(), len(datasets)
     for joint, dataset in datasets.items():
-        progress(f"{joint}.")
-        waiting = len(datasets) - len(answers)
+        waiting = count - len(answers)
+        each = (time.monotonic() - start) / max(len(answers), 1)
+        left = f", {time_text(waiting * each)} left for all of them" if answers else ""
+        progress(f"{joint}, {len(answers) + 1} of {count} joints{left}.")
         part = None if until is None else max(0.0, until - time.monotonic()) / waiting
         origin = Origin(dataset=dataset.path, command=command)
         answers[joint] = diagnose_into(

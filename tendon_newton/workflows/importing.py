@@ -6,8 +6,10 @@ Every importer's logs pass here. What needs no bench is checked with the recordi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +19,8 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint import mended
 from tendon_newton.data.importers.imported import Imported, ImportedLog
+from tendon_newton.data.importers.split import read_conditions, split_logs
+from tendon_newton.data.importers.writing import ImportReport, write_import
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter
@@ -57,6 +61,29 @@ def admit(imported: Imported) -> Imported:
         logs=tuple(log for log, _ in passed),
         findings=(*imported.findings, *(told for _, told in passed if told is not None)),
     )
+
+
+def write_parts(
+    imported: Imported, out: Path, test: Sequence[str] = (), train: Sequence[str] = ()
+) -> dict[Path, ImportReport]:
+    """Write what becomes a dataset each into folders of their names, or one dataset.
+
+    Args:
+        imported: Logs that were admitted.
+        out: Folder of the dataset, or of the datasets' folders.
+        test: Conditions of the test split, such as ``episode=3``.
+        train: Those of the train split.
+
+    Raises:
+        InvalidParameter: A condition is none, or selects nothing.
+        InvalidOutput: Something else lies in the folder.
+    """
+    held, seen = read_conditions(test, "--test"), read_conditions(train, "--train")
+    parts = {out / name: part for name, part in imported.parts().items()} or {out: imported}
+    return {
+        place: write_import(part, split_logs(part.logs, held, seen), place, known_bench)
+        for place, part in parts.items()
+    }
 
 
 def mend(imported: Imported) -> Imported:

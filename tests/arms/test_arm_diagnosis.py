@@ -6,7 +6,9 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 
 from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.cli import main
@@ -16,6 +18,7 @@ from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into
 from tests.arms import planted_arm
+from tests.importers.lerobot_files import lists
 from tests.proposed import proposed
 
 FLOOR = -0.02  # m
@@ -68,6 +71,54 @@ def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys, monkeyp
         told = np.sqrt(np.mean((unseen.angles - unseen.commands) ** 2))
         assert row["plain_rmse"] < 0.1 * told
         assert row["together_rmse"] < 0.8 * told  # a search of seconds may name nothing
+
+
+def lerobot_arm(folder: Path, arm: Path, count: int) -> Path:
+    """Write motions of the planted arm as a LeRobotDataset, an episode each, and its URDF."""
+    joints = ("shoulder", "elbow")
+    each = [load_dataset(arm / "logs" / joint) for joint in joints]
+    runs = list(zip(*((*d.test, *d.train)[:count] for d in each), strict=True))
+    feature = {"names": [f"{joint}.pos" for joint in joints], "shape": [2]}
+    info = {"codebase_version": "v3.0", "fps": 1.0 / planted_arm.ROW}
+    info["features"] = {"action": feature, "observation.state": feature}
+    (folder / "meta").mkdir(parents=True)
+    (folder / "meta" / "info.json").write_text(json.dumps(info))
+    motions = [ArmMotion(recordings=run) for run in runs]
+    rows = {
+        "action": lists(np.concatenate([m.commands for m in motions]), fixed=True),
+        "observation.state": lists(np.concatenate([m.angles for m in motions]), fixed=True),
+        "timestamp": np.concatenate([m.time - m.time[0] for m in motions]),
+        "episode_index": np.repeat(np.arange(count), [len(m.time) for m in motions]),
+    }
+    (folder / "data" / "chunk-000").mkdir(parents=True)
+    parquet.write_table(pa.table(rows), folder / "data" / "chunk-000" / "file-000.parquet")
+    (folder / "two_rods.urdf").write_text(planted_arm.URDF)
+    return folder
+
+
+@pytest.mark.parametrize("episodes", [3, 1])
+def test_a_lerobot_dataset_becomes_an_arm_in_one_call(
+    episodes, arm, tmp_path, capsys, monkeypatch
+) -> None:
+    """From its folder and a URDF to arm.json, and on to MuJoCo by the command that is printed."""
+    source = lerobot_arm(tmp_path / "raw", arm, episodes)
+    words = ["diagnose", str(source), "--arm", str(source / "two_rods.urdf")]
+    assert main([*words, "--out", str(tmp_path / "out"), "--budget", "4s"]) == 0
+    printed = capsys.readouterr().out
+    assert "servos that count the other way: elbow" in printed
+    assert re.search(r"\w+, 2 of 2 joints, about \d+ s left for all of them\.", printed)
+    assert ("the last 30% of it only report the error" in printed) == (episodes == 1)
+    *_, export = proposed(printed)
+    assert ("--dataset" in export) == (episodes > 1)
+    monkeypatch.chdir(tmp_path)
+    assert main([*export, "--seconds", "1"]) == 0
+
+
+def test_a_unit_of_no_lerobot_dataset_is_refused(arm, tmp_path, capsys) -> None:
+    """Other datasets state theirs."""
+    words = ["diagnose", str(arm / "logs"), "--out", str(tmp_path / "out"), "--unit", "deg"]
+    assert main(words) == 2
+    assert "--unit belongs to a LeRobotDataset" in capsys.readouterr().err
 
 
 def test_a_joint_that_was_not_recorded_stands(arm, tmp_path, capsys) -> None:

@@ -21,17 +21,20 @@ def run_import(source: Path, out: Path, *options: str) -> int:
     return main([*words, *options])
 
 
-def imported(source: Path, out: Path, *options: str) -> Dataset:
-    """Import and load one joint's dataset."""
-    assert run_import(source, out, *options) == 0
-    return load_dataset(out)
+def imported(source: Path, out: Path, joint: str) -> Dataset:
+    """Import, and load one joint's dataset."""
+    assert run_import(source, out) == 0
+    return load_dataset(out / joint)
 
 
 @pytest.mark.parametrize("fixed", [True, False])
 def test_a_joint_comes_back_episode_by_episode(tmp_path: Path, *, fixed: bool) -> None:
-    """An episode that goes on in the next file is one recording; command and angle are its own."""
+    """An episode that goes on in the next file is one recording; command and angle are its own.
+
+    A gripper in percent beside joints in radians is left out, and no unit is asked for.
+    """
     source = lerobot_dataset(tmp_path / "arm", fixed=fixed)
-    loaded = imported(source, tmp_path / "out", "--joint", "elbow_flex")
+    loaded = imported(source, tmp_path / "out", "elbow_flex")
     names = [f"elbow_flex_episode_00{k}.csv" for k in range(3)]
     assert [log.name for log in (*loaded.train, *loaded.test)] == names
     time = np.arange(ROWS) / 30.0
@@ -40,7 +43,8 @@ def test_a_joint_comes_back_episode_by_episode(tmp_path: Path, *, fixed: bool) -
         np.testing.assert_allclose(log.time, time, atol=1e-6)  # single precision
         np.testing.assert_allclose(log.motor_position[:, 0], np.sin(time + 1.0), atol=1e-6)
         np.testing.assert_allclose(log.command - log.motor_position, 0.01, atol=1e-6)
-    assert load_model(tmp_path / "out" / "model.toml").actuator.name == "ideal_position"
+    model = load_model(tmp_path / "out" / "elbow_flex" / "model.toml")
+    assert model.actuator.name == "ideal_position"
 
 
 def test_several_joints_become_a_dataset_each(tmp_path: Path, capsys) -> None:
@@ -83,7 +87,6 @@ def test_a_unit_that_cannot_be_seen_is_asked_for(tmp_path: Path, capsys) -> None
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--joint", "knee"), "No joint named 'knee'; known: elbow_flex"),
         (("--unit", "turn"), "No unit named 'turn'"),
         (("--unit", "percent"), "needs --calibration"),
     ],
@@ -133,8 +136,8 @@ def test_a_joints_name_stays_a_files_name(tmp_path: Path) -> None:
     feature = {"names": ["../../escape", "b", "c"], "shape": [3]}
     features = {"action": feature, "observation.state": feature}
     source = lerobot_dataset(tmp_path / "arm", features=features)
-    assert run_import(source, tmp_path / "out", "--joint", "______escape") == 0
-    assert (tmp_path / "out" / "______escape_episode_000.csv").is_file()
+    assert run_import(source, tmp_path / "out", "--unit", "deg") == 0
+    assert (tmp_path / "out" / "______escape" / "______escape_episode_000.csv").is_file()
 
 
 def test_a_column_that_is_missing_is_called_that(tmp_path: Path, capsys) -> None:
@@ -182,8 +185,8 @@ def test_a_file_that_unpacks_to_gigabytes_is_refused(rows, width, said, tmp_path
 def test_the_report_says_where_each_came_from(tmp_path: Path) -> None:
     """Episode and joint are conditions, and the source has a digest."""
     source = lerobot_dataset(tmp_path / "arm")
-    assert run_import(source, tmp_path / "out", "--joint", "elbow_flex") == 0
-    rows = json.loads((tmp_path / "out" / "import.json").read_text())["recordings"]
+    assert run_import(source, tmp_path / "out") == 0
+    rows = json.loads((tmp_path / "out" / "elbow_flex" / "import.json").read_text())["recordings"]
     assert [row["conditions"] for row in rows] == [
         {"episode": float(k), "joint": "elbow_flex"} for k in range(3)
     ]

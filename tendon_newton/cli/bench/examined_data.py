@@ -114,13 +114,15 @@ def show_kinds(findings: Iterable[Finding], width: int) -> None:
 
 
 def show_next(config: Asked, folder: Path, seen: Examination) -> None:
-    """Print the command that imports a LeRobotDataset."""
-    words = ["tendon-newton", "import", "lerobot", str(folder), "--out", "arm"]
+    """Print the command that diagnoses a LeRobotDataset, or imports it where it can be mended."""
+    safe = any(one.safe for joint in seen.joints for one in joint.faults)
+    words = ["import", "lerobot"] if safe else ["diagnose"]
+    words = ["tendon-newton", *words, str(folder), "--out", "arm" if safe else "arm_diagnosis"]
     if config.unit or any(joint.size != 1.0 for joint in seen.joints):
         words += ["--unit", config.unit or "deg"]
     if config.calibration is not None:
         words += ["--calibration", str(config.calibration)]
-    if any(one.safe for joint in seen.joints for one in joint.faults):
+    if safe:
         words += ["--mend"]
     print(f"next: {shlex.join(words)}")
     if config.unit is None and "--unit" in words:

@@ -22,11 +22,14 @@ moved, by how much, with what probability, and what to do; and what happened wit
 slip of the string, a skip of the angle, a knock, a dip of the supply. After a mend, --mended says
 whether the cause went away.
 
-A folder with a dataset of each joint of an arm, as `import lerobot` makes it, is taken as a whole:
-OUT gets a folder for each joint. With --arm gravity by posture loads each servo, a floor under the
-tip is looked for, and all servos are simulated together on the test recordings.
+A LeRobotDataset, by its folder or its id on the Hub, is taken as it is, and so is a folder with a
+dataset of each joint of an arm: OUT gets a folder for each joint. With --arm gravity by posture
+loads each servo, a floor under the tip is looked for, and all servos are simulated together on the
+test recordings.
 
-Example: tendon-newton diagnose recordings --out results --budget 5min
+Examples:
+  tendon-newton diagnose recordings --out results --budget 5min
+  tendon-newton diagnose DATASET --unit deg --arm so101.urdf --out results
 """
 
 from __future__ import annotations
@@ -43,11 +46,16 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 import tyro
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
+    from tendon_newton.data.checks.finding import Finding
     from tendon_newton.data.dataset import Dataset
     from tendon_newton.data.model_file import Model
     from tendon_newton.diagnosis.result import Diagnosis, NamedEffect
+
+
+RECORDINGS = "recordings"  # Folder beside the results with the joints of a LeRobotDataset
+LAST = 0.3  # Share of a LeRobotDataset's only episode that is held out [1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +63,8 @@ class DiagnoseConfig:
     """What to diagnose, from which model, and how."""
 
     dataset: Annotated[Path, tyro.conf.Positional]
-    """Folder with dataset.toml and its recordings, or with such a folder for each joint of an arm;
-    test recordings only report the error."""
+    """Folder with dataset.toml and its recordings, or with such a folder for each joint of an arm,
+    or a LeRobotDataset, whose last episode is held out; test recordings only report the error."""
     out: Path  # Folder for the results; made if it is not there.
     model: Path | None = None
     """Model file or known servo to start from; by default model.toml beside the recordings."""
@@ -67,7 +75,13 @@ class DiagnoseConfig:
     """With --against: causes that were mended since. The answer says whether their numbers moved,
     and how far."""
     arm: str | None = None
-    """Asset of the arm whose joints have the names of the folders in DATASET: a name or a file."""
+    """Asset of the arm whose joints have the names of those in DATASET: a name or a file, which may
+    be a URDF or an MJCF."""
+    unit: str | None = None
+    """What the joints of a LeRobotDataset are in, rad, deg or percent; seen where they are
+    radians."""
+    calibration: Path | None = None
+    """The LeRobot arm's calibration file, which says what 100 percent are."""
     hold_out: float | None = None
     """Share of each recording, from its end, that only reports the error: for a dataset without
     test recordings, such as one long log of a deployment."""
@@ -98,8 +112,10 @@ def main(config: DiagnoseConfig) -> None:
         return
     if config.mended:
         raise InvalidParameter("--mended needs --against: the recordings from before the mend")
+    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
+    config = with_joints(config, progress)
     if folders := dataset_folders(config.dataset):
-        diagnose_joints(config, folders, budget, start)
+        diagnose_joints(config, folders, progress, None if budget is None else start + budget)
         return
     if config.arm is not None:
         raise InvalidParameter(
@@ -112,7 +128,6 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.diagnosis.reporting.report import Origin
     from tendon_newton.workflows.diagnosing import diagnose_into
 
-    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     progress.show_findings(dataset)
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
     if budget is not None:
@@ -164,14 +179,52 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     print(f"  model of today  {config.out / 'model.toml'}")
 
 
-def diagnose_joints(
-    config: DiagnoseConfig, folders: tuple[Path, ...], budget: float | None, start: float
-) -> None:
-    """Diagnose each joint's servo, and print what was found."""
+def with_joints(config: DiagnoseConfig, progress: DiagnosisProgress) -> DiagnoseConfig:
+    """Import a LeRobotDataset beside the results, and ask for its joints; others stay as they are.
+
+    Raises:
+        InvalidParameter: Something else is told a unit of a LeRobotDataset.
+    """
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.mechanisms.loading import load_mechanism
+    from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
+    from tendon_newton.data.importers.lerobot.hub import local_folder
+    from tendon_newton.data.importers.lerobot.info import INFO
+    from tendon_newton.errors import InvalidParameter
+
+    folder = local_folder(str(config.dataset))
+    if not (folder / INFO).is_file():
+        for option in ("unit", "calibration"):
+            if getattr(config, option) is not None:
+                raise InvalidParameter(
+                    f"--{option} belongs to a LeRobotDataset; {config.dataset} is none"
+                )
+        return config
+
+    from tendon_newton.workflows.importing import admit, write_parts
+
+    out = make_folder(config.out, folder, config.model) / RECORDINGS
+    imported = read_lerobot(folder, LeRobotUnits(unit=config.unit, calibration=config.calibration))
+    reports = write_parts(admit(imported), out)
+    progress(f"a dataset of each of {len(reports)} joints is in {out}.")
+    progress.show(one for one in imported.findings if one.recording == "all")
+    config = replace(config, dataset=out)
+    if config.hold_out is None and not all(report.split.test for report in reports.values()):
+        progress(f"there is one episode: the last {LAST:.0%} of it only report the error.")
+        return replace(config, hold_out=LAST)
+    return config
+
+
+def diagnose_joints(
+    config: DiagnoseConfig,
+    folders: tuple[Path, ...],
+    progress: DiagnosisProgress,
+    until: float | None,
+) -> None:
+    """Diagnose each joint's servo, until an instant [s] about, and print what was found."""
+    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.workflows.diagnosing_arm import (
         arm_lines,
+        arm_mechanism,
         arm_table,
         diagnose_arm_into,
         error_lines,
@@ -180,7 +233,6 @@ def diagnose_joints(
 
     make_folder(config.out, config.dataset, config.model)
     each = {folder.name: replace(config, dataset=folder) for folder in folders}
-    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     datasets = {joint: read_dataset(own) for joint, own in each.items()}
     for joint, dataset in datasets.items():
         progress.show_findings(dataset, f"{joint}: ")
@@ -189,10 +241,10 @@ def diagnose_joints(
         config.out,
         datasets,
         {joint: start_model(own, datasets[joint]) for joint, own in each.items()},
-        None if config.arm is None else load_mechanism(config.arm),
+        None if config.arm is None else arm_mechanism(config.arm, config.out),
         shlex.join(["tendon-newton", *sys.argv[1:]]),
         progress=progress,
-        until=None if budget is None else start + budget,
+        until=until,
     )
     if config.json:
         files = {joint: config.out / joint / "diagnosis.json" for joint in answer.servos}
@@ -214,6 +266,7 @@ def diagnose_joints(
         return
     print("\n".join(["", *arm_lines(answer.known), *servo_lines(answer), *error_lines(answer)]))
     words = ["tendon-newton", "export", str(config.out), "--to", "mujoco"]
+    words += ["--dataset", str(config.dataset)] * (config.hold_out is None)
     print(f"\nnext: {shlex.join([*words, '--out', f'{config.out}_mujoco'])}")
 
 
@@ -243,13 +296,18 @@ class DiagnosisProgress:
             what = f"{whose}{row['severity']} in {row['channel']}"
             print(f"  {what}: {row['evidence']}; {row['consequence']}", file=self.stream)
 
+    def show(self, findings: Iterable[Finding]) -> None:
+        """Tell findings."""
+        for one in findings:
+            text = f"{one.severity} in {one.channel}: {one.evidence}; {one.consequence}"
+            print(f"  {text}", file=self.stream)
+
     def show_exchanges(self, datasets: Mapping[str, Dataset]) -> None:
         """Tell which joints of an arm follow each other's commands."""
         from tendon_newton.diagnosis.accounts.checked_data import exchanges_between
 
         for one in exchanges_between(datasets):
-            text = f"{one.severity} in {one.recording}: {one.evidence}; {one.consequence}"
-            print(f"  {text}", file=self.stream)
+            self.show([replace(one, channel=one.recording)])
 
 
 def limit_cores(jobs: int | None) -> None:

@@ -94,8 +94,8 @@ def plan_foreign(
     stiffness: tuple[float, ...] = (),
     tip: tuple[float, float, float] | None = None,
     tip_link: str | None = None,
-    spool_radius: float,
-    force_limit: float,
+    spool_radius: float = 0.0125,
+    force_limit: float = 21.0,
 ) -> ForeignPlan:
     """Plan an asset from a foreign file: a finger with a tendon, or an arm.
 

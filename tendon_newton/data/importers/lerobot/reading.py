@@ -30,7 +30,7 @@ from tendon_newton.data.importers.lerobot.units import LeRobotUnits, sizes_of
 from tendon_newton.data.importers.mapped import of_servo
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidRecording, listed, unknown_name
+from tendon_newton.errors import InvalidRecording, listed
 
 GRID = 1.0e-4
 """Share of a period within which a stamp is a whole number of periods [1]; single precision."""
@@ -47,24 +47,16 @@ IN_WORDS = {
 """How findings call things -> how a LeRobotDataset does, which has no mapping."""
 
 
-def read_lerobot(
-    folder: Path, joint: str | None = None, units: LeRobotUnits = AS_TYPED
-) -> Imported:
+def read_lerobot(folder: Path, units: LeRobotUnits = AS_TYPED) -> Imported:
     """Read every episode of a folder.
-
-    Args:
-        joint: The only joint to read; all of them unless given.
 
     Raises:
         InvalidRecording: It is no LeRobotDataset, or it is damaged.
         InvalidParameter: The unit is not known.
-        UnknownName: No such joint; the message lists the known ones.
         MissingDependency: pyarrow is not installed.
     """
     info, rows = read_joints(folder)
-    joints = [place for place in info.joints if joint in (None, place.name)]
-    if not joints:
-        raise unknown_name("joint", str(joint), [place.name for place in info.joints])
+    joints = info.joints
     sizes = sizes_of(units, numbers_of_joints(rows, joints))
     digest = content_hash((folder / INFO).read_bytes() + rows.state.tobytes())
     kept = [place for place in joints if place.name in sizes]

@@ -55,7 +55,7 @@ def sizes_of(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, floa
     sizes: dict[str, float] = {}
     for name in joints:
         gripper = GRIPPER in name
-        if unit == "rad":
+        if unit == "rad" and not (gripper and far(joints[name])):
             sizes[name] = 1.0
         elif unit == "deg" and not gripper:
             sizes[name] = DEGREE
@@ -73,14 +73,20 @@ def angle_sizes(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, f
     sizes = dict.fromkeys(joints, DEGREE)
     if units.unit is not None or units.calibration is not None:
         return sizes | sizes_of(units, joints)
-    small = [name for name in joints if np.abs(joints[name]).max() <= RADIANS_AT_MOST]
+    small = [name for name in joints if not far(joints[name])]
     arm = [name for name in joints if GRIPPER not in name]
     return sizes | dict.fromkeys(small, 1.0) if set(arm) <= set(small) else sizes
 
 
+def far(values: Array) -> bool:
+    """Tell whether some number lies beyond a turn in radians."""
+    return bool(np.abs(values).max() > RADIANS_AT_MOST)
+
+
 def guess(joints: Mapping[str, Array]) -> str:
-    """Return rad where no number of any joint lies beyond a turn."""
-    most = {name: float(np.abs(values).max()) for name, values in joints.items()}
+    """Return rad where no number of any joint but a gripper lies beyond a turn."""
+    turning = {name: values for name, values in joints.items() if GRIPPER not in name} or joints
+    most = {name: float(np.abs(values).max()) for name, values in turning.items()}
     widest = max(most, key=lambda name: most[name])
     if most[widest] > RADIANS_AT_MOST:
         raise InvalidParameter(
