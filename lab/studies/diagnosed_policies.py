@@ -44,7 +44,6 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.diagnosis.posterior import Posterior, read_posterior, write_posterior
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.scheduler import THREADS_VARIABLE
 from tendon_newton.workflows.climbing import stair_levels
@@ -64,15 +63,11 @@ Units = Mapping[str, Mapping[int, float]]  # Unit -> seed -> tip error [mm]
 Errors = dict[str, dict[str, dict[int, float]]]  # The same by arm
 UNITS = tuple(str(unit) for unit in range(2001, 2011))
 RANGES = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
-NEAR = ("gain_error", "spool_radius", "joint_spring")
-ARMS = ("posterior", "diagnosed", "ranges", "truth", "near", "nominal", "intervals", "ideal",
-        "network")  # fmt: skip
+ARMS = ("posterior", "diagnosed", "ranges", "truth", "nominal", "ideal", "network")
 """A diagnosis with its posterior, and with nothing drawn; a data sheet with the default ranges; the
-unit's own causes, and drawn about them by a tenth; a data sheet with nothing drawn; a diagnosis
-with the intervals of its causes each by itself; the paper's ideal source with the default ranges,
-and its Transformer with nothing drawn."""
+unit's own causes; a data sheet with nothing drawn; the paper's ideal source with the default
+ranges, and its Transformer with nothing drawn."""
 SHARED = ("ideal", "nominal", "ranges")  # Arms that know no unit
-KNOWN = ("truth", "near")  # Arms that need no diagnosis
 LEARNED = ("network", "diagnosed", "posterior")  # Arms that are tried on a unit they do not know
 ELSEWHERE = " of the next unit"
 OURS, PACKAGED = "finger-stairs", "packaged"
@@ -124,7 +119,7 @@ class Training:
             return ()
         if self.arm in SHARED:
             return (recorded(self.unit, self.out),)
-        if self.arm in KNOWN:
+        if self.arm == "truth":
             return (self.out / f"truth_{self.unit}.toml",)
         if self.arm == "network":
             return (network_of(self.unit, self.out),)
@@ -185,7 +180,7 @@ def recorded(unit: str, out: Path, which: str = "recordings") -> Path:
 
 def diagnosed(unit: str, out: Path) -> Path:
     """Return the file that is there when a unit is diagnosed."""
-    return out / f"answer_{unit}" / "intervals.json"
+    return out / f"answer_{unit}" / "diagnosed"
 
 
 def network_of(unit: str, out: Path) -> Path:
@@ -247,10 +242,7 @@ def diagnose(unit: str, out: Path, threads: int) -> str:
     answer = out / f"answer_{unit}"
     words = ("diagnose", str(out / f"recordings_{unit}"), "--out", str(answer))
     timed(words, out / f"diagnose_{unit}.log")
-    path = answer / "intervals.json"
-    if (answer / "diagnosis.posterior.json").exists():  # a log without a gap has none
-        write_posterior(path, by_themselves(read_posterior(answer / "diagnosis.json")))
-    path.write_text((answer / "diagnosis.json").read_text())  # the last file: all is there
+    diagnosed(unit, out).touch()
     return f"unit {unit} is diagnosed"
 
 
@@ -309,35 +301,21 @@ def by_direction(
     return {**effects, "stribeck_friction": dry, "asymmetric_friction": asymmetry}
 
 
-def by_themselves(posterior: Posterior) -> Posterior:
-    """Return the causes of the answer alone, each number in its own interval."""
-    first = posterior.sets[0]
-    kept = [f for f, number in enumerate(first.numbers) if number.owner in first.causes]
-    own = replace(
-        first,
-        numbers=tuple(first.numbers[f] for f in kept),
-        covariance=np.diag(np.diag(first.covariance)[kept]),
-    )
-    return Posterior(sets=(own,))
-
-
 def config_of(training: Training, recipe: PolicyTrainingConfig) -> PolicyTrainingConfig:
     """Return the settings of a training."""
     unit, out = training.unit, training.out
     sheet, answer = out / f"recordings_{unit}" / "model.toml", out / f"answer_{unit}"
     truth, network = out / f"truth_{unit}.toml", network_of(unit, out)
-    force, randomise, spread = {
-        "posterior": (answer / "model.toml", (str(answer / "diagnosis.json"),), 0.3),
-        "intervals": (answer / "model.toml", (str(answer / "intervals.json"),), 0.3),
-        "diagnosed": (answer / "model.toml", ("none",), 0.3),
-        "truth": (truth, ("none",), 0.3),
-        "near": (truth, NEAR, 0.1),
-        "nominal": (sheet, ("none",), 0.3),
-        "ranges": (sheet, RANGES, 0.3),
-        "ideal": (IDEAL, RANGES, 0.3),
-        "network": (network, ("none",), 0.3),
+    force, randomise = {
+        "posterior": (answer / "model.toml", (str(answer / "diagnosis.json"),)),
+        "diagnosed": (answer / "model.toml", ("none",)),
+        "truth": (truth, ("none",)),
+        "nominal": (sheet, ("none",)),
+        "ranges": (sheet, RANGES),
+        "ideal": (IDEAL, RANGES),
+        "network": (network, ("none",)),
     }[training.arm]
-    environment = replace(recipe.environment, force=str(force), randomise=randomise, spread=spread)
+    environment = replace(recipe.environment, force=str(force), randomise=randomise)
     return replace(recipe, environment=environment, seed=training.seed)
 
 
@@ -451,7 +429,7 @@ def reader(about: str | None) -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, required=True, help="folder of all results")
     parser.add_argument("--units", nargs="+", default=list(UNITS))
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(5)))
-    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS[:-3]))
+    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS[:5]))
     parser.add_argument("--devices", nargs="+", default=[], help="by default all GPUs")
     parser.add_argument("--each", type=int, default=6, help="trainings at once on each device")
     parser.add_argument("--cores", type=int, help="for all but trainings; by default all")

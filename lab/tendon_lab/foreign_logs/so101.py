@@ -19,8 +19,8 @@ import numpy as np
 from tendon_lab.foreign_logs.so101_findings import (
     COUNT,
     folder_findings,
-    joint_findings,
     shaft_turns,
+    stops,
 )
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import (
@@ -59,7 +59,7 @@ def read_so101(folder: Path) -> Imported:
             "no folder here holds state_motor.csv"
         )
     logs = [log for motion in motions for log in read_motion(motion)]
-    found = [finding for log in logs for finding in joint_findings(log)]
+    found = [finding for log in logs for finding in stops(log)]
     return Imported(
         logs=tuple(logs),
         start_model=start_model_of,

@@ -8,30 +8,18 @@ import numpy as np
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.importers.imported import ImportedLog
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Recording
 
 COUNT = 2.0 * pi / 4096.0  # [rad] of the STS3215's magnetic encoder (Feetech memory table)
-START_LIMIT = 0.03  # [rad] a servo that rests in its own deadband stays below
 ON_GRID = 0.02  # [1] of a count: what rounding to six digits leaves
 
 
-def joint_findings(log: ImportedLog) -> Iterator[Finding]:
-    """Say what stands out in one joint of one motion."""
-    recording = log.recording
-    assert recording.command is not None
-    theta, goal = recording.motor_position[:, 0], recording.command[:, 0]
-    if abs(theta[0] - goal[0]) > START_LIMIT:
-        yield Examined(recording.name, "theta").note(
-            f"begins {1e3 * (theta[0] - goal[0]):.0f} mrad from its first command",
-            "the joint hangs beside its goal: a simulation must start from the row",
-        )
-    yield from stops(log, theta, goal)
-
-
-def stops(log: ImportedLog, theta: Array, goal: Array) -> Iterator[Finding]:
+def stops(log: ImportedLog) -> Iterator[Finding]:
     """A joint that goes no further, either way, while its goal does and its current rises."""
-    current = log.recording.current
+    current, command = log.recording.current, log.recording.command
     assert current is not None
+    assert command is not None
+    theta, goal = log.recording.motor_position[:, 0], command[:, 0]
     for side, word in ((1.0, "above"), (-1.0, "below")):
         held = blocked_rows(theta, goal, side)
         if held.any():
@@ -46,14 +34,6 @@ def stops(log: ImportedLog, theta: Array, goal: Array) -> Iterator[Finding]:
 
 def folder_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
     """Say what all motions have in common."""
-    motions = {log.conditions["motion"]: log.recording for log in logs}
-    rates = [(r.sample_count - 1) / r.duration for r in motions.values()]
-    longest = max(motions.values(), key=lambda r: r.duration)
-    yield Examined("all", "t").note(
-        f"{min(rates):.2f}-{max(rates):.2f} rows per second; at 50 the longest motion "
-        f"would last {(longest.sample_count - 1) / 50.0:.2f} s, and lasts {longest.duration:.2f} s",
-        "count time by the stamps; rows times 20 ms is wrong",
-    )
     yield Examined("all", "t").caution(
         "commands and states have the same stamps to the last digit",
         "one of the two was not stamped when it happened: a delay found here holds up "
@@ -72,26 +52,13 @@ def shaft_turns(recordings: Sequence[Recording]) -> float:
 
 
 def grids(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
-    """Encoders whose zero lies between two counts, or whose angle is no count of the shaft."""
-    joints = dict.fromkeys(log.conditions["joint"] for log in logs)
-    for joint in joints:
-        own = [log.recording for log in logs if log.conditions["joint"] == joint]
-        counts = np.concatenate([r.motor_position[:, 0] for r in own]) / COUNT
-        away = np.abs(counts - np.round(counts))
-        if np.all(away > 0.5 - ON_GRID):
-            evidence = f"{joint}: every angle lies half a count ({1e3 * COUNT / 2:.2f} mrad) off"
-            consequence = "its zero is between two counts: offsets below that mean nothing"
-        elif np.any(away > ON_GRID):
-            turns = shaft_turns(own)
-            evidence = (
+    """Joints whose angle is no count of the shaft."""
+    for joint in dict.fromkeys(log.conditions["joint"] for log in logs):
+        turns = shaft_turns([log.recording for log in logs if log.conditions["joint"] == joint])
+        if turns != 1.0:
+            yield Examined("all", "theta").note(
                 f"{joint}: angles lie on no grid of {1e3 * COUNT:.3f} mrad but "
-                f"{1e3 * COUNT / turns:.3f} "
-                "mrad apart"
-            )
-            consequence = (
+                f"{1e3 * COUNT / turns:.3f} mrad apart",
                 "it was scaled before it was logged: if that is one count, a logged radian is "
-                f"{turns:.2f} of the shaft's"
+                f"{turns:.2f} of the shaft's",
             )
-        else:
-            continue
-        yield Examined("all", "theta").note(evidence, consequence)

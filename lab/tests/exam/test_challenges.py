@@ -34,7 +34,7 @@ from tests.planted.truth import rms
 Array = NDArray[np.float64]
 
 CHALLENGES = Path(
-    os.environ.get("TENDON_NEWTON_CHALLENGES", Path(__file__).parents[3] / "shared" / "challenges")
+    os.environ.get("TENDON_NEWTON_CHALLENGES", Path(__file__).parents[4] / "shared" / "challenges")
 )
 ROW_RATE = 80.0  # [Hz]
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_lab.foreign_logs.bam.bam_findings import dataset_findings, log_findings
+from tendon_lab.foreign_logs.bam.bam_findings import arm_findings, log_findings
 from tendon_lab.foreign_logs.bam.failed_reads import without_failed_reads
 from tendon_lab.foreign_logs.bam.feetech import (
     feetech_findings,
@@ -83,7 +83,7 @@ def read_logs(folder: Path, kind: LogKind) -> Imported:
         logs=tuple(logs),
         start_model=lambda chosen: start_model_of(chosen, motor),
         limits={"duty": 1.0} if motor.full_duty else {},
-        findings=(*findings, *dataset_findings(logs), *goal_findings(logs, motor)),
+        findings=(*findings, *arm_findings(logs), *goal_findings(logs, motor)),
     )
 
 
