@@ -25,34 +25,6 @@ RATES = {
 """Rates of the strict score, with their words."""
 
 
-TURNING = {
-    ("data sheet", "one core, 5 min"): [f"cpu_nominal_{k}" for k in range(5)],
-    ("diagnosis", "one core, 8 min"): [f"cpu_diagnosed_{k}" for k in range(5)],
-    ("diagnosis", "one H200, 213 s, batches of 16,384"): [f"diagnosed_{k}" for k in range(3)],
-    ("diagnosis, seven numbers drawn", "ten seeds on one H100, 290 s"): [
-        f"drawn_{k}" for k in range(10)
-    ],
-    ("diagnosis, strings that stretch, told what it is behind", "five seeds on one H100, 802 s"): [
-        f"heeding_60_{k}" for k in range(5)
-    ],
-}
-"""Policies of a table row by the motor and the length of their training."""
-
-
-def turning(kept: Records) -> str:
-    """Return what policies that turn a ball do on ten virtual hands."""
-    rows = []
-    for (motor, training), names in TURNING.items():
-        seeds = [hands(kept["turning_hands"], name) for name in names]
-        every = [one for turned in seeds for one in turned]
-        away = mean(abs(one - 60.0) for one in every)
-        over_hands = f"{min(every):.0f} to {max(every):.0f}"
-        means = about([mean(turned) for turned in seeds], 0)
-        rows.append((motor, training, len(names), means, over_hands, f"{away:.0f}"))
-    heads = ("motor of a", "training", "seeds", "turned [rad/min]: mean of seeds (their range)")
-    return table((*heads, "range over all hands", "away from 60"), rows)
-
-
 def heeded(kept: Records) -> str:
     """Return what policies turn at the rates that they are asked for."""
     record = kept["turning_hands"]
@@ -283,9 +255,11 @@ def missing(figures: Mapping[str, Any]) -> str:
     """Say how many of the drawn sets have an answer, by section: each answer took its time."""
     drawn = figures["drawn"]
     answered = {name: rates[TIME]["cases"] for name, rates in figures["sections"].items()}
-    rows = [(words, answered.get(name, 0), drawn[name]) for name, words in SECTIONS.items()]
-    total = f"{figures['sets']} of {sum(drawn.values())} drawn sets are answered:"
-    return f"{total}\n\n{table(('sets', 'answered', 'drawn'), rows)}"
+    shares = [answered.get(name, 0) / drawn[name] for name in SECTIONS]
+    return (
+        f"{figures['sets']} of {sum(drawn.values())} drawn sets are answered, of each kind "
+        f"{share(min(shares))} to {share(max(shares))}."
+    )
 
 
 def own_logs(record: Record) -> str:
@@ -370,7 +344,6 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     ),
     "losses": ("docs/comparison.md", lambda kept: ratios(kept["comparison"].figures)),
     "arm": ("docs/lab/so101.md", lambda kept: shares_of_arm(kept["comparison"].figures)),
-    "turning": ("docs/policies.md", turning),
     "rates": ("docs/policies.md", heeded),
     "diagnosed policies": ("docs/lab/policies.md", diagnosed),
     "paper's policies": ("docs/lab/policies.md", as_the_paper),

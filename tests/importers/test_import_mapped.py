@@ -185,14 +185,13 @@ def test_the_mappings_of_the_documentation_are_mappings(tmp_path: Path) -> None:
     page = Path(__file__).resolve().parents[2] / "docs" / "recordings_mapping.md"
     blocks = page.read_text(encoding="utf-8").split("```toml\n")[1:]
     whole = [block.split("```")[0] for block in blocks if "[columns]" in block]
-    assert len(whole) == 6
+    assert len(whole) == 5
     for block in whole:
         path = tmp_path / "mapping.toml"
         path.write_text(block)
         assert read_mapping(path).bench in (
             "pendulum",
             "servo",
-            "cable_tool",
             "lab_finger",
             "elbow",
         )
