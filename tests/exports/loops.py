@@ -26,7 +26,6 @@ from tendon_newton.data.root_mean_square import rms
 from tendon_newton.exports import EXPORTS, model_numbers
 from tendon_newton.exports.departure import departure, sines
 from tendon_newton.exports.mujoco.mjcf_spool import spool_name
-from tendon_newton.exports.newton.prims import gearing_of
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -89,15 +88,6 @@ def tendon_step(
     return np.array(rows)
 
 
-def newton_prims(
-    folder: Path, mechanism: Mechanism, model: Model, run: Recording, start: Array
-) -> Array:
-    """Step `bench_newton.usda` with Newton's own actuators."""
-    gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
-    aims = np.array([[g.target(c) for g, c in zip(gears, row, strict=True)] for row in run.command])
-    return newton_loop(folder / "bench_newton.usda", mechanism, model, run, start, aims)
-
-
 def newton_drive(
     folder: Path, mechanism: Mechanism, model: Model, run: Recording, start: Array
 ) -> Array:
@@ -148,7 +138,6 @@ def newton_loop(
 LOOPS: Mapping[tuple[str, str], Loop] = {
     ("mujoco", "model.xml alone"): mujoco_file,
     ("mujoco", "tendon_step.py"): tendon_step,
-    ("newton", "bench_newton.usda"): newton_prims,
     ("newton", "tendon_drive.py"): newton_drive,
 }
 """Program and way of running its files -> the user's loop."""

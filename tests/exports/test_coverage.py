@@ -10,7 +10,6 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import TendonNewtonError, UnknownName
 from tendon_newton.exports import EXPORTS, find_export
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
-from tendon_newton.exports.newton.plain import IN_THE_PRIMS
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.exports.models import model_of
 
@@ -18,7 +17,6 @@ PAGE = Path(__file__).parents[2] / "docs" / "export.md"
 WORDS = {"exact": "exact", "approximate": "nearly", "none": "-"}
 COLUMNS = {
     "model.xml alone": IN_THE_FILE,
-    "Newton's prims alone": IN_THE_PRIMS,
     **{name: target.coverage for name, target in EXPORTS.items()},
 }
 """Ways of running an export, and what each says of every effect."""

@@ -1,24 +1,20 @@
 """An identified model in Newton: what its reader makes of the prims, and how the drive moves."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from newton.actuators import ClampingDCMotor, ClampingMaxEffort, Delay, DrivePD, parse_actuator_prim
+from newton.actuators import parse_actuator_prim
 
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.departure import standard_runs
 from tendon_newton.exports.newton.newton_target import (
     DRIVE_FILE,
-    PLAIN_FILE,
     PROGRAM_FILE,
     write_newton_target,
 )
 from tendon_newton.exports.newton.path import path_of
-from tendon_newton.exports.newton.plain import PlainBench
-from tendon_newton.exports.newton.prims import gearing_of
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -108,52 +104,6 @@ def actuator_prims(path: Path) -> list[Any]:
     return [entry for entry in parsed if entry is not None]
 
 
-def test_newton_reads_its_own_drive_and_clamps(slider: Path) -> None:
-    """A PD drive, a DC motor's envelope, a limit and a delay of 300 steps of 0.1 ms."""
-    (parsed,) = actuator_prims(slider / PLAIN_FILE)
-    assert parsed.drive_class is DrivePD
-    kinds = dict(parsed.component_specs)
-    assert set(kinds) == {ClampingDCMotor, ClampingMaxEffort, Delay}
-    assert kinds[Delay]["delay_steps"] == 300
-    radius = PWM["spool_radius"]
-    stall = PWM["torque_constant"] * PWM["supply_voltage"] / PWM["resistance"] / radius
-    assert kinds[ClampingDCMotor]["saturation_effort"] == pytest.approx(0.9 * stall, rel=1e-6)
-
-
-@pytest.mark.parametrize("rate", [0.0, 0.06, -0.05])
-@pytest.mark.parametrize("command", [0.1, 0.5, 3.0])
-def test_newton_s_own_drive_gives_the_servo_s_force(slider, command, rate) -> None:
-    """F = k_t (u V - k_t theta_dot) / (R r) with u inside its limit, from prims alone."""
-    bench = PlainBench(slider / PLAIN_FILE)
-    radius = PWM["spool_radius"]
-    bench.states[0].joint_q.assign(np.array([0.002], dtype=np.float32))
-    bench.states[0].joint_qd.assign(np.array([rate], dtype=np.float32))
-    bench.control.joint_target_q.assign(np.array([command * radius], dtype=np.float32))
-    bench.advance()
-    force = float(bench.control.joint_f.numpy()[0])
-    duty = 1.3 * PWM["duty_per_rad"] * (command - 0.002 / radius)  # the gain error is 1.3
-    duty = float(np.clip(duty, -PWM["max_duty"], PWM["max_duty"]))
-    volts = duty * PWM["supply_voltage"] - PWM["torque_constant"] * rate / radius
-    expected = PWM["torque_constant"] * volts / PWM["resistance"] / radius
-    assert force == pytest.approx(expected, rel=1e-4, abs=1e-4)  # float32
-
-
-def test_a_duty_at_no_error_leads_the_target(tmp_path: Path) -> None:
-    """F = k_t u_0 V / (R r) where the command is the motor's angle."""
-    model = model_of("spring_weak", "pwm_servo", "gain_error")
-    values = {**model.actuator.values, "duty_offset": 0.05}
-    model = replace(model, actuator=replace(model.actuator, values=values))
-    mechanism = bench_of("spring_weak", model)
-    write_newton_target(tmp_path, mechanism, model)
-    bench = PlainBench(tmp_path / PLAIN_FILE)
-    target = gearing_of(mechanism.tendons[0], model).target(0.0)
-    bench.control.joint_target_q.assign(np.array([target], dtype=np.float32))
-    bench.advance()
-    current = 0.05 * PWM["supply_voltage"] / PWM["resistance"]
-    force = PWM["torque_constant"] * current / PWM["spool_radius"]
-    assert float(bench.control.joint_f.numpy()[0]) == pytest.approx(force, rel=1e-4)
-
-
 def test_newton_reads_our_drive_once_it_is_registered(slider: Path) -> None:
     """Each joint of a tendon has a prim, which names the class of the file beside it."""
     program = load_program(slider / PROGRAM_FILE)
@@ -180,13 +130,11 @@ def test_many_worlds_move_as_one(slider: Path) -> None:
         assert many.states[many.at].joint_q.numpy()[world] == pytest.approx(there, abs=1e-7)
 
 
-def test_a_tendon_over_several_joints_has_no_file_of_newton_s_own_prims(tmp_path: Path) -> None:
-    """Newton's actuators drive one joint each; the page says so."""
+def test_what_the_drive_leaves_out_is_told(tmp_path: Path) -> None:
+    """Nobody has a load cell in Newton."""
     model = model_of("finger", "ideal", "load_cell_bias", "coulomb_friction")
     exported = write_newton_target(tmp_path, bench_of("finger", model), model)
-    assert not (tmp_path / PLAIN_FILE).exists()
     assert exported.left_out == {PROGRAM_FILE: ("load_cell_bias",)}
-    assert "cannot say a tendon over several joints" in exported.loading
 
 
 def test_a_joint_with_two_tendons_is_refused(tmp_path: Path) -> None:

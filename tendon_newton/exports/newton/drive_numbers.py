@@ -13,7 +13,7 @@ from tendon_newton.exports.linking import Text
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import command_span, number, spool_of
 from tendon_newton.exports.newton.path import SWING, TendonPath
-from tendon_newton.exports.newton.prims import LONGEST_STEP, drives_one_joint, gearing_of
+from tendon_newton.exports.newton.prims import LONGEST_STEP
 from tendon_newton.law.spool import LEAST_ROTOR
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -94,11 +94,12 @@ def own_joints(mechanism: Mechanism, model: Model) -> dict[str, dict[str, float]
             out[joint.prim]["physics:upperLimit"] = scale * (upper + span)
     if find_actuator(model.actuator.name).rotor:
         for tendon in mechanism.tendons:
-            if tendon.direct and drives_one_joint(tendon):
-                ratio = gearing_of(tendon, model).ratio
-                (j,) = np.flatnonzero(tendon.moment_arm)
+            driven = np.flatnonzero(tendon.moment_arm)
+            if tendon.direct and len(driven) == 1:
+                ratio = float(tendon.moment_arm[driven[0]]) / spool_of(tendon, model)
                 armature = float(model.actuator.values["armature"])
-                out[mechanism.joints[j].prim]["newton:armature"] = armature * ratio**2
+                prim = mechanism.joints[driven[0]].prim
+                out[prim]["newton:armature"] = armature * ratio**2
     return out
 
 

@@ -13,13 +13,12 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
-from tendon_newton.exports.export_target import Exported, ExportTarget, Replay
+from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
 from tendon_newton.exports.newton.newton_program import drive_text
 from tendon_newton.exports.newton.path import path_of
-from tendon_newton.exports.newton.plain import IN_THE_PRIMS, plain_joints, plain_replay
-from tendon_newton.exports.newton.prims import LONGEST_STEP, own_prims, plain_prims, write_actuators
+from tendon_newton.exports.newton.prims import write_actuators
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import Correction, correct
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
@@ -31,7 +30,7 @@ from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 
-def loading_text(*, network: bool, plain: bool, stray: float) -> str:
+def loading_text(*, network: bool, stray: float) -> str:
     """Return how a user loads the files.
 
     A tendon's way in the drive strays from the bench's by `stray` [m] at most.
@@ -57,25 +56,15 @@ model = builder.finalize()                  # model.actuators has the drive
 Write a tendon's desired motor angle [rad] into `control.joint_target_q` of each joint that the
 tendon drives, then call `model.actuators[0].step` and the solver with steps of 0.1 ms or less.
 `tendon_drive.Simulation(worlds)` does all that for many worlds.
-{ROUTED.format(1e6 * stray) if stray else ""}{PLAIN if plain else NOT_PLAIN}"""
+{ROUTED.format(1e6 * stray) if stray else ""}"""
 
 
 ROUTED = """
 The drive has the way of a routed tendon as a polynomial of the joints, which strays by {:.1f} um at
 most inside the joints' range.
 """
-PLAIN = """
-`bench_newton.usda` needs no file of ours: Newton's own actuator prims, for steps of 0.1 ms. Its
-target is the joint's position: command less offset, over the gearing. No prim lets a string go
-loose: the table below says how hard it pushes.
-"""
-NOT_PLAIN = """
-Newton's own actuator prims drive one joint each, and cannot say a tendon over several joints, or a
-force network that sees command and angle apart. So there is no file with these alone.
-"""
 
-
-BENCH_FILE, DRIVE_FILE, PLAIN_FILE = "bench.usda", "bench_drive.usda", "bench_newton.usda"
+BENCH_FILE, DRIVE_FILE = "bench.usda", "bench_drive.usda"
 PROGRAM_FILE = "tendon_drive.py"
 SENSORS = (
     "load_cell_delay",
@@ -107,42 +96,20 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     network, held = exported_network(folder, model)
     write_bench(folder / BENCH_FILE, correction, model)
     step = longest_step(correction.corrected, held)
-    own = own_prims(mechanism)
-    write_actuators(folder / DRIVE_FILE, folder / BENCH_FILE, own, own_joints(mechanism, model))
+    joints = own_joints(mechanism, model)
+    write_actuators(folder / DRIVE_FILE, folder / BENCH_FILE, mechanism, joints)
     paths = [path_of(mechanism, tendon) for tendon in mechanism.tendons]
     law, facts = drive_numbers(mechanism, correction.corrected, held, paths, network, step)
     write_text(folder / PROGRAM_FILE, drive_text(law, facts))
     files = [folder / name for name in (BENCH_FILE, DRIVE_FILE, PROGRAM_FILE)]
-    replays: dict[str, Any] = {
-        PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
-    }
-    ways = {PROGRAM_FILE: COVERAGE}
-    plain = written_prims(folder, mechanism, model)
-    if plain is not None:
-        files.append(folder / PLAIN_FILE)
-        replays[PLAIN_FILE], ways[PLAIN_FILE] = plain, IN_THE_PRIMS
     if network is not None:
         files.append(folder / NETWORK_FILE)
     return Exported(
         files=tuple(files),
-        loading=loading_text(
-            network=network is not None, plain=plain is not None, stray=max(p.stray for p in paths)
-        ),
-        replays=replays,
-        left_out={way: model_numbers.not_exact(model, has) for way, has in ways.items()},
-        nearly={way: model_numbers.nearly(model, has) for way, has in ways.items()},
-    )
-
-
-def written_prims(folder: Path, mechanism: Mechanism, model: Model) -> Replay | None:
-    """Write Newton's own prims above a written bench; return their replay, None without any."""
-    path = folder / PLAIN_FILE
-    prims = plain_prims(mechanism, model, LONGEST_STEP)
-    if prims is None:
-        return None
-    write_actuators(path, folder / BENCH_FILE, prims, plain_joints(mechanism, model))
-    return lambda run: trajectory_of(
-        run, plain_replay(path, mechanism, model, started_rows(mechanism, model, run))
+        loading=loading_text(network=network is not None, stray=max(path.stray for path in paths)),
+        replays={PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)},
+        left_out={PROGRAM_FILE: model_numbers.not_exact(model, COVERAGE)},
+        nearly={PROGRAM_FILE: model_numbers.nearly(model, COVERAGE)},
     )
 
 
