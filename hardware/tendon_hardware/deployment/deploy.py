@@ -1,11 +1,11 @@
 """One deployment, from an open bench to a closed log."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from tendon_hardware.benches.bench import counter_facts
+from tendon_hardware.benches.bench import Bench, counter_facts
 from tendon_hardware.benches.bench_address import FILTERS
 from tendon_hardware.benches.off_check import still_driven
 from tendon_hardware.collection.collect import closed
@@ -16,7 +16,7 @@ from tendon_hardware.deployment.deploy_loop import UNWIND_DUTY, DeployLoop, Depl
 from tendon_hardware.deployment.deploy_operator import AbsentableOperator
 from tendon_hardware.errors import SafetyStop
 from tendon_hardware.logs.session import Session, flattened
-from tendon_hardware.logs.session_log import open_log
+from tendon_hardware.logs.session_log import SessionLog, open_log
 from tendon_hardware.pacing import PacingReport
 from tendon_hardware.safety_rules.rules import reach_of, refuse_unreachable
 from tendon_hardware.safety_rules.rules_applied import Trip
@@ -67,16 +67,7 @@ def deploy(
     ]
     loop = DeployLoop(deployment, keyboard, AbsentableOperator(operator), stop)
     session = session_of(deployment, read_back)
-    log = None
-    if path is not None:
-        log = open_log(
-            path,
-            session,
-            bench.time_base(),
-            background=not bench.lockstep,
-            endless=True,
-            tendons=len(bench.drives),
-        )
+    log = None if path is None else opened_log(path, session, bench)
     fault: TendonNewtonError | None = None
     stop.patient = True
     try:
@@ -107,6 +98,18 @@ def deploy(
         fault=fault,
         first_command=loop.first_command,
         acted=tuple(loop.acted),
+    )
+
+
+def opened_log(path: Path, session: Mapping[str, str], bench: Bench) -> SessionLog:
+    """Open the log of a run on a bench."""
+    return open_log(
+        path,
+        session,
+        bench.time_base(),
+        background=not bench.lockstep,
+        endless=True,
+        tendons=len(bench.drives),
     )
 
 

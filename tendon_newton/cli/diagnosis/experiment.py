@@ -92,14 +92,19 @@ def main(config: ExperimentConfig) -> None:
             "--force-limit if the bench takes more"
         )
         return
-    make_folder(config.out.parent)
     best = found.runs[0]
+    make_folder(config.out.parent)
     write_command(config.out, best.plan)
     write_setting(config.out.with_suffix(".toml"), best)
     draw_command(config.out.with_suffix(".png"), best.plan)
     print(table(found.runs, forecast.entropy))
     if (worth := best_by_hand(forecast)) is not None:
         print(f"\nby hand: {worth.text()}")
+    tell_next(config, best)
+
+
+def tell_next(config: ExperimentConfig, best: Expected) -> None:
+    """Print which files there are, and what to do with them."""
     for suffix, what in ((".csv", "command"), (".toml", "bench and figures"), (".png", "picture")):
         print(f"  {what:18s} {config.out.with_suffix(suffix)}")
     look = shlex.join(["tendon-newton", "explain", str(config.diagnosis)])

@@ -229,17 +229,8 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly) -> Any:
         put("path_turn", routes.turn)
         put("excursion_offset", tendons["excursion_offset"] + routes.rest_length)
     put("mass", model.body_mass.numpy()[model.joint_child.numpy()[moving_joints(model)]])
-    gravity = np.broadcast_to(model.gravity.numpy()[:1], (model.world_count, 3))
-    if len(model.gravity) >= model.world_count:
-        gravity = model.gravity.numpy()[: model.world_count]
-    # Rodrigues' formula for a bench tipped about +y needs y x g and what of g is normal to y.
-    gravity = np.repeat(gravity, copies, axis=0)
-    across = np.cross(TIPPING_AXIS, gravity)
-    tilted = {
-        "gravity": gravity,
-        "gravity_across": across,
-        "gravity_along": -np.cross(TIPPING_AXIS, across),
-    }
+    vectors = {name: getattr(frames, name) for name in ("offset", "centre", "axis")}
+    vectors |= gravity_numbers(model, copies)
     basis = plane_basis(frames, topology) if structure.planar else None
     if topology.touch.contacts:
         for name, values in contact_numbers(model, topology.touch, frames, basis).items():
@@ -248,22 +239,30 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly) -> Any:
         plane = np.vstack([basis, np.cross(basis[0], basis[1])])
         put("contact_plane", np.broadcast_to(plane, (chains, 3, 3)))
     if topology.touch.moves:
-        for name, values in body_numbers(model, gravity[::copies]).items():
+        for name, values in body_numbers(model, vectors["gravity"][::copies]).items():
             put(name, values)
-    if basis is None:
-        for name in ("offset", "centre", "axis"):
-            put(name, getattr(frames, name))
-        put("inertia", frames.inertia)
-        for name, vectors in tilted.items():
-            put(name, vectors)
-    else:
+    for name, values in vectors.items():
+        put(name, values if basis is None else values @ basis.T)
+    inertia = frames.inertia
+    if basis is not None:
         normal = np.cross(basis[0], basis[1])
-        for name in ("offset", "centre", "axis"):
-            put(name, getattr(frames, name) @ basis.T)
-        put("inertia", np.einsum("a,wjab,b->wj", normal, frames.inertia, normal))
-        for name, vectors in tilted.items():
-            put(name, vectors @ basis.T)
+        inertia = np.einsum("a,wjab,b->wj", normal, inertia, normal)
+    put("inertia", inertia)
     return struct
+
+
+def gravity_numbers(model: FinalModel, copies: int) -> dict[str, Array]:
+    """Return gravity [m/s^2] of each chain, and what it becomes as a bench is tipped about +y.
+
+    Rodrigues' formula needs y x g, and what of g is normal to y.
+    """
+    gravity = np.broadcast_to(model.gravity.numpy()[:1], (model.world_count, 3))
+    if len(model.gravity) >= model.world_count:
+        gravity = model.gravity.numpy()[: model.world_count]
+    gravity = np.repeat(gravity, copies, axis=0)
+    across = np.cross(TIPPING_AXIS, gravity)
+    along = -np.cross(TIPPING_AXIS, across)
+    return {"gravity": gravity, "gravity_across": across, "gravity_along": along}
 
 
 def coordinate_axis(name: str) -> int | None:

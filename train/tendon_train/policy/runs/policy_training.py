@@ -95,16 +95,21 @@ def train_policy(
             runner.alg.actor.distribution.forget()
             ahead = config.checkpoint_every - done % config.checkpoint_every
             for iteration in range(done, min(done + ahead, config.iterations)):
-                runner.current_learning_iteration = iteration
-                explore(runner, exploration_at(config, iteration))
-                if config.learning_rate_end is not None:
-                    learn_at(runner, learning_rate_at(config, iteration))
-                runner.learn(1)
+                learn_once(runner, config, iteration)
             if first:
                 save_checkpoint(out / "checkpoints", settings, logger.points, runner.alg)
     finally:
         logger.close()
     return Trained(environment=environment, runner=runner, points=tuple(logger.points))
+
+
+def learn_once(runner: Any, config: PolicyTrainingConfig, iteration: int) -> None:
+    """Learn for one iteration, with its exploration and learning rate."""
+    runner.current_learning_iteration = iteration
+    explore(runner, exploration_at(config, iteration))
+    if config.learning_rate_end is not None:
+        learn_at(runner, learning_rate_at(config, iteration))
+    runner.learn(1)
 
 
 def make_runner(environment: FingerEnvironment, config: PolicyTrainingConfig, device: str) -> Any:

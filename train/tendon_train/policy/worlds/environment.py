@@ -91,17 +91,7 @@ class FingerEnvironment(VecEnv):
                 "another simulator's worlds are all alike: randomise must be none; it is "
                 f"{', '.join(config.randomise)}. The task must be tip; it is {config.task}"
             )
-        self.loop: ControlLoop = simulator or ControlLoop(
-            self.mechanism,
-            self.force.model,
-            config.worlds,
-            rate=config.rate,
-            max_step=config.max_step,
-            precision=config.precision,
-            effects=differences.effects,
-            network="fused",
-            device=str(wp.device_from_torch(self.device)),
-        )
+        self.loop: ControlLoop = simulator or self._own_loop(differences.effects)
         self._draws = WorldDraws(config.worlds, self.device)
         self.randomiser = Randomiser(
             self.loop, differences, self.mechanism, self.force.model,
@@ -239,6 +229,21 @@ class FingerEnvironment(VecEnv):
         self.history.reset(worlds)
         self.task.begin(worlds)
         self.episode_length_buf.masked_fill_(worlds, 0)
+
+    def _own_loop(self, effects: tuple[str, ...]) -> ControlLoop:
+        """Return our own worlds, in which these effects may differ."""
+        config = self.config
+        return ControlLoop(
+            self.mechanism,
+            self.force.model,
+            config.worlds,
+            rate=config.rate,
+            max_step=config.max_step,
+            precision=config.precision,
+            effects=effects,
+            network="fused",
+            device=str(wp.device_from_torch(self.device)),
+        )
 
     def _columns(self, angles: Sequence[Any]) -> tuple[Tensor, Tensor]:
         """Return two angles [rad] of each servo as two tensors, shape (D,)."""
