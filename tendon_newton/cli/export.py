@@ -4,11 +4,17 @@ Writes the target's files, replay.json, and a README.md that says how to load th
 stray from our own simulation of the same commands, and what they leave out.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
+
+if TYPE_CHECKING:
+    from tendon_newton.arms.arm import ArmMotion
+    from tendon_newton.arms.arm_file import IdentifiedArm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,21 +40,28 @@ class ExportConfig:
 
 def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
-    from tendon_newton.arms.arm_file import arm_file
+    from tendon_newton.arms.arm_file import arm_file, read_arm
     from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
     from tendon_newton.exports import find_export
+    from tendon_newton.exports.arms import ARM_EXPORTS
+    from tendon_newton.exports.arms.arm_export import arm_motions, servo_as_arm, target_of
     from tendon_newton.exports.export_page import measure, told_lines, write_page
     from tendon_newton.exports.source import read_source
 
     quiet_warp()
     target = find_export(config.to)
     if (file := arm_file(config.model)) is not None:
-        export_whole_arm(config, file)
+        target_of(config.to)
+        arm = read_arm(file, config.bench)
+        export_joints(config, arm, arm_motions(arm.arm, config.dataset, config.seconds))
         return
     source = read_source(config.model, config.bench, config.dataset, config.seconds)
+    if config.to in ARM_EXPORTS and (servo := servo_as_arm(source)) is not None:
+        export_joints(config, *servo)
+        return
     out = make_folder(config.out)
     exported = target.write(out, source.mechanism, source.model)
     print(f"  {source.mechanism.name}, as {config.to} has it", flush=True)
@@ -65,25 +78,17 @@ def main(config: ExportConfig) -> None:
     print(f"\nwrote {', '.join(path.name for path in exported.files)}, README.md to {out}")
 
 
-def export_whole_arm(config: ExportConfig, file: Path) -> None:
-    """Write an arm's files and say how far they stray."""
-    from tendon_newton.arms.arm_file import read_arm
+def export_joints(config: ExportConfig, arm: IdentifiedArm, motions: tuple[ArmMotion, ...]) -> None:
+    """Write the files of an arm, or of a servo alone, and say how far they stray."""
     from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.exports.arms.arm_export import (
-        arm_motions,
-        export_arm,
-        seconds_of,
-        target_of,
-    )
+    from tendon_newton.exports.arms import ARM_EXPORTS
+    from tendon_newton.exports.arms.arm_export import export_arm, seconds_of
 
-    target = target_of(config.to)
-    arm = read_arm(file, config.bench)
-    motions = arm_motions(arm.arm, config.dataset, config.seconds)
-    out = make_folder(config.out)
+    out, ways = make_folder(config.out), ARM_EXPORTS[config.to].ways
     seconds = seconds_of(motions)
-    print(f"  replaying {seconds:.0f} s by {' and by '.join(target.ways)} ...", flush=True)
-    told = TimeLeft(seconds * len(target.ways))
+    print(f"  replaying {seconds:.0f} s by {' and by '.join(ways)} ...", flush=True)
+    told = TimeLeft(seconds * len(ways))
     exported, lines = export_arm(out, arm, config.to, motions, told)
     print("\n".join(lines))
     print(f"\nwrote {', '.join(path.name for path in exported.files)}, README.md to {out}")

@@ -40,7 +40,7 @@ def refuse_damaged(model: Model, forceful: str | None = None) -> None:
     if forceful and find_actuator(model.actuator.name).kinematic:
         raise InvalidModelFile(
             f"{forceful} needs an actuator that gives a force; {model.actuator.name!r} only moves "
-            "its shaft"
+            "its shaft: such servos of a shaft or an arm go to mujoco, usd, urdf"
         )
     for effect in model.effects:
         if effect.servo is not None:

@@ -16,7 +16,7 @@ from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, write_model
-from tendon_newton.data.recording import Array
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.exports.arms import ARM_EXPORTS
 from tendon_newton.exports.arms.arm_export import export_arm, seconds_of, swings
@@ -213,6 +213,29 @@ def test_an_arm_of_a_diagnosis_goes_to_mujoco(mechanism, tmp_path, capsys) -> No
     (folder / "arm.json").write_text(json.dumps({**table, "joints": {"elbow": place["elbow"]}}))
     assert main([*words, "--to", "mujoco"]) == 2
     assert "joints must be those of" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("to", ARM_EXPORTS)
+def test_a_servo_alone_goes_where_arms_go(to, tmp_path, capsys) -> None:
+    """What a diagnosis of positions gives: a joint of its own, with its offset."""
+    model = servo("actuator_lag", "position_offset", compliance=0.0)
+    write_model(tmp_path / "model.toml", model)
+    time = 0.02 * np.arange(200)
+    command = 0.3 * np.sin(2.0 * time)[:, None]
+    run = Recording(
+        name="sine.csv", bench="servo", time=time, command=command, motor_position=command,
+        motor_velocity=np.gradient(command, 0.02, axis=0), start="first_row",
+    )  # fmt: skip
+    write_dataset(tmp_path / "logs", [run], [])
+    words = ["export", str(tmp_path / "model.toml"), "--dataset", str(tmp_path / "logs")]
+    assert main([*words, "--to", to, "--out", str(tmp_path / "out")]) == 0
+    assert "replaying 4 s" in capsys.readouterr().out
+    told = json.loads((tmp_path / "out" / "replay.json").read_text())
+    assert told["runs"] == ["sine.csv"]
+    for way, far in told["replay"].items():
+        assert far["angle"] < (COUNT if way == PROGRAM else 10.0 * COUNT)  # offset is 20 counts
+    assert main([*words, "--to", "newton", "--out", str(tmp_path / "out")]) == 2
+    assert "go to mujoco, usd, urdf" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("to", ["usd", "urdf"])

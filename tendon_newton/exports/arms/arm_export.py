@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.arms.arm import Arm, ArmMotion, motions_of
 from tendon_newton.arms.arm_file import IdentifiedArm, without
 from tendon_newton.arms.arm_simulation import simulate_arm
@@ -21,6 +22,7 @@ from tendon_newton.exports.departure import Departure, pooled
 from tendon_newton.exports.export_page import Fidelity, told_lines, write_page
 from tendon_newton.exports.export_target import Exported
 from tendon_newton.exports.model_numbers import nearly, not_exact, refuse_damaged
+from tendon_newton.exports.source import Source
 from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.parts import Tip
@@ -47,6 +49,22 @@ def arm_motions(arm: Arm, dataset: Path | None, seconds: float = inf) -> tuple[A
         for folder in dataset_folders(dataset)
     }
     return motions_of(recordings, arm.mechanism.joint_names)
+
+
+def servo_as_arm(source: Source) -> tuple[IdentifiedArm, tuple[ArmMotion, ...]] | None:
+    """Return a servo that only moves its shaft as an arm of one joint, and its commands.
+
+    None where a model has a force, or a bench more than that shaft.
+    """
+    mechanism, model = source.mechanism, source.model
+    shaft = len(mechanism.joints) == 1 and all(tendon.direct for tendon in mechanism.tendons)
+    if model.actuator.name != IdealPosition.name or not shaft:
+        return None
+    arm = Arm(
+        mechanism=mechanism, sign=np.ones(1), zero=np.zeros(1), gravity=mechanism.gravity
+    )  # fmt: skip
+    motions = tuple(ArmMotion(recordings=(run,)) for run in source.runs)
+    return IdentifiedArm(arm=arm, models=(model,)), motions
 
 
 def swings(arm: Arm) -> ArmMotion:

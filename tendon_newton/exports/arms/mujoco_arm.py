@@ -157,7 +157,7 @@ or: python arm_step.py commands.csv --out replay.csv
 def middle_of(arm: Arm) -> Array:
     """Return the middle of each joint's range [rad], as its servo counts; 0 where it has no end."""
     ends = np.array(arm.mechanism.joint_limits)
-    middle = np.where(np.isfinite(ends).all(axis=1), ends.mean(axis=1), 0.0)
+    middle = np.where(np.isfinite(ends).all(axis=1, keepdims=True), ends, 0.0).mean(axis=1)
     return arm.sign * (middle - arm.zero)
 
 

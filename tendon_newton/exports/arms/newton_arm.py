@@ -12,6 +12,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.exports.arms.replaying import angles_of
 from tendon_newton.exports.arms.servo_springs import ServoSpring
 from tendon_newton.mechanisms.authoring.mujoco_file import TIME_STEP
+from tendon_newton.mechanisms.usd.usd_asset import adopt_orphans
 
 
 def driven_builder() -> Any:
@@ -27,6 +28,7 @@ def replay_builder(builder: Any, springs: Sequence[ServoSpring], motion: ArmMoti
     Returns:
         What the encoders report [rad], shape (T, J).
     """
+    adopt_orphans(builder, "arm")
     model = builder.finalize(device="cpu")
     solver: Any = SolverMuJoCo(model, disable_contacts=True, use_mujoco_cpu=True)
     theirs = solver.mj_model

@@ -53,14 +53,14 @@ def read_template(stage: Any, path: Path) -> newton.ModelBuilder:
                 schema_resolvers=[SchemaResolverNewton(), SchemaResolverMjc()],
                 collapse_fixed_joints=True,
             )
-            _adopt_orphans(builder, asset_name(stage, path))
+            adopt_orphans(builder, asset_name(stage, path))
         except Exception as error:  # Newton raises whatever its code meets in a strange file
             reason = " ".join(str(error).split())[:REASON_LENGTH]
             raise InvalidAsset(f"Newton cannot read {path}: {reason}") from error
     return builder
 
 
-def _adopt_orphans(builder: newton.ModelBuilder, name: str) -> None:
+def adopt_orphans(builder: newton.ModelBuilder, name: str) -> None:
     """Put joints that are in no articulation into one.
 
     USD gives none to a chain of one link, and without it ``newton.eval_fk`` would pass it over.
