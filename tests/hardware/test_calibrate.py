@@ -40,18 +40,6 @@ def test_a_cell_on_a_serial_port_is_measured_in_real_time(calibrated, capsys) ->
     assert "zero has moved by" in capsys.readouterr().out
 
 
-@pytest.mark.slow
-def test_a_cell_on_a_serial_port_is_calibrated_in_real_time(calibrated, tmp_path) -> None:
-    """Three masses up and down, each measured as it comes out of the pseudo-terminal."""
-    path = tmp_path / "in_real_time.toml"
-    words = ["--port", "virtual:finger:1", "--masses", "0.2,0.5,1", "--out", str(path)]
-    assert main(["calibrate", *words]) == 0
-    assert load_calibration(path).slope == pytest.approx(
-        load_calibration(calibrated).slope,
-        rel=0.01,  # its hysteresis and noise
-    )
-
-
 def test_the_same_cell_has_not_drifted_and_another_has(calibrated, capsys) -> None:
     """Re-taring says by how much zero has moved; code 1 where that is too much."""
     assert main(["calibrate", *VIRTUAL, "--retare", str(calibrated)]) == 0

@@ -8,10 +8,13 @@ from tests.hardware.servos.virtual_servo import VirtualServo
 
 TORQUE, WATCHDOG = 64, 98
 
+both_families = pytest.mark.parametrize("servo", ["xc330_t288_t", "sts3215"])
 
-def test_lost_and_broken_answers_are_asked_for_again() -> None:
+
+@both_families
+def test_lost_and_broken_answers_are_asked_for_again(servo: str) -> None:
     """With 5 % lost and 5 % broken, three attempts lose one read in a thousand; all is counted."""
-    rig = VirtualServo()
+    rig = VirtualServo(servo=servo)
     rig.bench.set_faults(Faults(dropped_replies=0.05, corrupted_replies=0.05))
     missed = 0
     for _ in range(400):
@@ -26,18 +29,20 @@ def test_lost_and_broken_answers_are_asked_for_again() -> None:
     assert counters.retries == counters.silent + counters.corrupted - missed
 
 
-def test_noise_before_an_answer_does_no_harm() -> None:
-    """The SDK finds the frame; no read is lost."""
-    rig = VirtualServo()
+@both_families
+def test_noise_before_an_answer_does_no_harm(servo: str) -> None:
+    """The frame is found; no read is lost."""
+    rig = VirtualServo(servo=servo)
     rig.bench.set_faults(Faults(line_noise=0.3))
     for _ in range(200):
         rig.servo.read_state()
     assert rig.servo.counters.missed == 0
 
 
-def test_no_broken_answer_becomes_a_position() -> None:
+@both_families
+def test_no_broken_answer_becomes_a_position(servo: str) -> None:
     """At rest, with one bit flipped in every third answer, every state that arrives is true."""
-    rig = VirtualServo()
+    rig = VirtualServo(servo=servo)
     rig.bench.set_faults(Faults(corrupted_replies=0.33))
     for _ in range(300):
         try:
@@ -48,15 +53,16 @@ def test_no_broken_answer_becomes_a_position() -> None:
         assert abs(state.velocity) < 0.1
 
 
-def test_a_late_answer_is_never_taken_for_another_questions() -> None:
+@pytest.mark.parametrize(("servo", "gain"), [("xc330_t288_t", 900), ("sts3215", 32)])
+def test_a_late_answer_is_never_taken_for_another_questions(servo: str, gain: int) -> None:
     """Every answer is 3 ms later than the driver waits: what it reads is true, and well dated.
 
     The SDK's own reads take such an answer for the next question's, of whatever length.
     """
-    rig = VirtualServo()
+    rig = VirtualServo(servo=servo)
     rig.bench.set_faults(Faults(extra_latency=6.5e-3))
     for _ in range(50):
-        assert rig.servo.settings().gains.proportional == 900
+        assert rig.servo.settings().gains.proportional == gain
         health = rig.servo.read_health()
         assert (health.hardware_error, health.torque_enabled) == (0, True)
         assert health.voltage == pytest.approx(rig.bench.state().voltage, abs=0.16)  # a count
