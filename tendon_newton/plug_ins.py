@@ -14,7 +14,7 @@ from tendon_newton.errors import InvalidPlugIn
 VERBS = "tendon_newton.verbs"
 """A module whose ``main(config: Config) -> None`` runs the verb; its docstring is the help."""
 IMPORTERS = "tendon_newton.importers"
-"""A function from a path to an ``Imported`` or, of a parameter file, to an ``ImportedModel``."""
+"""A function from a path to an ``Imported``."""
 EXPORTS = "tendon_newton.exports"
 """An ``ExportTarget``."""
 

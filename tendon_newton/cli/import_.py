@@ -58,21 +58,15 @@ class ImportConfig:
 def main(config: ImportConfig) -> None:
     """Import, write and report."""
     from tendon_newton.data.importers import MAPPED, find_importer
-    from tendon_newton.data.importers.imported import Imported, ImportedModel
-    from tendon_newton.data.importers.writing import write_imported_model
+    from tendon_newton.data.importers.imported import Imported
     from tendon_newton.errors import InvalidPlugIn
 
     reader = None if config.format == MAPPED else find_importer(config.format)
     refuse_foreign_options(config)
     imported = read(config, reader)
-    if isinstance(imported, ImportedModel):
-        write_imported_model(imported, config.source, config.out)
-        print(f"{config.out / 'model.toml'}: {imported.text}")
-        return
     if not isinstance(imported, Imported):
         raise InvalidPlugIn(
-            f"{config.format} must give an Imported or an ImportedModel; it gave a "
-            f"{type(imported).__name__}"
+            f"{config.format} must give an Imported; it gave a {type(imported).__name__}"
         )
     from tendon_newton.workflows.importing import admit, mend, write_parts
 

@@ -21,10 +21,15 @@ def main(config: Config) -> None:
     print(f"{config.grams} g")
 
 def read_scale(source: Path):
-    from tendon_newton.data.importers.imported import ImportedModel
-    from tendon_newton.data.model_file import Model, NamedValues
-    model = Model(actuator=NamedValues(name="ideal_force", values={}), effects=())
-    return ImportedModel(model=model, left_out=())
+    from tendon_newton.data.importers.imported import Imported, ImportedLog
+    from tendon_newton.data.model_file import load_model
+    from tests.importers.logs import model, recording
+    logs = [
+        ImportedLog(recording=recording(name), conditions={"file": name}, source=source, sha256="0")
+        for name in ("a.csv", "b.csv")
+    ]
+    start = load_model(model(source / "start.toml"))
+    return Imported(logs=tuple(logs), start_model=lambda _: start, limits={}, findings=())
 
 def target():
     from tendon_newton.exports import Exported, ExportTarget

@@ -21,7 +21,6 @@ import numpy as np
 from lab.studies.comparison.rows import mean_error, study_of
 from lab.studies.comparison.splits import Split, sts3215_splits, xl330_splits
 from lab.studies.known_servos.table import SERVOS
-from tendon_lab.foreign_logs.bam import read_parameters
 from tendon_lab.foreign_logs.bam.motors import STS3215, XL330, BamMotor
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
@@ -176,13 +175,8 @@ def main() -> None:
     parser.add_argument(
         "--answer", type=Path, help="folder of a diagnosis; made unless it is there"
     )
-    parser.add_argument("--published", type=Path, nargs="+", help="test parameter files of bam")
     chosen = parser.parse_args()
     split = split_of(chosen.servo, chosen.logs)
-    if chosen.published:
-        for file in chosen.published:
-            print(f"{file}: {error(split.test, read_parameters(file).model):.1f} mrad held out")
-        return
     if not chosen.check:
         with tempfile.TemporaryDirectory() as place:
             answer = chosen.answer or Path(place)

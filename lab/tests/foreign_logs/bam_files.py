@@ -1,34 +1,10 @@
-"""Made-up logs and parameter files in the format of Rhoban/bam."""
+"""Made-up logs in the format of Rhoban/bam."""
 
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-M6 = {
-    "kt": 1.3,
-    "R": 2.6,
-    "armature": 0.02,
-    "q_offset": -0.05,
-    "command_delay": 0.004,
-    "friction_base": 0.05,
-    "friction_stribeck": 0.02,
-    "friction_viscous": 0.03,
-    "load_friction_motor": 0.2,
-    "load_friction_external": 0.25,
-    "load_friction_motor_stribeck": 0.1,
-    "load_friction_external_stribeck": 0.0,
-    "load_friction_motor_quad": 0.008,
-    "load_friction_external_quad": 0.0,
-    "dtheta_stribeck": 0.4,
-    "alpha": 1.5,
-    "max_velocity": 5.0,
-    "error_gain_ratio": 1.1,
-    "model": "m6",
-    "actuator": "sts3215",
-}
-"""Parameters of the richest of their models."""
 
 
 def bam_log(path: Path, *, kp: float = 16.0, motor: str = "sts3215", **changes: Any) -> Path:
@@ -58,12 +34,4 @@ def bam_log(path: Path, *, kp: float = 16.0, motor: str = "sts3215", **changes: 
     entries = [dict(zip(columns, row, strict=True)) for row in rows]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(stated | {"entries": entries}))
-    return path
-
-
-def bam_parameters(path: Path, **changes: Any) -> Path:
-    """Write a parameter file; None leaves a key out."""
-    table = {key: value for key, value in (M6 | changes).items() if value is not None}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(table))
     return path

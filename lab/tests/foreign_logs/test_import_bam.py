@@ -1,4 +1,4 @@
-"""Import of Rhoban/bam's logs and parameter files: units, failed reads, what a model can say."""
+"""Import of Rhoban/bam's logs: units, and failed reads."""
 
 import json
 from math import pi
@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab.tests.foreign_logs.bam_files import bam_log, bam_parameters
-from tendon_lab.foreign_logs.bam.bam_parameters import read_parameters
+from lab.tests.foreign_logs.bam_files import bam_log
 from tendon_lab.foreign_logs.bam.motors import STS3215
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.gear_friction import quasi_static_gear
 from tendon_newton.data.model_file import load_model
 
 
@@ -119,100 +117,6 @@ def test_a_servo_that_a_current_drives_is_refused(tmp_path: Path, capsys) -> Non
     bam_log(tmp_path / "logs" / "a.json", motor="erob80_100")
     assert main(["import", "bam", str(tmp_path / "logs"), "--out", str(tmp_path / "o")]) == 2
     assert "the motor must be one of" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("model", "absent", "effects"),
-    [
-        ("m1", ("friction_stribeck", "load_"), {"coulomb_friction"}),
-        ("m2", ("load_",), {"stribeck_friction"}),
-        ("m6", (), {"stribeck_friction", "load_dependent_friction"}),
-    ],
-)
-def test_a_parameter_file_becomes_a_model(model, absent, effects, tmp_path) -> None:
-    """Motor, delay, offset, gain and the frictions that a model of theirs has."""
-    from lab.tests.foreign_logs.bam_files import M6
-
-    changes = dict.fromkeys((key for key in M6 if key.startswith(absent)), None) if absent else {}
-    source = bam_parameters(tmp_path / f"{model}.json", model=model, **changes)
-    out = tmp_path / "out"
-    assert main(["import", "bam", str(source), "--out", str(out)]) == 0
-    loaded = load_model(out / "model.toml")
-    named = {effect.name: effect.values for effect in loaded.effects}
-    always = {
-        "command_delay",
-        "command_rate_limit",
-        "position_offset",
-        "gain_error",
-        "viscous_friction",
-    }
-    assert set(named) == always | effects
-    assert named["position_offset"] == {"angle": 0.05}
-    assert named["gain_error"] == {"scale": 1.1}
-    assert loaded.actuator.values["duty_per_rad"] == pytest.approx(32 * STS3215.duty_per_gain)
-    assert loaded.fit == ()
-
-
-@pytest.mark.parametrize(
-    ("changes", "expected"),
-    [
-        ({}, ("gear_load_friction", {"coefficient": 0.1})),
-        (
-            {"load_friction_stribeck": 0.05},
-            (
-                "load_stribeck_friction",
-                {
-                    "coefficient": 0.1,
-                    "static_coefficient": pytest.approx(0.15),
-                    "stribeck_velocity": 0.4,
-                },
-            ),
-        ),
-    ],
-)
-def test_one_coefficient_of_load_is_the_gears(changes, expected, tmp_path) -> None:
-    """m3 and m4 weigh motor and load alike."""
-    one = {"load_friction_motor": None, "load_friction_external": None, "load_friction_base": 0.1}
-    path = bam_parameters(tmp_path / "m4.json", model="m4", **one, **changes)
-    named = {e.name: dict(e.values) for e in read_parameters(path).model.effects}
-    assert named[expected[0]] == expected[1]
-
-
-@pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_two_coefficients_are_one_and_a_weaker_motor(direction: float) -> None:
-    """The output's torque is the same for either direction, by the law that they publish."""
-    motor, load, torque = 0.2, 0.25, 1.7
-    friction, weaker = quasi_static_gear(motor, load)
-    output = weaker * torque / (1.0 + direction * friction)
-    # at a constant speed the load gives what comes out: out = in - s |K_e out + K_m in|
-    assert output == pytest.approx(torque - direction * (load * output + motor * torque))
-
-
-def test_what_no_effect_says_is_said(tmp_path: Path) -> None:
-    """Terms of m5 and m6 that are there are named with their value, those at zero are not."""
-    words = read_parameters(bam_parameters(tmp_path / "m6.json")).left_out
-    names = [text.split(" ", 1)[0] for text in words]
-    assert names == ["load_friction_motor_stribeck", "load_friction_motor_quad", "alpha"]
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"model": "m7"}, "must be one of m1"),
-        ({"actuator": "unitree_go1"}, "the actuator must be one of"),
-        ({"kt": 0.0}, "kt must be a positive number"),
-        ({"R": None}, "R must be a positive number"),
-        ({"friction_base": -1.0}, "friction_base must be a friction"),
-        ({"load_friction_motor": 1.0}, "below 1"),
-        ({"alpha": "two"}, "alpha must be a number"),
-    ],
-)
-def test_a_broken_parameter_file_is_refused(changes, said, tmp_path, capsys) -> None:
-    """One line names the file and what is wrong with it."""
-    path = bam_parameters(tmp_path / "p.json", **changes)
-    assert main(["import", "bam", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert said in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def feetech_log(path: Path, *, limit: float, kp: float = 8.0) -> None:

@@ -15,7 +15,7 @@ MAPPED = "mapped"  # The format of logs that a mapping file describes
 def find_importer(name: str) -> Callable[[Path], object]:
     """Return the reader of a format, ours or a plug-in's; an unknown name is refused.
 
-    It gives an `Imported` or, of a parameter file, an `ImportedModel`; a plug-in's may break that.
+    It gives an `Imported`; a plug-in's may break that.
     """
     from tendon_newton import plug_ins
 

@@ -61,20 +61,3 @@ class Imported:
             )
             for value in values
         }
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImportedModel:
-    """What a foreign parameter file became."""
-
-    model: Model  # To start from; nothing of it is left to be fitted
-    left_out: tuple[str, ...]  # What the file says and no effect of ours does, in words
-
-    @property
-    def text(self) -> str:
-        """What a reader must know of the model."""
-        names = ", ".join(effect.name for effect in self.model.effects) or "none"
-        lines = [f"actuator {self.model.actuator.name}; effects: {names}"]
-        if self.left_out:
-            lines += ["", "left out, for want of an effect that does it:"]
-        return "\n".join([*lines, *(f"  {words}" for words in self.left_out)])

@@ -11,7 +11,7 @@ from tendon_newton.data.checks.finding import Finding, findings_text
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import FILE_NAME, write_dataset
 from tendon_newton.data.files.output_folder import make_folder
-from tendon_newton.data.importers.imported import Imported, ImportedLog, ImportedModel
+from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.split import Split
 from tendon_newton.data.model_file import write_model
 from tendon_newton.data.recording import Recording
@@ -79,14 +79,6 @@ def write_import(
     (out / REPORT_NAME).write_text(json.dumps(report_table(report), indent=2) + "\n")
     (out / "import.txt").write_text(report.text + "\n", encoding="utf-8")
     return report
-
-
-def write_imported_model(imported: ImportedModel, source: Path, out: Path) -> None:
-    """Write ``model.toml`` and ``import.txt``."""
-    refuse_foreign_folder(out, [source])
-    make_folder(out)
-    write_model(out / "model.toml", imported.model)
-    (out / "import.txt").write_text(imported.text + "\n", encoding="utf-8")
 
 
 def refuse_foreign_folder(out: Path, sources: Sequence[Path]) -> None:

@@ -1,21 +1,20 @@
-"""Logs and parameter files of Rhoban/bam: servos that turn a pendulum, and models of them."""
+"""Logs of Rhoban/bam: servos that turn a pendulum."""
 
 from pathlib import Path
 
 from tendon_lab.foreign_logs.bam.bam_logs import LogKind, read_logs
-from tendon_lab.foreign_logs.bam.bam_parameters import read_parameters
 from tendon_lab.foreign_logs.bam.motors import MOTORS, XL330
-from tendon_newton.data.importers.imported import Imported, ImportedModel
+from tendon_newton.data.importers.imported import Imported
 
 ANY_MOTOR = LogKind(title="BAM", motors=MOTORS)
 XL330_ALONE = LogKind(title="XL330", motors={"xl330": XL330}, unnamed=XL330)
 
-__all__ = ["read_bam", "read_parameters", "read_xl330"]
+__all__ = ["read_bam", "read_xl330"]
 
 
-def read_bam(source: Path) -> Imported | ImportedModel:
-    """Read every log of a folder, or a parameter file as a model."""
-    return read_parameters(source) if source.is_file() else read_logs(source, ANY_MOTOR)
+def read_bam(folder: Path) -> Imported:
+    """Read every log of a folder."""
+    return read_logs(folder, ANY_MOTOR)
 
 
 def read_xl330(folder: Path) -> Imported:

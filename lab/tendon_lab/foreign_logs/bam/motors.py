@@ -21,8 +21,6 @@ class BamMotor:
     torque_constant: float  # To start from [N m/A]
     resistance: float  # To start from [ohm]
     armature: float  # Rotor behind the gear, to start from [kg m^2]
-    gain: float  # Gain of the firmware at which its parameter files are meant
-    supply: float  # Supply at which they are meant [V]
     max_duty: float = 1.0  # Greatest duty [1]
     full_duty: float | None = None
     """Counts of full duty in the column ``load``; None where that column is something else."""
@@ -45,8 +43,6 @@ XL330 = BamMotor(
     torque_constant=0.41,
     resistance=3.4,
     armature=2e-3,
-    gain=400.0,
-    supply=7.4,
     full_duty=FULL_DUTY,
     speed_unit=0.229 * 2.0 * pi / 60.0,
 )
@@ -57,8 +53,6 @@ MX64 = BamMotor(
     torque_constant=1.6,
     resistance=2.9,
     armature=0.01,
-    gain=32.0,
-    supply=15.0,
     max_duty=0.9625,
 )
 MX106 = BamMotor(
@@ -66,20 +60,16 @@ MX106 = BamMotor(
     torque_constant=2.0,
     resistance=2.3,
     armature=0.015,
-    gain=32.0,
-    supply=15.0,
     max_duty=0.9625,
 )
 XL320 = BamMotor(  # at 7.4 V: stall 0.39 N m at 1.1 A, 114 rev/min
-    duty_per_gain=0.0505, torque_constant=0.5, resistance=6.7, armature=1e-3, gain=32.0, supply=7.5
+    duty_per_gain=0.0505, torque_constant=0.5, resistance=6.7, armature=1e-3
 )
 XC330 = BamMotor(  # M288 at 5 V: stall 0.93 N m at 1.8 A, 81 rev/min; gain / 128 by the e-manual
     duty_per_gain=2.0 * XL330_DUTY,
     torque_constant=0.55,
     resistance=2.8,
     armature=2e-3,
-    gain=1100.0,
-    supply=5.1,
 )
 # Feetech's loop: kp / 4 thousandths of full duty per count of error, by its own load register.
 # Owners measured 0.164 and 0.166 with an oscilloscope.
@@ -95,8 +85,6 @@ STS3215 = BamMotor(
     torque_constant=1.4,
     resistance=3.5,
     armature=0.02,
-    gain=32.0,
-    supply=12.0,
     effects=FEETECH_FIRMWARE,
     load_is_duty=True,
 )
@@ -105,8 +93,6 @@ STS3250 = BamMotor(  # at 12 V: stall 4.9 N m
     torque_constant=1.4,
     resistance=2.5,
     armature=0.02,
-    gain=32.0,
-    supply=12.0,
     effects=FEETECH_FIRMWARE,
     load_is_duty=True,
 )
@@ -115,8 +101,6 @@ ST3025 = BamMotor(  # Waveshare, the same firmware; 0.88 N m/A and 4.4 A at 12 V
     torque_constant=1.2,
     resistance=2.7,
     armature=0.02,
-    gain=32.0,
-    supply=12.0,
     effects=FEETECH_FIRMWARE,
     load_is_duty=True,
 )
