@@ -98,8 +98,9 @@ def doubted() -> int:
     """Say what is wrong with the origin of records; return how much that is."""
     told = [f"{name}: {doubt}" for name, record in records().items() for doubt in doubts(record)]
     for line in told:
-        sys.stdout.write(f"lab/results/records/{line}; run python -m lab.results --stamp, or "
-                         "measure it again\n")  # fmt: skip
+        sys.stdout.write(
+            f"lab/results/records/{line}; run python -m lab.results --stamp, or measure it again\n"
+        )
     return len(told)
 
 

@@ -119,8 +119,9 @@ def readme(kept: Records) -> str:
     for words, (name, cells) in README.items():
         number, beside, reached = cells(kept)
         rows.append((words, f"**{number}**", beside, reached, origin(kept[name])))
-    return table(("result", "rate; mean (range)", "beside it", "constant answer", "measured at"),
-                 rows)  # fmt: skip
+    return table(
+        ("result", "rate; mean (range)", "beside it", "constant answer", "measured at"), rows
+    )
 
 
 def origin(record: Record) -> str:

@@ -87,9 +87,10 @@ MACHINES = {
     ),
     "linear axis": Machine(
         ranges={MASS: (5.0, 20.0), COULOMB: (4.0, 15.0), VISCOUS: (15.0, 50.0)},
-        kind="slider", noise=0.8,
+        kind="slider",
+        noise=0.8,
     ),
-}  # fmt: skip
+}
 
 
 def terms(
@@ -224,8 +225,9 @@ def examined(name: str, draw: int) -> dict[str, Any]:
         answer = diagnosed(machine, length, mass, scale, logs, Path(folder))
     found = {
         f"{e['name']} {key}": value
-        for e in answer["effects"] for key, value in e["parameters"].items()
-    }  # fmt: skip
+        for e in answer["effects"]
+        for key, value in e["parameters"].items()
+    }
     found |= {f"fitted {key}": value for key, value in answer.get("fitted", {}).items()}
     return {
         "planted": truth,

@@ -232,8 +232,9 @@ def write_worn(study: Study) -> None:
 
 def errors_on(bench: Bench, found: Mapping[str, Any]) -> dict[str, float]:
     """Return what each policy misses on a worn bench [mm], as far as it climbed there."""
-    errors = {arm: 1e3 * read(path)["rmse"] for arm, path in climbs_of(bench).items()
-              if path.exists()}  # fmt: skip
+    errors = {
+        arm: 1e3 * read(path)["rmse"] for arm, path in climbs_of(bench).items() if path.exists()
+    }
     if (bench.folder / "restored").exists() and WORN in errors:
         judged = found.get("better")  # nothing where no wear was noticed
         new = 1e3 * judged["new"] if judged else errors[WORN]

@@ -81,9 +81,10 @@ def main() -> None:
     words = parser.parse_args()
     quiet_warp()
     turning = replace(
-        RECIPE.environment.turning, rate_window=words.rate_window,
+        RECIPE.environment.turning,
+        rate_window=words.rate_window,
         catch_up_time=words.catch_up_time,
-    )  # fmt: skip
+    )
     own = replace(RECIPE.environment, worlds=words.worlds, turning=turning, history=words.history)
     config = replace(RECIPE, environment=own, iterations=words.iterations, device=words.device)
     words.out.mkdir(parents=True, exist_ok=True)

@@ -25,7 +25,8 @@ REPORTS: dict[str, tuple[str, ...]] = {
         "mechanisms/test_asset_command.py::test_a_joint_that_mimics_another_is_refused",
     ),
     "DynamixelSDK#256: zeros or a neighbour's angle": (
-        *told("zeros where the bus read nothing"), *told("a neighbour's angle"),
+        *told("zeros where the bus read nothing"),
+        *told("a neighbour's angle"),
         *told("zeros in every fifth row"),
     ),
     "lerobot#930: a joint reversed": told("a joint reversed"),
@@ -38,9 +39,7 @@ REPORTS: dict[str, tuple[str, ...]] = {
     "relative actions": told("actions relative to the angle"),
     "a clock that begins again": told("a clock that begins again"),
     "reads slower than rows": told("the last reading again"),
-    "stamps that jitter": (
-        "formats/test_recording.py::test_uneven_sampling_and_gaps_are_legal",
-    ),
+    "stamps that jitter": ("formats/test_recording.py::test_uneven_sampling_and_gaps_are_legal",),
     "a servo's profile": (
         "physics/servos/test_position_servo.py::test_a_profile_speeds_up_and_slows_down",
     ),
@@ -57,9 +56,7 @@ REPORTS: dict[str, tuple[str, ...]] = {
     "pace-sim2real#19: a joint rings, its model does not": (
         "diagnosis/test_richer_actuator.py::test_numbers_that_nobody_stated_well_are_fitted",
     ),
-    "detents of a gear": (
-        "diagnosis/test_structure.py::test_cogging_is_seen_where_it_sits",
-    ),
+    "detents of a gear": ("diagnosis/test_structure.py::test_cogging_is_seen_where_it_sits",),
     "an ONNX file against its policy": (
         "train/policy/test_learned_policy.py"
         "::test_both_files_carry_the_card_and_act_as_in_training",
@@ -68,7 +65,7 @@ REPORTS: dict[str, tuple[str, ...]] = {
         "hardware/load_cells/test_cell_doubt.py"
         "::test_two_saturated_readings_are_a_spike_and_three_a_fault",
     ),
-}  # fmt: skip
+}
 """Report, with its thread where it is named -> its tests."""
 TRIED = 26  # Public reports that were tried; the rest have no input made in a test
 

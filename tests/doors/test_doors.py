@@ -160,8 +160,9 @@ def test_a_motor_that_is_too_slow_for_its_goals_has_them(
     assert list(no_command(log)) == []
     for size, pace in ((1.0, 1.0), (0.5, 6.0)):  # the second's speeds are far above its angles
         angle = size * np.sin(pace * time)
-        asked = replace(log, command=np.gradient(angle, time)[:, None],
-                        motor_position=angle[:, None])  # fmt: skip
+        asked = replace(
+            log, command=np.gradient(angle, time)[:, None], motor_position=angle[:, None]
+        )
         (found,) = no_command(asked)
         assert "speed of theta" in found.evidence
 

@@ -116,10 +116,11 @@ class NotOff(Case):
 PULLS_ON = {
     "a motor that is on at 0.6 once it is off": on.pull(0.6, off=True),
     "a motor that is on at 0.3 once it is off": on.pull(0.3, off=True),
-    "a motor that is on at 0.3 once it is off, and tells nothing":
-        on.pull(0.3, off=True, echo=True),
+    "a motor that is on at 0.3 once it is off, and tells nothing": on.pull(
+        0.3, off=True, echo=True
+    ),
     "a motor that is on at 0.6, off or not": on.both(on.pull(0.6), on.pull(0.6, off=True)),
-}  # fmt: skip
+}
 OFF: dict[str, Case] = {
     name: NotOff(rule="", action="", fault=fault, settings=DeploySettings(duration=1.5))
     for name, fault in PULLS_ON.items()
@@ -200,8 +201,7 @@ PAIRS: dict[str, Case] = {
     "two load cells exchanged": two(on.exchange, 8.0),
     "a load cell that tells another's counts": two(on.copy, 0.3),
     **{
-        f"two encoders {name}": two(fault, 1.0, rule="motion", action="off",
-            sooner=("load_cell",))
+        f"two encoders {name}": two(fault, 1.0, rule="motion", action="off", sooner=("load_cell",))
         for name, fault in {
             "0.5 rad ahead": on.misread(lambda a, t: a + 0.5),
             "of half a scale": on.misread(lambda a, t: 0.5 * a),
@@ -211,9 +211,10 @@ PAIRS: dict[str, Case] = {
             "0.3 s late": on.lag(0.3),
         }.items()
     },
-    "two encoders that are stuck, both strings pulled":
-        two(on.lag(100.0), 3.0, squeezing(), sooner=("motion",)),
-}  # fmt: skip
+    "two encoders that are stuck, both strings pulled": two(
+        on.lag(100.0), 3.0, squeezing(), sooner=("motion",)
+    ),
+}
 """Load cells whose plugs are exchanged, and encoders that lie, where a finger has two strings."""
 LIES = ENCODERS | SERVOS | OFF | CELLS | PAIRS
 CHEAP = {

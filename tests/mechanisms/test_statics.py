@@ -141,9 +141,10 @@ def test_an_arm_stays_where_a_log_states_another_load() -> None:
     arm, load = BenchOverrides(arm_mass=(ARM,)), BenchOverrides(mass=(LOAD,), length=(LENGTH,))
     both = override_mechanism(bench, replace(load, arm_mass=(ARM,)))
     for first, second in ((arm, load), (load, arm)):
-        (one,), (other,) = override_mechanism(override_mechanism(bench, first), second).joints, (
-            both.joints
-        )  # fmt: skip
+        (one,), (other,) = (
+            override_mechanism(override_mechanism(bench, first), second).joints,
+            (both.joints),
+        )
         assert one.mass == pytest.approx(other.mass)
         np.testing.assert_allclose(one.center_of_mass, other.center_of_mass, atol=1e-12)
         np.testing.assert_allclose(one.inertia, other.inertia, atol=1e-12)

@@ -98,10 +98,11 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
     motions = simulate([*runs, *twins(recipe, base, slots[TRAIN_COUNT:], runs[TRAIN_COUNT:])])
     true, spared, modelled = held_out_motions(motions)
     sensors = Sensors(
-        force_noise=recipe.force_noise, noise_colour=recipe.noise_colour,
+        force_noise=recipe.force_noise,
+        noise_colour=recipe.noise_colour,
         cell_rate=recipe.cell_rate,
         on_joint=recipe.on_joint or not JOINT_ENCODERS.keys().isdisjoint(recipe.effects),
-    )  # fmt: skip
+    )
     recordings = tuple(
         record(rng, slot, run, motion, sensors, gaps=recipe.gaps)
         for slot, run, motion in zip(slots, runs, motions[: len(runs)], strict=True)

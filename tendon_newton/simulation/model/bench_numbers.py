@@ -283,8 +283,9 @@ def write_by_chain(
         worlds = chain == k
         own = [n.joint // joints == k or not n.bench for n in numbers]
         part = {name: array[worlds] for name, array in arrays.items()}
-        local = [replace(n, joint=n.joint % joints) for n, mine in zip(numbers, own, strict=True)
-                 if mine]  # fmt: skip
+        local = [
+            replace(n, joint=n.joint % joints) for n, mine in zip(numbers, own, strict=True) if mine
+        ]
         write_numbers(part, local, values[worlds][:, own], parents)
         for name, array in arrays.items():
             array[worlds] = part[name]

@@ -79,9 +79,10 @@ def test_the_same_at_each_servo_is_the_same_at_all(actuator, causes) -> None:
     models = [Model(actuator=actuator)]
     for name, values in causes.items():
         both, *own = (effect(name, servo, **values) for servo in (None, 0, 1))
-        models += [Model(actuator=actuator, effects=chosen) for chosen in (
-            (both,), tuple(own), (own[0],), (own[1],)
-        )]  # fmt: skip
+        models += [
+            Model(actuator=actuator, effects=chosen)
+            for chosen in ((both,), tuple(own), (own[0],), (own[1],))
+        ]
     vectors = np.stack([rollout.base_vectors(model) for model in models])
     signals = rollout.run_rows(vectors, 1e-3)
     for place, name in enumerate(causes):
