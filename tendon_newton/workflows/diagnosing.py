@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tendon_newton.data.dataset import FILE_NAME, Dataset, dataset_folders, load_dataset
 from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.data.files.text_file import inside
 from tendon_newton.data.files.together import together
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.diagnosis.accounts.checked_data import sound
@@ -138,7 +139,7 @@ def earlier_model(path: Path, stated: Path | None) -> Model:
     if not any((path / name).is_file() for name in (ANSWER, FILE_NAME)):
         raise InvalidDataset(
             f"{path}: an earlier day is a dataset or the folder of a diagnosis; here is neither "
-            f"{FILE_NAME} nor {ANSWER}"
+            f"{FILE_NAME} nor {ANSWER}{inside(path / ANSWER)}"
         )
     file = stated or path / "model.toml"
     if not file.is_file():

@@ -37,7 +37,7 @@ class BenchScene:
         goals: Whether a policy's goals will be shown.
 
     Raises:
-        MissingDependency: rerun is not installed.
+        MissingDependency: rerun is not installed, or its viewer is not found.
     """
 
     def __init__(self, name: str, bench: str, to: View, file: Path, *, goals: bool = False) -> None:
@@ -56,7 +56,13 @@ class BenchScene:
         self.target: Path | None = file.with_suffix(".rrd") if to == "file" else None
         blueprint = arrangement(layout, self.postures, goals=goals)
         if self.target is None:
-            self.stream.spawn(default_blueprint=blueprint)
+            try:
+                self.stream.spawn(default_blueprint=blueprint)
+            except RuntimeError as error:  # in rerun's own words, a page of them
+                raise MissingDependency(
+                    "a window needs rerun's viewer, the program 'rerun', on the path: activate the "
+                    "environment that it is installed in; --to file needs none"
+                ) from error
         else:
             self.stream.save(self.target, default_blueprint=blueprint)
         for place in ("tension/measured", "tension/simulated", "angle/measured", "angle/simulated",

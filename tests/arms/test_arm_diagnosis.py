@@ -10,12 +10,13 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from tendon_newton.arms.arm import ArmMotion
+from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.data.plain_numbers import quantity
-from tendon_newton.errors import InvalidDataset
+from tendon_newton.errors import InvalidDataset, InvalidRecording
+from tendon_newton.exports.arms.arm_export import arm_motions
 from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into
 from tests.arms import planted_arm
 from tests.importers.lerobot_files import lists
@@ -156,6 +157,30 @@ def test_a_folder_of_joints_is_one_object_for_programs(arm, tmp_path, capsys) ->
         )
     assert "  elbow: " in printed.err
     assert "  shoulder: " not in printed.err
+
+
+def test_one_joint_s_answer_is_asked_of_an_arm(arm, tmp_path, capsys) -> None:
+    """What takes the answer of one servo says which folders have one, and where there are none."""
+    found, logs = tmp_path / "found", str(arm / "logs" / "elbow")
+    for joint in ("elbow", "shoulder"):
+        shutil.copytree(arm / "logs" / joint, found / joint)
+        (found / joint / "diagnosis.json").write_text("{}")
+    out = ["--out", str(tmp_path / "out")]
+    for words in (
+        ["explain", str(found)],
+        ["experiment", str(found), "--out", str(tmp_path / "run.csv")],
+        ["simulate", logs, "--model", str(found), *out],
+        ["diagnose", logs, "--model", str(found), *out],
+        ["diagnose", logs, "--against", str(found), *out],
+        ["export", str(found), "--to", "usd", *out],
+    ):
+        assert main(words) == 2
+        assert "elbow, shoulder in it have one each: name one of them" in capsys.readouterr().err
+    with pytest.raises(InvalidRecording, match="elbow: an arm has a folder with a dataset of each"):
+        arm_motions(Arm(
+            mechanism=planted_arm.planted_mechanism(tmp_path), sign=np.ones(2), zero=np.zeros(2),
+            gravity=np.array([0.0, 0.0, -9.81]),
+        ), arm / "logs" / "elbow")  # fmt: skip
 
 
 def test_a_budget_ends_at_one_instant_for_all_servos(arm: Path, tmp_path: Path) -> None:

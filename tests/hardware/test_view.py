@@ -33,6 +33,16 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / f"{LOG}.mcap"
 
 
+def test_a_window_without_its_viewer_is_one_line(log: Path, monkeypatch, capsys) -> None:
+    """The viewer is a program of its own; where it is not on the path, a file does."""
+    monkeypatch.setenv("PATH", "")
+    assert main(["view", str(log)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: a window needs rerun's viewer")
+    assert "--to file" in said
+    assert said.count("\n") == 1
+
+
 def shown(file: Path) -> Counter[str]:
     """Return how often each thing is shown in a view's file."""
     from rerun.chunk import RrdReader

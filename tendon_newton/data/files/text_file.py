@@ -12,7 +12,7 @@ from stat import S_ISREG
 from typing import Any, BinaryIO, TextIO
 
 from tendon_newton.data.files.together import together
-from tendon_newton.errors import InvalidOutput, TendonNewtonError
+from tendon_newton.errors import InvalidOutput, TendonNewtonError, listed
 
 SIZE_LIMIT = 4_000_000
 """Bytes of a settings file that we read. The largest of ours, a dataset of thousands of recordings,
@@ -176,8 +176,18 @@ def absence(path: Path) -> str:
     if path.is_dir():
         return "it is a folder"
     if path.parent.is_dir():
-        return "no such file" if not path.exists() else "it is a device or a pipe"
+        absent = not path.exists()
+        return f"no such file{inside(path)}" if absent else "it is a device or a pipe"
     return f"{path.parent} is a file, no folder" if path.parent.is_file() else "no such folder"
+
+
+def inside(path: Path) -> str:
+    """Say which folders beside a missing file have one of its name, such as joints of an arm."""
+    try:
+        names = sorted(each.name for each in path.parent.iterdir() if (each / path.name).is_file())
+    except OSError:  # a folder that may not be listed
+        return ""
+    return f"; {listed(names)} in it have one each: name one of them" if len(names) > 1 else ""
 
 
 def finite_number(value: Any) -> float | None:

@@ -14,7 +14,7 @@ from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.data.dataset import dataset_folders, load_dataset
 from tendon_newton.data.excitations import RATE
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.errors import InvalidParameter, listed
+from tendon_newton.errors import InvalidParameter, InvalidRecording, listed
 from tendon_newton.exports.arms import ARM_EXPORTS
 from tendon_newton.exports.arms.arm_target import ArmTarget, ArmWay
 from tendon_newton.exports.arms.mujoco_arm import SWING, middle_of
@@ -44,9 +44,13 @@ def arm_motions(arm: Arm, dataset: Path | None, seconds: float = inf) -> tuple[A
     """
     if dataset is None:
         return (swings(arm),)
+    if not (folders := dataset_folders(dataset)):
+        raise InvalidRecording(
+            f"{dataset}: an arm has a folder with a dataset of each joint; this one has none in it"
+        )
     recordings = {
         folder.name: first_part(load_dataset(folder, require_train=False).test, seconds)
-        for folder in dataset_folders(dataset)
+        for folder in folders
     }
     return motions_of(recordings, arm.mechanism.joint_names)
 
