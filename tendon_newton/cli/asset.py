@@ -154,7 +154,6 @@ class Show:
     asset: tyro.conf.Positional[str]
     """Name under assets/, or path of a USD file or of an asset's folder."""
     out: Path | None = None  # Picture to write; <name>.png in the current folder by default.
-    window: bool = False  # Also open Newton's own viewer and let the finger close and open there.
 
 
 Asset = (
@@ -276,7 +275,3 @@ def show(config: Show) -> None:
     path = config.out or Path(f"{mechanism.name}.png")
     plot_asset(mechanism, path)
     print(path)
-    if config.window:
-        from tendon_newton.mechanisms.authoring.asset_window import show_in_window
-
-        show_in_window(mechanism)

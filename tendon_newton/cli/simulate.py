@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -39,9 +39,6 @@ class SimulateConfig:
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
     plots: bool = True  # Whether to draw a picture per recording.
-    view: Literal["window", "file"] | None = None
-    """Show measured and simulated finger as they move: in a window, or in a file (.rrd) beside each
-    result. Needs the extra view."""
 
 
 def main(config: SimulateConfig) -> None:
@@ -90,7 +87,7 @@ def main(config: SimulateConfig) -> None:
 
 
 def write_result(config: SimulateConfig, recording: Recording, trajectory: Trajectory) -> None:
-    """Write a simulation, with its picture and view, and print its errors."""
+    """Write a simulation, with its picture, and print its errors."""
     from tendon_newton.data.files.picture import save
     from tendon_newton.data.formats.csv_file import write_csv
     from tendon_newton.data.recording_plot import recording_figure
@@ -100,10 +97,6 @@ def write_result(config: SimulateConfig, recording: Recording, trajectory: Traje
     write_csv(path, simulated_recording(recording, trajectory))
     if config.plots:
         save(recording_figure(recording, trajectory), path.with_suffix(".png"))
-    if config.view is not None:
-        from tendon_newton.workflows.viewing import show_recording
-
-        show_recording(recording, config.view, path, trajectory)
     print(f"  {path.name:32s} {errors_text(recording, trajectory)}")
 
 

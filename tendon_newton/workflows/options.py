@@ -33,15 +33,6 @@ class BenchPorts(LoadCellOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ViewOptions:
-    """Whether a run can be looked at while it goes on."""
-
-    view: Literal["window", "file"] | None = None
-    """Show finger, tension, angles, goal and safety as they happen: in a window, or in a file
-    (.rrd) beside the log. Needs the extra view; another process draws."""
-
-
-@dataclass(frozen=True, kw_only=True)
 class BenchOptions(LoadCellOptions):
     """What stands on a bench, how often it is read, and how far it may go."""
 
@@ -72,7 +63,7 @@ class RecordOptions(BenchOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CollectOptions(RecordOptions, ViewOptions):
+class CollectOptions(RecordOptions):
     """What to record, where the bench is, and where the dataset goes."""
 
     out: Path  # Folder of the dataset; recordings are added to it.
@@ -90,7 +81,7 @@ class CollectOptions(RecordOptions, ViewOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeployOptions(BenchOptions, BenchPorts, ViewOptions):
+class DeployOptions(BenchOptions, BenchPorts):
     """Which policy, where the bench is, and how far it may go."""
 
     policy: Path | None = None

@@ -1,13 +1,6 @@
-"""Logs in rerun, as they are written or afterwards, and simulations beside what was measured.
+"""Logs in rerun, and simulations beside what was measured."""
 
-A log is followed by another process that reads its file as it grows. The loop that drives a
-bench never waits for a picture.
-"""
-
-import sys
-import threading
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,60 +27,17 @@ TOPICS = frozenset(
     {COMMAND_TOPIC, STATE_TOPIC, FORCE_TOPIC, TIP_TOPIC, DIAGNOSTICS_TOPIC, STEP_TOPIC}
 )
 SUFFIXES = (".mcap", ".csv")  # Files that are shown
-LONGEST_LOG = 1 << 30  # Bytes to which a log that is followed may grow
-LOOK_PERIOD = 0.05  # Time between two looks at a file that grows [s]
 SAFETY = "safety"  # Source of what the rules did
 LEVELS = ("info", "warn", "error", "error")  # Names of the levels of a diagnostic status
 
 
-class GrowingFile:
-    """A file that another process still writes: what is not there yet is waited for.
-
-    Args:
-        over: Tells that no more will be written.
-    """
-
-    def __init__(self, path: Path, over: Callable[[], bool]) -> None:
-        self._file = path.open("rb")
-        self._over = over
-
-    def read(self, size: int) -> bytes:
-        """Return so many bytes, or what there is once no more will come."""
-        data = self._file.read(size)
-        while len(data) < size:
-            last = self._over()  # asked before: what was written until then is read below
-            data += self._file.read(size - len(data))
-            if last:
-                break
-            time.sleep(LOOK_PERIOD)
-        return data
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place; the end is where the longest log would end."""
-        return LONGEST_LOG if whence == 2 else self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        """Return the place."""
-        return self._file.tell()
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-
-def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> BenchScene:
-    """Show a log, as far as it is written and until it is over.
-
-    Args:
-        path: MCAP file of ``collect`` or ``deploy``, or a recording as CSV.
-        over: Tells that no more will be written.
-    """
+def show_log(path: Path, to: View) -> BenchScene:
+    """Show a log as far as it goes: an MCAP file of ``collect`` or ``deploy``, or a CSV."""
     if path.suffix not in SUFFIXES:
         raise InvalidParameter(f"{path}: a view shows logs and recordings, {listed(SUFFIXES)}")
     if path.suffix == ".csv":
         return show_recording(load_recording(path), to, path)
-    file: Any = GrowingFile(path, over)
-    try:
+    with path.open("rb") as file:
         session = first_session(file, path.name)
         bench, goals = session.get("bench", "finger"), "policy.file" in session
         scene = BenchScene(path.stem, bench, to, path, goals=goals)
@@ -97,8 +47,6 @@ def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> B
             scene.at(1e-9 * (stamp - first))
             show_message(scene, topic, message)
         scene.close()
-    finally:
-        file.close()
     return scene
 
 
@@ -169,45 +117,6 @@ def show_recording(
             scene.point("tip", *(float(x) for x in recording.tip[row]))
     scene.close()
     return scene
-
-
-def follow(folder: Path, to: View, since: float, over: Callable[[], bool]) -> list[Path]:
-    """Show every log that begins in a folder, one after the other, until it is over.
-
-    Args:
-        to: A window or files beside the logs.
-        since: Date of the oldest log that counts [s since 1970].
-        over: Tells that no further log will begin.
-
-    Returns:
-        The logs.
-    """
-    shown: list[Path] = []
-
-    def waiting() -> list[Path]:
-        dated = [(path.stat().st_mtime, path) for path in folder.glob("*.mcap")]
-        return [path for date, path in sorted(dated) if date >= since and path not in shown]
-
-    while True:
-        last = over()
-        for path in waiting():
-            shown.append(path)
-            show_log(path, to, lambda: over() or bool(waiting()))
-        if last and not waiting():
-            return shown
-        time.sleep(LOOK_PERIOD)
-
-
-def end_of_input() -> Callable[[], bool]:
-    """Return what tells that the standard input has ended, and with it the program that writes."""
-    ended = threading.Event()
-
-    def wait() -> None:
-        sys.stdin.buffer.read()
-        ended.set()
-
-    threading.Thread(target=wait, daemon=True).start()
-    return ended.is_set
 
 
 def logs_of(paths: Sequence[Path]) -> list[Path]:

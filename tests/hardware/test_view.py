@@ -1,7 +1,6 @@
 """Logs and simulations in rerun: what is shown is what was logged, live and afterwards."""
 
 import sys
-import threading
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from tendon_newton.data.formats.topic_mapping import FORCE_TOPIC, STATE_TOPIC, T
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.workflows.scene import postures_of
-from tendon_newton.workflows.viewing import GrowingFile, follow, show_log
+from tendon_newton.workflows.viewing import show_log
 from tests.diagnosis.made_up import EXAMPLE, beginning
 
 FAST = ["--port", "virtual", "--faster-than-real-time"]
@@ -103,37 +102,12 @@ def test_a_recording_is_drawn_and_shown_as_its_dataset_has_it(tmp_path: Path, ca
     assert str(file.with_suffix(".rrd")) in capsys.readouterr().out
 
 
-def test_a_log_is_shown_while_it_grows(log: Path, tmp_path: Path) -> None:
-    """A file that stands still amid a message is waited for; nothing is lost or shown twice."""
-    data, over = log.read_bytes(), threading.Event()
-    growing = tmp_path / "growing.mcap"
-    growing.write_bytes(data[:3001])
-    found: list[list[Path]] = []
-    follower = threading.Thread(
-        target=lambda: found.append(follow(tmp_path, "file", 0.0, over.is_set))
-    )
-    follower.start()
-    for begin in range(3001, len(data), 10007):
-        with growing.open("ab") as file:
-            file.write(data[begin : begin + 10007])
-    over.set()
-    follower.join(60.0)
-    assert found == [[growing]]
-    require_all_of(log, growing.with_suffix(".rrd"))
-
-
 def test_a_log_that_breaks_off_is_shown_as_far_as_it_goes(log: Path, tmp_path: Path) -> None:
     """What its program wrote before it died."""
     broken = tmp_path / "broken.mcap"
     broken.write_bytes(log.read_bytes()[:20_000])
     assert show_log(broken, "file").target == tmp_path / "broken.rrd"
     assert 0 < shown(tmp_path / "broken.rrd")["/angle/measured"] < logged(log)[STATE_TOPIC]
-
-
-def test_collect_lets_another_process_show_its_run(tmp_path: Path) -> None:
-    """All of the run is in the view when the verb ends, and rerun was not loaded for it here."""
-    assert main([*RUN, "--out", str(tmp_path), "--view", "file"]) == 0
-    require_all_of(tmp_path / f"{LOG}.mcap", tmp_path / f"{LOG}.rrd")
 
 
 def test_goals_and_the_end_of_a_policy_are_shown(tmp_path: Path) -> None:
@@ -145,18 +119,6 @@ def test_goals_and_the_end_of_a_policy_are_shown(tmp_path: Path) -> None:
     steps = len(list(read_steps(tmp_path / "finger-stairs_0.mcap")))
     assert here["/goal/alpha"] == here["/finger/goal"] == steps > 30
     assert here["/events"] >= 1, "its planned end"
-
-
-@pytest.mark.slow
-def test_a_simulation_is_shown_beside_what_was_measured(log: Path, tmp_path: Path) -> None:
-    """Both fingers in every row, the simulated one in the model's own posture."""
-    out, model = tmp_path / "out", log.parent / "model.toml"
-    words = ["simulate", str(log.parent), "--model", str(model), "--out", str(out)]
-    assert main([*words, "--view", "file"]) == 0
-    rows = load_dataset(log.parent, require_test=False).train[0].sample_count
-    here = shown(out / f"{LOG}.rrd")
-    for place in ("/finger/measured", "/finger/simulated", "/tension/simulated", "/angle/command"):
-        assert here[place] == rows, place
 
 
 def test_the_finger_stands_where_its_motor_says() -> None:
@@ -177,25 +139,6 @@ def test_a_bench_without_an_asset_has_no_finger() -> None:
     assert postures_of("of_another_computer") is None
 
 
-def test_a_growing_file_waits_for_what_is_not_there_yet(tmp_path: Path) -> None:
-    """A read returns what was asked for, or the rest once nothing more will come."""
-    path = tmp_path / "log"
-    path.write_bytes(b"ab")
-    asked: list[int] = []
-
-    def over() -> bool:
-        asked.append(1)
-        if len(asked) == 3:
-            with path.open("ab") as file:
-                file.write(b"cd")
-        return len(asked) > 5
-
-    file = GrowingFile(path, over)
-    assert file.read(3) == b"abc"
-    assert file.read(9) == b"d"
-    file.close()
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -211,10 +154,8 @@ def test_what_cannot_be_shown_is_one_line(words, said, tmp_path, monkeypatch, ca
     assert said in capsys.readouterr().err
 
 
-def test_without_rerun_the_extra_is_named(log, tmp_path, monkeypatch, capsys) -> None:
-    """Before a bench is opened, and before a file is written."""
+def test_without_rerun_the_extra_is_named(log, monkeypatch, capsys) -> None:
+    """One line says what to install."""
     monkeypatch.setitem(sys.modules, "rerun", None)
-    for words in ([*RUN, "--out", str(tmp_path / "out"), "--view", "file"], ["view", str(log)]):
-        assert main(words) == 2
-        assert "pip install 'tendon-newton[view]'" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    assert main(["view", str(log)]) == 2
+    assert "pip install 'tendon-newton[view]'" in capsys.readouterr().err

@@ -5,17 +5,15 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from newton import State
 
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidAsset, InvalidOutput
-from tendon_newton.mechanisms.authoring.asset_window import play
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.statics import closing_path, equilibrium
+from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.mechanisms.broken.test_broken_assets import write_changed
 from tests.physics.runs import GAIN, RADIUS, ROWS, ideal_model, run_of, simulate, stairs
@@ -81,47 +79,6 @@ def test_picture_that_cannot_be_written_is_misuse(out: str, tmp_path: Path, caps
     """Another suffix or a missing folder gives exit code 2 and names the path."""
     assert main(["asset", "show", "finger", "--out", str(tmp_path / out)]) == 2
     assert Path(out).name in capsys.readouterr().err
-
-
-class FilmedViewer:
-    """A viewer that keeps what it is shown and is closed after four frames."""
-
-    def __init__(self) -> None:
-        self.joint_positions: list[float] = []
-        self.times: list[float] = []
-        self.closed = False
-
-    def set_model(self, model: object) -> None:
-        """Take the model, as Newton's viewers do."""
-
-    def is_running(self) -> bool:
-        """Whether the window is still open."""
-        return len(self.times) < 4
-
-    def begin_frame(self, time: float) -> None:
-        """Start a frame."""
-        self.times.append(time)
-
-    def log_state(self, state: State) -> None:
-        """Keep the first joint's position."""
-        self.joint_positions.append(float(state.joint_q.numpy()[0]))
-
-    def end_frame(self) -> None:
-        """End a frame."""
-
-    def close(self) -> None:
-        """Shut the window."""
-        self.closed = True
-
-
-def test_the_window_shows_the_finger_closing() -> None:
-    """Each frame has the next equilibrium, until the window is shut."""
-    viewer = FilmedViewer()
-    play(load_mechanism("finger"), viewer)
-    path = closing_path(load_mechanism("finger")).joint_position[:4, 0]
-    assert viewer.joint_positions == pytest.approx(path, rel=1e-6)  # float32
-    assert viewer.times == pytest.approx([0.0, 1 / 60, 2 / 60, 3 / 60])
-    assert viewer.closed
 
 
 FLOAT32 = 1e-6  # relative: Newton's arrays are float32

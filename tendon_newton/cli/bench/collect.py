@@ -20,10 +20,9 @@ from tendon_newton.workflows.options import CollectOptions
 
 def main(config: CollectOptions) -> None:
     """Record, say what came of it and what is left; what went wrong ends the verb."""
-    from tendon_newton.cli.view import watched
     from tendon_newton.workflows.collection import record
 
-    with watched(config.out, config.view), Terminal() as operator:
+    with Terminal() as operator:
         collection = record(config, operator)
     for outcome in collection.outcomes:
         gaps = sum(end - start for start, end in outcome.gaps)

@@ -27,10 +27,9 @@ from tendon_newton.workflows.options import DeployOptions
 
 def main(config: DeployOptions) -> None:
     """Deploy, replay or jog, and say what came of it."""
-    from tendon_newton.cli.view import watched
     from tendon_newton.workflows.deployment import drive, replay
 
-    with watched(config.out, config.view), Terminal() as operator:
+    with Terminal() as operator:
         if config.replay is None:
             drive(config, operator)
         else:
