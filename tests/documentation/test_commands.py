@@ -21,7 +21,7 @@ OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b(?!-)")
 OF_ALL = {QUIET_OPTION, VERBOSE_OPTION, "--help", "--version", "--completion"}
 # Of git, udev, MuJoCo, torch and tyro
 OF_OTHERS = {"--always", "--dirty", "--abbrev", "--exclude", "--no-optional-locks", "--reload"}
-OF_OTHERS |= {"--mjcf", "--nproc-per-node", "--tyro-print-completion"}
+OF_OTHERS |= {"--mjcf", "--nproc-per-node", "--tyro-print-completion", "--follow"}
 
 
 @cache
