@@ -38,8 +38,6 @@ from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
 from tendon_newton.diagnosis.posterior import write_posterior
 from tendon_newton.errors import TendonNewtonError
-from tendon_newton.force_networks import build_network
-from tendon_newton.force_networks.weights_file import write_weights
 from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
@@ -64,7 +62,7 @@ from tests.importers.logs import ROWS, dataset, recording
 from tests.importers.test_rosbag import MAPPING as TOPICS
 from tests.importers.test_rosbag import Bag
 from tests.mechanisms.broken.flat_assets import flat_text
-from tests.train.actuator.network_files import card_of as force_card_of
+from tests.train.actuator.network_files import written
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_trust")]
 
@@ -364,14 +362,6 @@ def read_policy(path: Path) -> None:
     assert np.isfinite(policy(observation)).all()
 
 
-def force_weights(folder: Path) -> Path:
-    """Write a force network as weights alone."""
-    torch.manual_seed(0)
-    made = build_network("transformer", of_set="paper", window=30).eval()
-    write_weights(folder / "force.safetensors", made, force_card_of("transformer"))
-    return folder / "force.safetensors"
-
-
 class Learner:
     """What of rsl-rl's algorithm a checkpoint meets."""
 
@@ -432,7 +422,11 @@ TARGETS: dict[str, Target] = {
         flip,
         read_policy,
     ),
-    "force-weights": Target(force_weights, flip_head, lambda path: load_network(path, trust=True)),
+    "force-weights": Target(
+        lambda at: written(at / "force.safetensors"),
+        flip_head,
+        lambda path: load_network(path, trust=True),
+    ),
     "checkpoint": Target(checkpoint, flip, lambda path: load_start(path, Learner(), "cpu")),
 }
 

@@ -17,6 +17,7 @@ from tendon_newton.data.cards.force_network_card import (
     TrainingRecording,
 )
 from tendon_newton.force_networks import build_network
+from tendon_newton.force_networks.weights_file import write_weights
 
 
 def card_of(kind: str = "mlp", **changes: Any) -> ForceNetworkCard:
@@ -48,6 +49,14 @@ def write_file(path: Path, kind: str = "mlp", *, window: int = 30, **changes: An
     torch.manual_seed(0)
     network = build_network(kind, of_set="paper", window=window)
     write_network(path, network, card_of(kind, **changes))
+    return path
+
+
+def written(path: Path, kind: str = "transformer", of_set: str = "paper", **changes: Any) -> Path:
+    """Write a network with random weights."""
+    torch.manual_seed(0)
+    network = build_network(kind, of_set=of_set, window=30)
+    write_weights(path, network.eval(), card_of(kind, **changes))
     return path
 
 

@@ -5,7 +5,6 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from time import process_time
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,9 +20,14 @@ from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.force_networks import SETS, build_network
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
 from tendon_newton.force_networks.transformer import Transformer
-from tendon_newton.force_networks.weights_file import write_weights
 from tendon_newton.mechanisms.asset_library import asset_folder
-from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
+from tests.train.actuator.network_files import (
+    card_of,
+    with_card,
+    write_file,
+    write_foreign,
+    written,
+)
 
 PACKAGED = tuple((asset_folder() / "networks").glob("*.safetensors"))
 
@@ -210,14 +214,6 @@ def test_no_file_is_named(tmp_path: Path) -> None:
         load_network(tmp_path / "none.pt")
     with pytest.raises(InvalidNetworkFile, match="it is a folder"):
         load_network(tmp_path)
-
-
-def written(path: Path, kind: str = "transformer", of_set: str = "paper", **changes: Any) -> Path:
-    """Write a network with random weights."""
-    torch.manual_seed(0)
-    network = build_network(kind, of_set=of_set, window=30)
-    write_weights(path, network.eval(), card_of(kind, **changes))
-    return path
 
 
 Change = Callable[[dict[str, torch.Tensor], dict[str, str]], None]
