@@ -1,52 +1,19 @@
-"""The door: completion by a shell, and --quiet."""
+"""The door: words of --help, and --quiet."""
 
 import re
 import subprocess
 import sys
 from dataclasses import fields
 from importlib import import_module
-from pathlib import Path
 from typing import get_args
 
 import pytest
 
 from tendon_newton.cli import config_of, every_verb, main
-from tests.bad_input.damage import refusal
 
 # Abbreviations, names in examples, and what a help text says of another verb's arguments
 KNOWN = {"CSV", "JSON", "ROS", "USD", "README", "CPU", "GPU", "SIGTERM", "ROBOTIS"}
 KNOWN |= {"NAME", "PORT", "RECORDING", "MENDED", "DATASET"}
-COMPLETE = """
-source {script}
-COMP_WORDS=({words})
-COMP_CWORD=$(( ${{#COMP_WORDS[@]}} - 1 ))
-_tyro_tendon_newton tendon-newton "${{COMP_WORDS[-1]}}" ""
-echo "${{COMPREPLY[@]}}"
-"""
-
-
-def completed(script: Path, words: str) -> list[str]:
-    """Return what bash offers after some words."""
-    code = COMPLETE.format(script=script, words=words)
-    return subprocess.run(
-        ["bash", "-c", code], capture_output=True, text=True, check=True
-    ).stdout.split()
-
-
-def test_bash_completes_verbs_and_their_options(tmp_path, capsys) -> None:
-    """By the script that the program prints; it knows every verb."""
-    assert main(["--completion", "bash"]) == 0
-    script = tmp_path / "completion.bash"
-    script.write_text(capsys.readouterr().out, encoding="utf-8")
-    assert completed(script, "tendon-newton eval") == ["evaluate-force", "evaluate-policy"]
-    assert set(every_verb()) <= set(completed(script, "tendon-newton ''"))
-    assert completed(script, "tendon-newton collect --pl") == ["--plan"]
-    assert "check" in completed(script, "tendon-newton asset ''")
-
-
-def test_a_shell_that_is_not_known_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    """With those that are."""
-    assert "known: bash, tcsh, zsh" in refusal(["--completion", "fish"], capsys)
 
 
 @pytest.mark.parametrize("verb", every_verb())

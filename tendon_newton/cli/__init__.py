@@ -118,11 +118,6 @@ def dispatch(words: list[str]) -> int:
 
         print(__version__)
         return 0
-    if words[0] == "--completion":
-        from tendon_newton.cli.completion import print_completion
-
-        print_completion(words[1] if len(words) > 1 else "", every_verb())
-        return 0
     verbs = VERBS if words[0] in VERBS else every_verb()
     if words[0] not in verbs:
         raise unknown_name("verb", words[0], verbs)
@@ -223,7 +218,6 @@ def overview() -> str:
             *lines,
             "",
             "  --version  print the version",
-            "  --completion SHELL  print what bash, zsh or tcsh completes verbs and options with",
             f"  {VERBOSE_SHORT}, {VERBOSE_OPTION}  {VERBOSE_WORDS}",
             f"  {QUIET_OPTION}  {QUIET_WORDS}",
         ]

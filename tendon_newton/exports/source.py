@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosed_bench import bench_for, open_model
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import InvalidModelFile, InvalidParameter
 from tendon_newton.exports.departure import sines, standard_runs
 from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -44,6 +45,7 @@ def read_source(
     Raises:
         InvalidParameter: The dataset or the diagnosis has several benches, the one has no commands,
             or the two are of different benches.
+        InvalidModelFile: The model takes its angle as given.
         TendonNewtonError: A file is damaged or missing.
     """
     if not seconds > 0.0:
@@ -59,6 +61,11 @@ def read_source(
         )
     name = bench_for(model, bench or next(iter(benches), None), FINGER)
     read = open_model(model, [load_mechanism(name)])
+    if find_actuator(read.actuator.name).leads:
+        raise InvalidModelFile(
+            f"{model}: {read.actuator.name!r} takes the angle as given, and there is no servo to "
+            "carry: put its frictions into the model of one that follows commands"
+        )
     mechanism = bench_of(name, read)
     runs = [run for run in recordings if run.bench == name]
     if dataset is not None and not runs:

@@ -18,10 +18,10 @@ VERBS = every_verb()
 PLACE = "PLACE"  # Stands for what a message fills in
 COMMAND = re.compile(r"(?<![\w-])tendon-newton ([a-z][^\n`;#()']*)")
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b(?!-)")
-OF_ALL = {QUIET_OPTION, VERBOSE_OPTION, "--help", "--version", "--completion"}
+OF_ALL = {QUIET_OPTION, VERBOSE_OPTION, "--help", "--version"}
 # Of git, udev, MuJoCo, torch and tyro
 OF_OTHERS = {"--always", "--dirty", "--abbrev", "--exclude", "--no-optional-locks", "--reload"}
-OF_OTHERS |= {"--mjcf", "--nproc-per-node", "--tyro-print-completion", "--follow"}
+OF_OTHERS |= {"--mjcf", "--nproc-per-node", "--follow"}
 
 
 @cache

@@ -57,6 +57,9 @@ REPORTS: dict[str, tuple[str, ...]] = {
         "diagnosis/test_richer_actuator.py::test_numbers_that_nobody_stated_well_are_fitted",
     ),
     "detents of a gear": ("diagnosis/test_structure.py::test_cogging_is_seen_where_it_sits",),
+    "friction through the readers of Isaac": (
+        "exports/test_urdf.py::test_friction_comes_through_the_readers_of_isaac",
+    ),
     "an ONNX file against its policy": (
         "train/policy/test_learned_policy.py"
         "::test_both_files_carry_the_card_and_act_as_in_training",

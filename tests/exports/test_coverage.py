@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.cli import main
+from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import TendonNewtonError, UnknownName
 from tendon_newton.exports import EXPORTS, find_export
@@ -101,3 +102,15 @@ def test_an_optional_number_may_be_left_out(target: str, tmp_path: Path) -> None
     """A limit without a knee goes everywhere."""
     model = with_effect("force_saturation", limit=3.0)
     assert EXPORTS[target].write(tmp_path, bench_of(BENCH, model), model).files
+
+
+@pytest.mark.parametrize("target", list(EXPORTS))
+def test_a_model_that_takes_its_angle_as_given_is_refused(target, tmp_path, capsys) -> None:
+    """A shaft led along a path has no servo: one line says so before anything is written."""
+    model = Model(actuator=NamedValues(name="measured_path", values={}))
+    write_model(tmp_path / "model.toml", model)
+    words = ["export", str(tmp_path / "model.toml"), "--bench", "pendulum", "--to", target]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert "'measured_path' takes the angle as given, and there is no servo to carry" in said
+    assert not (tmp_path / "out").exists()
