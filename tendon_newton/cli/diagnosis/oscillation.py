@@ -16,7 +16,7 @@ integral under sticking. The exit code is 0 where all is calm, and 1 where a joi
 
     tendon-newton oscillation run.csv
     tendon-newton oscillation lerobot/svla_so101_pickplace --json
-    tendon-newton oscillation logs --mapping mapping.toml --picture why.png
+    tendon-newton oscillation logs --mapping mapping.toml
 """
 
 from __future__ import annotations
@@ -52,9 +52,6 @@ class Oscillation:
     """For a LeRobotDataset: what its joints are in, rad, deg or percent."""
     calibration: Path | None = None
     """For a LeRobotDataset: the arm's calibration file, which says what 100 percent are."""
-    picture: Path | None = None
-    """File for a picture (.png, .svg): spectrum, shaking, and the loop with and without the
-    change."""
     json: bool = False  # Print findings and numbers for programs and nothing else.
 
 
@@ -63,21 +60,15 @@ def main(config: Oscillation) -> None:
     from tendon_newton.data.importers.lerobot import LeRobotUnits
     from tendon_newton.data.oscillations.log_reading import read_any_log
     from tendon_newton.data.oscillations.log_told import tell_log
-    from tendon_newton.data.oscillations.loop_picture import draw_loops
 
     units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
     log = read_any_log(config.log, config.mapping, units)
     joints = list(tell_log(log))
-    shaking = [one for one in joints if one.told is not None]
     if config.json:
         print(json.dumps(table_of(log, joints), indent=1))
     else:
         show(log, joints)
-    if config.picture is not None and shaking:
-        draw_loops(shaking, config.picture)
-    if config.picture is not None and not config.json:
-        print(f"picture: {config.picture if shaking else 'none, since no joint shakes'}")
-    if shaking:
+    if any(one.told is not None for one in joints):
         raise SystemExit(EXIT_SHAKES)
 
 

@@ -161,15 +161,6 @@ def simulated(
     return shakes, paces
 
 
-def courses(loop: ShakingLoop, changes: Sequence[CalmingChange]) -> tuple[Array, Array]:
-    """Return instants [s] and angles off the goal [rad] of a loop as it is and after changes."""
-    step, angles = run(
-        loop, [({}, 1.0, 1.0), *(tried(loop, one.what, one.share) for one in changes)]
-    )
-    time: Array = step * np.arange(len(angles), dtype=np.float64)
-    return time, angles
-
-
 def tried(loop: ShakingLoop, what: str, share: float) -> Tried:
     """Return a loop of which a share of one number is left."""
     if what in ("delay", "play"):
