@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
@@ -85,14 +86,31 @@ def leave_out(pool: Pool, fit: Fit, clear: float = CLEAR) -> dict[str, Fit]:
             less[i] = ahead
         if gain > 0.0 and ahead.score - limit >= FOLLOWED * gain:
             less[i], gains[i] = ahead, 0.0
-    for steps in range(FOLLOWED, 0, -1):
-        far = np.array([f.score for f in less]) - limit
-        going = [i for i in np.flatnonzero(far < steps * gains) if not less[i].settled]
-        found = refit(pool.worlds, [less[i] for i in going], pool.floors, iterations=1, coarse=0)
-        for i, after in zip(going, found, strict=True):
-            gains[i], less[i] = less[i].score - after.score, after
+    less = follow_near(pool, less, np.full(len(less), limit), FOLLOWED, gains)
     pool.add(less)
     return {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
+
+
+def follow_near(
+    pool: Pool, fits: Sequence[Fit], limits: Array, most: int, gains: Array | None = None
+) -> list[Fit]:
+    """Refit sets step by step, each while it may fall below its limit at its last step's pace.
+
+    Args:
+        pool: Simulates them.
+        fits: The sets.
+        limits: Score below which each is of interest [nat per row], shape (N,).
+        most: Steps at most.
+        gains: What the last step of each brought [nat per row], shape (N,); unknown unless told.
+    """
+    near, gains = list(fits), np.full(len(fits), np.inf) if gains is None else gains.copy()
+    for steps in range(most, 0, -1):
+        far = np.array([f.score for f in near]) - limits
+        going = [i for i in np.flatnonzero(far < steps * gains) if not near[i].settled]
+        found = refit(pool.worlds, [near[i] for i in going], pool.floors, iterations=1, coarse=0)
+        for i, after in zip(going, found, strict=True):
+            gains[i], near[i] = near[i].score - after.score, after
+    return near
 
 
 def look_ahead(pool: Pool, fit: Fit, less: Sequence[Fit]) -> list[tuple[Fit, float]]:

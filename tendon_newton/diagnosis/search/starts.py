@@ -118,7 +118,7 @@ def starts_of_relative(pool: Pool, fit: Fit, name: str, relative: str) -> list[S
         numbers = {c: study.parameter(c) for c in atom}
         same = {c: p for c, p in numbers.items()
                 if (p.unit, p.null) in by_kind and not is_shape(p)}  # fmt: skip
-        for share in SHARES:
+        for share in SHARES if same else SHARES[:1]:
             alike = {c: inside(p, share * by_kind[p.unit, p.null]) for c, p in same.items()}
             out.append((names, {**rest, **atom, **alike}))
     return out

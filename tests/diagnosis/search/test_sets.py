@@ -28,11 +28,13 @@ from tendon_newton.diagnosis.search.decide.decision import (
     best_predictor,
     best_without,
     decide,
+    fit_replacements,
     fit_special_cases,
     followed,
     followed_to_end,
     held_out_gains,
     leaves_nothing_at_any_step,
+    look_further,
     new_name,
     rivals_of,
     room,
@@ -781,6 +783,23 @@ def test_what_is_written_grows_by_what_no_set_had(worlds: SearchWorlds) -> None:
     assert found.predictor is not None
     assert set(found.predictor.names) == {"coulomb_friction", "viscous_friction"}
     assert found.fit is named
+
+
+def test_who_promises_less_than_its_cost_is_not_looked_at_again(worlds: SearchWorlds) -> None:
+    """What is missing promises more, and the true set misses nothing."""
+    pool = pool_of(worlds)
+    named = followed(pool, started(pool, coulomb_friction=0.6))
+    assert "viscous_friction" in look_further(pool, named, CATALOGUE)
+    true = followed(pool, started(pool, coulomb_friction=0.6, viscous_friction=1.2))
+    assert look_further(pool, true, CATALOGUE) == []
+
+
+def test_a_class_takes_in_what_is_easily_confused_and_was_in_no_set(worlds: SearchWorlds) -> None:
+    """Though nothing is left: what explains as much is told beside a cause."""
+    pool = pool_of(worlds)
+    named = followed(pool, started(pool, coulomb_friction=0.6, viscous_friction=1.2))
+    fit_replacements(pool, named, CATALOGUE)
+    assert frozenset({"stribeck_friction", "viscous_friction"}) in pool.fits
 
 
 @pytest.mark.parametrize("step", ["followed_to_end", "with_predictor"])

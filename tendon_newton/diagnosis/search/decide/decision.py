@@ -21,6 +21,7 @@ from tendon_newton.diagnosis.search.prune import (
     CLEAR,
     FAR,
     FOLLOWED,
+    follow_near,
     leave_out,
     prune,
     simplest,
@@ -39,7 +40,7 @@ from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, new_starts, starts_of_relative
 from tendon_newton.diagnosis.search.strategy import follow
 from tendon_newton.diagnosis.search.survey import survey
-from tendon_newton.effects import are_one_friction, are_related, special_cases
+from tendon_newton.effects import are_confused, are_one_friction, are_related, special_cases
 
 FAMILY = 5.0
 """How much further behind than others a law of the same friction may stay and replace one [1]."""
@@ -220,7 +221,7 @@ def with_predictor(
     """
     best, predicts = best_predictor(decisive, decided, plain)
     for _ in range(FURTHER):
-        look_further(decisive, best, names)
+        names = look_further(decisive, best, names)
         before = best
         best, predicts = best_predictor(decisive, decided, plain)
         if frozenset(best.names) == frozenset(before.names):
@@ -228,14 +229,18 @@ def with_predictor(
     return replace(decided, predictor=best, predicts=predicts)
 
 
-def look_further(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
-    """Fit the sets with one cause more than a set that promise to predict better."""
+def look_further(decisive: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
+    """Fit the sets with one cause more than a set that promise most; return who promises its cost.
+
+    Whoever promises less around one set is not looked at around the next.
+    """
     if decisive.is_late:
-        return
+        return []
     view = survey(decisive.worlds, fit, names, decisive.floors, LAST_SHARE)
     chooser = Chooser(view, cost_of_choice(decisive, fit), len(names))
-    starts = new_starts(decisive, view, chooser.singles(PREDICTORS))
-    follow(decisive, view, starts, coarse=0)
+    bar, singles = chooser.cost(chooser.solve((), ())), chooser.singles(len(names))
+    follow(decisive, view, new_starts(decisive, view, singles[:PREDICTORS]), coarse=0)
+    return [view.columns[t.added[0]].name for t in singles if chooser.cost(t) < bar]
 
 
 def fit_shared(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
@@ -401,7 +406,8 @@ def with_worths(
 def fit_replacements(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
     """Fit the sets in which a cause that replaced one elsewhere takes its place here.
 
-    Forms of one friction are tried in each other's place as well where something is left.
+    So are causes that are easily confused, and forms of one friction where something is left. Each
+    set is followed while it may come as close as a rival.
 
     Args:
         decisive: Has the fits of all rows.
@@ -409,6 +415,7 @@ def fit_replacements(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
         names: Effects that may be named.
     """
     starts, table = list[Start](), decisive.worlds.study.table
+    is_left = not decisive.leaves_nothing(fit, usual=True)
     for name in fit.names:
         rest, values = without(fit, name, decisive.worlds)
         for other, (behind, source) in replacing(decisive, fit, name).items():
@@ -417,15 +424,16 @@ def fit_replacements(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
                 found = values_of(decisive.worlds, source.columns, source.place)
                 own = {c: found[c] for c in table.columns(other)}
                 starts.append(((*rest, other), {**values, **own}))
-        if decisive.leaves_nothing(fit, usual=True):
-            continue
         for other in names:
-            is_new = frozenset((*rest, other)) not in decisive.fits
-            if is_new and are_one_friction(name, other) and other not in fit.names:
+            is_asked = are_confused(name, other) or (is_left and are_one_friction(name, other))
+            is_known = frozenset((*rest, other)) in decisive.fits
+            if is_asked and not is_known and not any(are_related(other, n) for n in rest):
                 starts += starts_of_relative(decisive, fit, name, other)
     begun = start_fits(decisive.worlds, starts, decisive.floors, near=True)
-    best = {frozenset(f.names): f for f in sorted(begun, key=lambda f: -f.score)}
-    decisive.add(refit(decisive.worlds, [*best.values()], decisive.floors, iterations=2, coarse=0))
+    best = [*{frozenset(f.names): f for f in sorted(begun, key=lambda f: -f.score)}.values()]
+    found = refit(decisive.worlds, best, decisive.floors, iterations=2, coarse=0)
+    limits = [fit.score + room(decisive, new_name(f, fit), new_name(fit, f)) for f in found]
+    decisive.add(follow_near(decisive, found, np.array(limits), FOLLOWED))
 
 
 def replacing(decisive: Pool, fit: Fit, name: str) -> dict[str, tuple[float, Fit]]:
