@@ -117,20 +117,19 @@ def newton_loop(
     newton.eval_fk(built, states[0].joint_q, states[0].joint_qd, states[0])
     arms = np.array([tendon.moment_arm for tendon in mechanism.tendons])
     drives = np.argmax(arms != 0.0, axis=0)  # the tendon of each joint
+    (actuator,), (own,) = built.actuators, kept
+    slots = [int(np.argmax(actuator.drive.tendon_of.numpy() == d)) for d in range(len(arms))]
     rows, taken, here = [], 0, 0
     with wp.ScopedDevice("cpu"):
         for time, aim in zip(run.time - run.time[0], aims, strict=True):
             while taken < round(time / STEP):
                 control.joint_f.zero_()
-                for actuator, own in zip(built.actuators, kept, strict=True):
-                    actuator.step(states[here], control, own[here], own[1 - here], STEP)
+                actuator.step(states[here], control, own[here], own[1 - here], STEP)
                 solver.step(states[here], states[1 - here], control, None, STEP)
                 here, taken = 1 - here, taken + 1
-            joints = states[here].joint_q.numpy()
-            rows.append([
-                float(excursion(tendon, joints)) / model_numbers.spool_of(tendon, model)
-                for tendon in mechanism.tendons
-            ])  # fmt: skip
+            # a loose string does not tell where its motor is
+            actuator.step(states[here], control, own[here], own[1 - here], STEP)
+            rows.append(actuator.drive.report.numpy()["angle"][slots])
             control.joint_target_q.assign(aim[drives].astype(np.float32))
     return np.array(rows)
 

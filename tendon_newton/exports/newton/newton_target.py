@@ -55,6 +55,8 @@ model = builder.finalize()                  # model.actuators has the drive
 
 Write a tendon's desired motor angle [rad] into `control.joint_target_q` of each joint that the
 tendon drives, then call `model.actuators[0].step` and the solver with steps of 0.1 ms or less.
+`model.actuators[0].drive.report` has the motor's `angle` [rad]: joints do not tell it of a loose
+string.
 `tendon_drive.Simulation(worlds)` does all that for many worlds.
 {ROUTED.format(1e6 * stray) if stray else ""}"""
 
