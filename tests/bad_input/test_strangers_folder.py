@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 from importlib.metadata import packages_distributions
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -43,16 +42,13 @@ def sprung(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.glob("*.sprung"))
 
 
-def test_a_recording_on_a_virtual_bench_under_a_viewer_imports_none(
-    traps: Path, tmp_path: Path
-) -> None:
-    """The program, its bench and its viewer are three interpreters."""
+def test_a_recording_on_a_virtual_bench_imports_none(traps: Path, tmp_path: Path) -> None:
+    """The program and its bench are two interpreters."""
     program = tmp_path / "tendon-newton"  # as pip writes it
     program.write_text("import sys\nfrom tendon_newton.__main__ import main\nsys.exit(main())\n")
     words = ["collect", "--port", "virtual", "--duration", "1", "--out", "o"]
-    view = ["--view", "file"] if find_spec("rerun") else []
     run = subprocess.run(
-        [sys.executable, str(program), *words, *view],
+        [sys.executable, str(program), *words],
         env=os.environ | {"PYTHONPATH": search_path(ROOT)},
         capture_output=True,
         text=True,
