@@ -119,6 +119,7 @@ def newton_loop(
     drives = np.argmax(arms != 0.0, axis=0)  # the tendon of each joint
     (actuator,), (own,) = built.actuators, kept
     slots = [int(np.argmax(actuator.drive.tendon_of.numpy() == d)) for d in range(len(arms))]
+    control.joint_target_q.assign(aims[0, drives].astype(np.float32))
     rows, taken, here = [], 0, 0
     with wp.ScopedDevice("cpu"):
         for time, aim in zip(run.time - run.time[0], aims, strict=True):
