@@ -802,6 +802,23 @@ def test_a_class_takes_in_what_is_easily_confused_and_was_in_no_set(worlds: Sear
     assert frozenset({"stribeck_friction", "viscous_friction"}) in pool.fits
 
 
+def test_a_set_that_may_come_close_is_followed_into_a_class(
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It goes on while it may; one that cannot come close is left where it is."""
+    pool = pool_of(worlds)
+    named = followed(pool, started(pool, coulomb_friction=0.6, viscous_friction=1.2))
+    begun = started(pool, coulomb_friction=0.2, viscous_friction=0.4)
+    near, far = pruning.follow_near(
+        pool, [begun] * 2, np.array([named.score, -np.inf]), pruning.FOLLOWED
+    )
+    assert near.score < named.score + PRICE
+    assert far is begun
+    monkeypatch.setattr(decision, "follow_near", lambda _, fits, *__: [named for _ in fits])
+    fit_replacements(pool, named, CATALOGUE)
+    assert len(pool.fits) == 1
+
+
 @pytest.mark.parametrize("step", ["followed_to_end", "with_predictor"])
 def test_a_decision_takes_each_step(
     step: str, worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
