@@ -213,6 +213,17 @@ def numbers_of(effect: NamedValues) -> dict[str, float]:
     return {name: value for name, value in effect.values.items() if not isinstance(value, str)}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """Errors of the models behind an answer on the test recordings."""
+
+    before: SquaredErrors  # Of the starting model, its unknown numbers refitted
+    after: SquaredErrors  # Of what is written
+    partial: Sequence[SquaredErrors]  # Without each cause, see `causes_of`
+    plain: Sequence[SquaredErrors]  # Of each plain model
+    fraction: float  # Share of the gap that is gone [1]
+
+
 def conclude(
     train: Study,
     findings: Findings,
@@ -222,39 +233,21 @@ def conclude(
     start: float,
 ) -> tuple[Diagnosis, Evidence]:
     """Put findings into a diagnosis and measure them on the test recordings."""
-    if findings.nameless == "no_gap" and not any(
-        is_named(findings, c) for c in causes_of(findings)
-    ):
-        findings = replace(
-            findings, verdict="no_gap", final=None, predictor=None, posterior=Posterior()
-        )
-    final, baseline = findings.final, dict(findings.baseline.values)
-    written = findings.predictor or final
-    extended = baseline if written is None else dict(written.values)
-    causes = causes_of(findings)
-    without = [without_effect(train, found.values, cause) for cause, found in causes.items()]
-    plain = [model.values for model in findings.plain]
-    before, after, *partial = evaluate_models(test, [baseline, extended, *without, *plain])
-    partial, others = partial[: len(without)], partial[len(without) :]
-    fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
-    if findings.predictor is not None and fraction <= 0.0:  # without what is only suspected
-        return conclude(train, replace(findings, predictor=None), model, test, rng, start)
-    if final is not None and fraction <= 0.0:
-        empty = replace(
-            findings, verdict="unexplained", final=None, posterior=Posterior(),
-            notes=(*findings.notes, NO_SMALLER),
-        )  # fmt: skip
-        return conclude(train, empty, model, test, rng, start)
-    low, high = fraction_interval(before, after, train.noise, rng)
-    found = described(train, findings, causes, partial, model)
+    findings, measured = helpful(train, findings, test)
+    final, before, after = findings.final, measured.before, measured.after
+    written = findings.predictor or findings.final or findings.baseline
+    interval = fraction_interval(before, after, train.noise, rng)
+    found = described(train, findings, causes_of(findings), measured.partial, model)
     named = tuple(cause for cause in found if not cause.reason)
     verdict = findings.verdict if named or final is None else "unexplained"
-    less = [errors for cause, errors in zip(found, partial, strict=True) if not cause.reason]
-    if verdict == "explained" and is_in_doubt(before, after, less, others, train.noise, high):
+    less = [errors for c, errors in zip(found, measured.partial, strict=True) if not c.reason]
+    if verdict == "explained" and is_in_doubt(
+        before, after, less, measured.plain, train.noise, interval[1]
+    ):
         verdict = "partly_explained"
     rest = verdict in ("partly_explained", "unexplained")
+    extended = dict(written.values)
     structure = find_structure(train, extended) if rest else None
-    effects = () if written is None else written.effects
     diagnosis = Diagnosis(
         verdict=verdict,
         wall_time_s=time.monotonic() - start,
@@ -264,20 +257,20 @@ def conclude(
         noise_force=train.noise.force,
         noise_theta=train.noise.theta,
         noise_others=train.noise.others,
-        explained_fraction=fraction,
-        explained_interval=(low, high),
+        explained_fraction=measured.fraction,
+        explained_interval=interval,
         effects=named,
         suspected=tuple(cause for cause in found if cause.reason),
-        rivals=rivals(findings, effects, after, others),
+        rivals=rivals(findings, written.effects, after, measured.plain),
         posterior=findings.posterior,
         candidates=findings.candidates,
         unexplained=Unexplained(
-            fraction=remaining_fraction(verdict, fraction),
+            fraction=remaining_fraction(verdict, measured.fraction),
             depends_on=() if structure is None else structure.depends_on,
             structure=structure,
         ),
-        model=extended_model(train, model, extended, effects),
-        fitted=estimates(train, written or findings.baseline, train.fit_columns(model)),
+        model=extended_model(train, model, extended, written.effects),
+        fitted=estimates(train, written, train.fit_columns(model)),
         confounded=confounded_numbers(train, final or findings.baseline),
         scale=train.scale,
         servos=train.servos,
@@ -285,13 +278,57 @@ def conclude(
         recorded=settings_of(train.wholes),
         notes=(
             *notes(train, test),
-            *as_built(train, written or findings.baseline),
-            *of_each_bench(train, written or findings.baseline),
-            *ended_at_bounds(train, findings.candidates, effects),
+            *as_built(train, written),
+            *of_each_bench(train, written),
+            *ended_at_bounds(train, findings.candidates, written.effects),
             *findings.notes,
         ),
     )
+    baseline = dict(findings.baseline.values)
     return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
+
+
+def helpful(train: Study, findings: Findings, test: Study) -> tuple[Findings, Measured]:
+    """Return findings without what makes the error on test recordings no smaller, and the errors.
+
+    Numbers that are only suspected go first, then all names.
+    """
+    if findings.nameless == "no_gap" and not any(
+        is_named(findings, c) for c in causes_of(findings)
+    ):
+        findings = replace(
+            findings, verdict="no_gap", final=None, predictor=None, posterior=Posterior()
+        )
+    measured = measure(train, findings, test)
+    if measured.fraction > 0.0:
+        return findings, measured
+    if findings.predictor is not None:
+        return helpful(train, replace(findings, predictor=None), test)
+    if findings.final is not None:
+        empty = replace(
+            findings, verdict="unexplained", final=None, posterior=Posterior(),
+            notes=(*findings.notes, NO_SMALLER),
+        )  # fmt: skip
+        return helpful(train, empty, test)
+    return findings, measured
+
+
+def measure(train: Study, findings: Findings, test: Study) -> Measured:
+    """Return the errors on test recordings of all models behind an answer."""
+    written = findings.predictor or findings.final or findings.baseline
+    causes = causes_of(findings)
+    without = [without_effect(train, found.values, cause) for cause, found in causes.items()]
+    plain = [model.values for model in findings.plain]
+    before, after, *others = evaluate_models(
+        test, [dict(findings.baseline.values), dict(written.values), *without, *plain]
+    )
+    return Measured(
+        before=before,
+        after=after,
+        partial=others[: len(without)],
+        plain=others[len(without) :],
+        fraction=explained_fraction(before.pooled(), after.pooled(), train.noise),
+    )
 
 
 def rivals(

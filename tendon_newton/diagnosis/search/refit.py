@@ -156,48 +156,47 @@ def refit(
             slopes = linearise(worlds, [current[i] for i in chosen])
         else:
             slopes = [jacobians[i] for i in chosen]
-        trials, owners, units, together = [], [], [], []
-        for i, jacobian in zip(chosen, slopes, strict=True):
-            unit = row_units(worlds, current[i], floors, share, rows)
-            units.append(unit)
-            together.append(worlds.rows_together(current[i].residual))
-            owners += [i, i]
-            trials += [
-                damped(
-                    worlds,
-                    current[i],
-                    jacobian,
-                    unit,
-                    part * current[i].damping,
-                    together[-1],
-                    hold=0.0 if holds is None else holds[i],
-                )
-                for part in (1.0, BOLDER)
-            ]
-        moved = start_fits(
-            worlds,
-            [(current[i].names, values_of(worlds, current[i].columns, u))
-             for i, u in zip(owners, trials, strict=True)],
-            floors,
-        )  # fmt: skip
+        units = [row_units(worlds, current[i], floors, share, rows) for i in chosen]
+        together = [worlds.rows_together(current[i].residual) for i in chosen]
+        trials = [
+            (current[i].names, values_of(worlds, current[i].columns, damped(
+                worlds, current[i], slopes[k], units[k], part * current[i].damping, together[k],
+                hold=0.0 if holds is None else holds[i],
+            )))
+            for k, i in enumerate(chosen) for part in (1.0, BOLDER)
+        ]  # fmt: skip
+        moved = start_fits(worlds, trials, floors)
         for k, i in enumerate(chosen):
-            fit, unit = current[i], units[k]
-            calm, bold = moved[2 * k : 2 * k + 2]
-            losses = [mean_loss(worlds, f, unit, together[k]) for f in (fit, calm, bold)]
-            best, change = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
+            fit, pair = current[i], moved[2 * k : 2 * k + 2]
+            losses = [mean_loss(worlds, f, units[k], together[k]) for f in (fit, *pair)]
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
             may_shorten = gain <= 0.0 and fit.damping < MOST_DAMPING
             active[i] = gain > LEAST_GAIN or step < coarse or is_rough or may_shorten
-            current[i] = (
-                stepped(worlds, fit, best, slopes[k]) if gain > 0.0 else shorter(worlds, fit)
-            )
-            change = change if gain > 0.0 else 1.0 / BOLDER
-            damping = float(np.clip(change * fit.damping, LEAST_DAMPING, MOST_DAMPING))
-            current[i] = replace(current[i], damping=damping)
+            current[i] = further(worlds, fit, pair, losses, slopes[k])
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current
+
+
+def further(
+    worlds: SearchWorlds, fit: Fit, pair: Sequence[Fit], losses: Sequence[float], jacobian: Array
+) -> Fit:
+    """Return a fit after a step, with the factor of the next one.
+
+    Args:
+        worlds: Simulates candidates.
+        fit: Where the step began.
+        pair: Where it leads with the fit's own factor, and with a share `BOLDER` of it.
+        losses: Mean losses of the fit and of these two [nat].
+        jacobian: Derivatives that the step was taken by, shape (M, F).
+    """
+    calm, bold = pair
+    best, change = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
+    is_better = min(losses[1:]) < losses[0]
+    new = stepped(worlds, fit, best, jacobian) if is_better else shorter(worlds, fit)
+    change = change if is_better else 1.0 / BOLDER
+    return replace(new, damping=float(np.clip(change * fit.damping, LEAST_DAMPING, MOST_DAMPING)))
 
 
 def switched(worlds: SearchWorlds, fit: Fit, floors: Floors) -> Fit:
