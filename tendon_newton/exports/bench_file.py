@@ -52,6 +52,8 @@ def lost_numbers(written: Mechanism, meant: Mechanism) -> list[str]:
     joints = ("mass", "center_of_mass", "inertia", "parent_position", "stiffness", "damping")
     tendons = ("moment_arm", "spool_radius", "force_limit", "excursion_offset")
     pairs: list[tuple[str, Any, Any]] = [("gravity", written, meant)]
+    if written.tip is not None and meant.tip is not None:
+        pairs.append(("point", written.tip, meant.tip))
     for names, one, other in (
         (joints, written.joints, meant.joints),
         (tendons, written.tendons, meant.tendons),

@@ -1,5 +1,6 @@
 """An identified model in Newton: what its reader makes of the prims, and how the drive moves."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from newton.actuators import parse_actuator_prim
 
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.departure import standard_runs
 from tendon_newton.exports.newton.newton_target import (
@@ -19,7 +21,7 @@ from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, replay
-from tests.exports.models import ANGLE, FORCE, PWM, TYPICAL, model_of, strays
+from tests.exports.models import ANGLE, FORCE, PWM, TYPICAL, model_of, strays, strays_of
 from tests.physics.runs import run_of
 
 SERVO_SIDE = (
@@ -53,6 +55,17 @@ def test_the_drive_moves_a_bench_in_newton_as_our_simulation_does(
 ) -> None:
     """It strays by less than an encoder count and 0.05 N."""
     found = strays(tmp_path, "newton", PROGRAM_FILE, bench, actuator, *effects)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
+def test_links_that_a_diagnosis_found_longer_and_heavier_move_in_newton(tmp_path: Path) -> None:
+    """Stated numbers that a fit moved are in the bench that Newton reads."""
+    own = BenchOverrides(mass=(0.0118, 0.0081), length=(0.033, 0.024), moment_arm=(0.0081, 0.0054))
+    model = replace(
+        model_of("finger", "ideal", "viscous_friction"), bench_overrides={"finger": own}
+    )
+    found = strays_of(tmp_path, "newton", PROGRAM_FILE, "finger", model)
     assert found.angle < ANGLE
     assert found.force < FORCE
 

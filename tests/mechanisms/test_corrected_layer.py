@@ -1,5 +1,6 @@
 """A corrected mechanism as a layer of USD: the same numbers, for every program."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidOutput
+from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.authoring.corrected_layer import (
     NUMBERS,
     Numbers,
@@ -32,6 +34,7 @@ FOUND: dict[str, dict[str, float]] = {
     "force_saturation": {"limit": 12.0},
 }
 """A value for each effect that is but another number of a mechanism."""
+SLIDERS = ("spring_weak", "spring_strong")
 OVERRIDES = BenchOverrides(mass=(0.013, 0.009), range=(1.6, 1.3), moment_arm=(0.009, 0.006))
 
 
@@ -56,11 +59,20 @@ def numbers_of(mechanism: Mechanism) -> dict[str, Any]:
     """Return every number of a mechanism by name."""
     table: dict[str, Any] = {"gravity": mechanism.gravity}
     for joint in mechanism.joints:
-        for key in ("stiffness", "damping", "friction", "mass", "limits", "inertia", "rest"):
+        for key in (
+            "stiffness", "damping", "friction", "mass", "limits", "inertia", "rest",
+            "center_of_mass", "parent_position",
+        ):  # fmt: skip
             table[f"{joint.name}.{key}"] = getattr(joint, key)
     for tendon in mechanism.tendons:
         for key in ("moment_arm", "spool_radius", "force_limit", "excursion_offset"):
             table[f"{tendon.name}.{key}"] = getattr(tendon, key)
+        for k, span in enumerate(tendon.route.spans if tendon.route else ()):
+            for key in ("start", "end", "pulley"):
+                if (stop := getattr(span, key)) is not None:
+                    table[f"{tendon.name}.{k}.{key}"] = stop.point
+    if mechanism.tip is not None:
+        table["tip"] = mechanism.tip.point
     return table
 
 
@@ -72,6 +84,36 @@ def test_the_layer_loads_to_the_corrected_numbers(tmp_path: Path) -> None:
     found = numbers_of(written(tmp_path, model))
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=FLOAT32, abs=1e-12), name
+
+
+@pytest.mark.parametrize("bench", [name for name in asset_names() if name not in SLIDERS])
+def test_longer_and_heavier_links_stand_in_the_layer(bench: str, tmp_path: Path) -> None:
+    """Centre, inertia, joints, sites and tip of each link keep their share of its length."""
+    from pxr import Usd, UsdGeom
+
+    asset = load_mechanism(bench)
+    count = len(asset.joints)
+    changes: dict[str, Any] = {"arm_mass": (0.003,) * count}
+    if all(joint.length is not None for joint in asset.joints):
+        changes["length"] = tuple(1.1 * joint.length for joint in asset.joints)
+    own = BenchOverrides(mass=tuple(1.2 * joint.mass for joint in asset.joints), **changes)
+    correction = correct(asset, replace(model_of(), bench_overrides={bench: own}))
+    path = tmp_path / "corrected.usda"
+    write_corrected_layer(path, correction, {})
+    expected, found = numbers_of(correction.corrected), numbers_of(load_mechanism(path))
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, rel=FLOAT32, abs=1e-9), name
+    stage = Usd.Stage.Open(str(path))
+    cache = UsdGeom.XformCache()
+    for joint in correction.corrected.joints:  # links stand where joints have them
+        prim = stage.GetPrimAtPath(joint.prim)
+        ends = []
+        for side in "01":
+            (body,) = prim.GetRelationship(f"physics:body{side}").GetTargets() or [None]
+            place = prim.GetAttribute(f"physics:localPos{side}").Get()
+            frame = cache.GetLocalToWorldTransform(stage.GetPrimAtPath(body)) if body else None
+            ends.append(place if frame is None else frame.Transform(place))
+        assert ends[0] == pytest.approx(ends[1], abs=1e-7), joint.name
 
 
 def test_the_layer_moves_as_the_effects_do(tmp_path: Path) -> None:
