@@ -32,7 +32,7 @@ def failed_runs() -> list[Columns]:
         (lambda folder: csv_logs()(folder, lone_runs()), ["import", "diagnose", "explain"]),
         (
             lambda folder: lerobot(folder, failed_runs()),
-            ["doctor", "import", "diagnose", "explain", "explain"],
+            ["doctor", "diagnose", "explain", "explain"],
         ),
         (lambda folder: own_dataset(folder, failed_runs()), ["doctor", "doctor"]),
         (lambda folder: ["train-policy", "--out", "policy"], ["train-policy", "evaluate-policy"]),

@@ -19,8 +19,11 @@ from tendon_newton.errors import InvalidDataset, InvalidRecording
 from tendon_newton.exports.arms.arm_export import arm_motions
 from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into
 from tests.arms import planted_arm
+from tests.doors.logs import ROWS, lerobot, sound
+from tests.doors.mistakes import FAILED
 from tests.importers.lerobot_files import lists
 from tests.proposed import proposed
+from tests.test_next_commands import failed_runs
 
 FLOOR = -0.02  # m
 
@@ -115,11 +118,45 @@ def test_a_lerobot_dataset_becomes_an_arm_in_one_call(
     assert main([*export, "--seconds", "1"]) == 0
 
 
-def test_a_unit_of_no_lerobot_dataset_is_refused(arm, tmp_path, capsys) -> None:
-    """Other datasets state theirs."""
-    words = ["diagnose", str(arm / "logs"), "--out", str(tmp_path / "out"), "--unit", "deg"]
-    assert main(words) == 2
-    assert "--unit belongs to a LeRobotDataset" in capsys.readouterr().err
+def test_a_lerobot_dataset_is_mended_and_split_as_an_import_does(tmp_path) -> None:
+    """Rows that were not read go, and the episodes that are named only report the error."""
+    _, source = lerobot(tmp_path, failed_runs())
+    asked = ["--test", "episode=0", "--mend"]
+    assert main(["diagnose", source, *asked, "--out", str(tmp_path / "a"), "--budget", "1s"]) == 0
+    assert main(["import", "lerobot", source, *asked, "--out", str(tmp_path / "b")]) == 0
+    pans = [tmp_path / "a" / "recordings" / "pan", tmp_path / "b" / "pan"]
+    for file in ("dataset.toml", "pan_episode_000.csv", "pan_episode_001.csv"):
+        one, other = (folder / file for folder in pans)
+        assert one.read_text() == other.read_text()
+    pan = load_dataset(pans[0])
+    assert [run.name for run in pan.test] == ["pan_episode_000.csv"]
+    assert len(pan.test[0].time) < ROWS - 0.8 * len(FAILED)  # those near the motion are not seen
+
+
+def test_one_episode_is_cut_in_the_command_that_is_printed_too(
+    tmp_path, capsys, monkeypatch
+) -> None:
+    """What holds the end of the only episode out is asked again with the arm's asset."""
+    _, source = lerobot(tmp_path, [sound(0)])
+    monkeypatch.chdir(tmp_path)
+    assert main(["diagnose", source, "--out", "out", "--budget", "1s"]) == 0
+    (*_, words) = proposed(capsys.readouterr().out)
+    assert words[-4:] == ["--hold-out", "0.3", "--arm", "ASSET"]
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (("--unit", "deg"), "--unit belongs to a LeRobotDataset"),
+        (("--test", "file=a"), 'which recordings of it have split = "test"'),
+        (("--mend",), "doctor {} --mend {}_mended"),
+    ],
+)
+def test_what_only_a_lerobot_dataset_takes_is_refused(option, said, arm, tmp_path, capsys) -> None:
+    """Other datasets state their units and splits, and another verb mends them."""
+    logs = arm / "logs"
+    assert main(["diagnose", str(logs), "--out", str(tmp_path / "out"), *option]) == 2
+    assert said.format(logs, logs) in capsys.readouterr().err
 
 
 def test_a_joint_that_was_not_recorded_stands(arm, tmp_path, capsys) -> None:

@@ -72,9 +72,8 @@ def examine_joints(config: Asked, folder: Path) -> dict[str, Any]:
 
     if config.mend is not None:
         raise InvalidParameter(
-            f"--mend writes datasets of our own format; {folder} is none: import it with "
-            f"{shlex.join(['tendon-newton', 'import', 'lerobot', f'{folder}', '--out', 'arm'])} "
-            "--mend"
+            f"--mend writes datasets of our own format; {folder} is none: `import lerobot` and "
+            "`diagnose` mend it with --mend"
         )
     units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
     seen = examine_dataset(folder, units)
@@ -114,16 +113,13 @@ def show_kinds(findings: Iterable[Finding], width: int) -> None:
 
 
 def show_next(config: Asked, folder: Path, seen: Examination) -> None:
-    """Print the command that diagnoses a LeRobotDataset, or imports it where it can be mended."""
-    safe = any(one.safe for joint in seen.joints for one in joint.faults)
-    words = ["import", "lerobot"] if safe else ["diagnose"]
-    words = ["tendon-newton", *words, str(folder), "--out", "arm" if safe else "arm_diagnosis"]
+    """Print the command that diagnoses a LeRobotDataset, mended where that is safe."""
+    words = ["tendon-newton", "diagnose", str(folder), "--out", "arm_diagnosis"]
     if config.unit or any(joint.size != 1.0 for joint in seen.joints):
         words += ["--unit", config.unit or "deg"]
     if config.calibration is not None:
         words += ["--calibration", str(config.calibration)]
-    if safe:
-        words += ["--mend"]
+    words += ["--mend"] * any(one.safe for joint in seen.joints for one in joint.faults)
     print(f"next: {shlex.join(words)}")
     if config.unit is None and "--unit" in words:
         print("      or --unit percent --calibration FILE, where the arm was recorded so")

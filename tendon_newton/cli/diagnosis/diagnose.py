@@ -82,6 +82,12 @@ class DiagnoseConfig:
     radians."""
     calibration: Path | None = None
     """The LeRobot arm's calibration file, which says what 100 percent are."""
+    test: tuple[str, ...] = ()
+    """For a LeRobotDataset: episodes that only report the error, such as episode=3,4; the last one
+    by default."""
+    mend: bool = False
+    """For a LeRobotDataset: leave out rows that were not read, and what else findings say that
+    --mend does."""
     hold_out: float | None = None
     """Share of each recording, from its end, that only reports the error: for a dataset without
     test recordings, such as one long log of a deployment."""
@@ -164,6 +170,7 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
         raise InvalidParameter(
             "--against searches nothing: it takes no --hold-out, no --budget and no --arm"
         )
+    refuse_lerobot_options(config)
 
     from tendon_newton.diagnosis.in_time.changes_report import answer_lines
     from tendon_newton.workflows.diagnosing import compare_days
@@ -183,28 +190,24 @@ def with_joints(config: DiagnoseConfig, progress: DiagnosisProgress) -> Diagnose
     """Import a LeRobotDataset beside the results, and ask for its joints; others stay as they are.
 
     Raises:
-        InvalidParameter: Something else is told a unit of a LeRobotDataset.
+        InvalidParameter: Something else is given an option of a LeRobotDataset.
     """
     from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
     from tendon_newton.data.importers.lerobot.hub import local_folder
     from tendon_newton.data.importers.lerobot.info import INFO
-    from tendon_newton.errors import InvalidParameter
 
     folder = local_folder(str(config.dataset))
     if not (folder / INFO).is_file():
-        for option in ("unit", "calibration"):
-            if getattr(config, option) is not None:
-                raise InvalidParameter(
-                    f"--{option} belongs to a LeRobotDataset; {config.dataset} is none"
-                )
+        refuse_lerobot_options(config)
         return config
 
-    from tendon_newton.workflows.importing import admit, write_parts
+    from tendon_newton.workflows.importing import admit, mend, write_parts
 
     out = make_folder(config.out, folder, config.model) / RECORDINGS
     imported = read_lerobot(folder, LeRobotUnits(unit=config.unit, calibration=config.calibration))
-    reports = write_parts(admit(imported), out)
+    imported = admit(mend(imported) if config.mend else imported)
+    reports = write_parts(imported, out, config.test)
     progress(f"a dataset of each of {len(reports)} joints is in {out}.")
     progress.show(one for one in imported.findings if one.recording == "all")
     config = replace(config, dataset=out)
@@ -212,6 +215,24 @@ def with_joints(config: DiagnoseConfig, progress: DiagnosisProgress) -> Diagnose
         progress(f"there is one episode: the last {LAST:.0%} of it only report the error.")
         return replace(config, hold_out=LAST)
     return config
+
+
+def refuse_lerobot_options(config: DiagnoseConfig) -> None:
+    """Refuse options that belong to a LeRobotDataset, and say what takes their place."""
+    from tendon_newton.errors import InvalidParameter
+
+    mending = ["tendon-newton", "doctor", str(config.dataset)]
+    ways = {
+        "unit": "is none",
+        "calibration": "is none",
+        "test": 'is none: its dataset.toml says which recordings of it have split = "test"',
+        "mend": f"is none: {shlex.join([*mending, '--mend', f'{config.dataset}_mended'])}",
+    }
+    for option, way in ways.items():
+        if getattr(config, option):
+            raise InvalidParameter(
+                f"--{option} belongs to a LeRobotDataset; {config.dataset} {way}"
+            )
 
 
 def diagnose_joints(
@@ -262,6 +283,7 @@ def diagnose_joints(
         )
     if answer.known is None:
         words = ["tendon-newton", "diagnose", str(config.dataset), "--out", str(config.out)]
+        words += [] if config.hold_out is None else ["--hold-out", f"{config.hold_out:g}"]
         print(f"\nnext, with each servo under the arm's weight: {shlex.join(words)} --arm ASSET")
         return
     print("\n".join(["", *arm_lines(answer.known), *servo_lines(answer), *error_lines(answer)]))
