@@ -8,13 +8,11 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.result import Errors
-from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.identification.noise_floor import NoiseFloor, share_gone
 from tendon_newton.identification.objective import BLOCK, group_sums
 from tendon_newton.identification.study import Residual, Study, replacements
 
 RESAMPLES = 2000  # Bootstrap draws of blocks of time
-HARDLY_ANY = 0.02
-"""Share of the other signal's gap, both in squares of the noise, below which one is none [1]."""
 HALVED = 0.75  # Share of the squared error that is gone where an error is half as large [1]
 WORTH_A_FRACTION = 1.2
 """A signal whose error is below so many noise floors has no gap to explain a fraction of."""
@@ -76,20 +74,13 @@ def squared_errors(
 
 
 def explained_fraction(before: Errors, after: Errors, noise: NoiseFloor) -> float:
-    """Return the share of the squared error above the noise that is gone.
-
-    Signals with a gap count alike; those with none, or hardly any beside the other's, for nothing.
-    """
-    gaps = list[tuple[float, float]]()
+    """Return the share of the squared error above the noise that is gone, see `share_gone` [1]."""
+    signals = list[tuple[float, float, float]]()
     for name in ("theta", "force", *before.others_rmse):
         top, left, floor = before.of(name), after.of(name), noise.of(name)
-        if top is None or left is None or not floor or top <= WORTH_A_FRACTION * floor:
-            continue
-        gap = top**2 - floor**2
-        gaps.append((gap / floor**2, (top**2 - left**2) / gap))
-    least = HARDLY_ANY * max((size for size, _ in gaps), default=0.0)
-    shares = [share for size, share in gaps if size >= least]
-    return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else 0.0
+        if top is not None and left is not None and floor and top > WORTH_A_FRACTION * floor:
+            signals.append((top, left, floor))
+    return share_gone(signals) or 0.0
 
 
 def fraction_interval(

@@ -1,6 +1,6 @@
 """The noise of encoder and load cell, estimated from the data alone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +20,8 @@ MIN_WINDOWS = 5  # Windows without which the scatter at rest is not trusted
 MIN_READINGS = 8  # Readings of the cell without which a window says nothing
 MIN_LEVELS = 4  # Values of a force in counts: dry friction alone has one each way and one at rest
 LEAST_FORCE_NOISE = 1.0e-6  # A noiseless (simulated) force still has rounding [N]
+HARDLY_ANY = 0.02
+"""Share of the largest gap of a signal, in squares of its floor, below which one is none [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,3 +122,21 @@ def quiet_variances(recording: Recording, window: float) -> list[float]:
         else:
             start += 1
     return out
+
+
+def share_gone(signals: Iterable[tuple[float, float, float]]) -> float | None:
+    """Return the share of the squared error above the floor that is gone [1], from -1 on.
+
+    Signals with a gap count alike; those with none, or hardly any beside the largest, for nothing.
+
+    Args:
+        signals: Error before and after, and the floor, of each signal [its unit].
+
+    Returns:
+        The share, or None where no error is above its floor.
+    """
+    gaps = [(top**2 / floor**2 - 1.0, (top**2 - left**2) / (top**2 - floor**2))
+            for top, left, floor in signals if top > floor > 0.0]  # fmt: skip
+    least = HARDLY_ANY * max((size for size, _ in gaps), default=0.0)
+    shares = [share for size, share in gaps if size >= least]
+    return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else None

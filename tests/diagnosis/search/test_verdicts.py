@@ -2,14 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.findings import Findings
+from tendon_newton.diagnosis.search.decide.account import explained_share
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.effects import find_effect
+from tendon_newton.identification.signals import Scales
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import ROW, commanded
@@ -77,6 +81,21 @@ def test_most_of_a_gap_must_be_explained_for_a_name(scale: float, verdict: str) 
     answer = found(logs, "gain_error")
     assert (answer.verdict, answer.final is None) == (verdict, verdict == "unexplained")
     assert answer.closest.effects == ("gain_error",)
+
+
+def made_up_fit(scales: tuple[float, float]) -> Any:
+    """A fit of which only its scales are asked for [rad, N]."""
+    return SimpleNamespace(scales=scales)
+
+
+def test_a_signal_with_hardly_a_gap_keeps_no_cause_from_its_name() -> None:
+    """Two frictions at rest leave a force open: 0.19 N become 0.45 where 264 mrad become 5."""
+    signals, floors = (("theta", None), ("force", None)), Scales(theta=1.1e-3, force=0.06)
+    pool: Any = SimpleNamespace(
+        worlds=SimpleNamespace(where=SimpleNamespace(signals=signals)), floors=floors
+    )
+    before, after = map(made_up_fit, ((0.264, 0.19), (0.005, 0.45)))
+    assert explained_share(pool, before, after) > 0.99
 
 
 def test_causes_that_the_noise_tells_apart_are_no_class() -> None:

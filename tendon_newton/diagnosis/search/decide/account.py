@@ -14,6 +14,7 @@ from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
 from tendon_newton.diagnosis.search.rule import SEARCHED, SURE
 from tendon_newton.diagnosis.search.search_worlds import WITHIN
+from tendon_newton.identification.noise_floor import share_gone
 
 Criteria = tuple[Criterion, ...]
 
@@ -30,17 +31,13 @@ TOGETHER = "share of the squared error above the noise that the found causes lea
 
 
 def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
-    """Return the share of the squared error above the floors that is gone, gaps counting alike."""
-    shares = []
+    """Return the share of the squared error above the floors that is gone, see `share_gone` [1]."""
     signals = zip(pool.worlds.where.signals, before.scales, after.scales, strict=True)
-    for (signal, _), top, left in signals:
-        floor = pool.floors.of(signal)
-        if top > floor:
-            shares.append((top**2 - left**2) / (top**2 - floor**2))
-    if not shares:  # what acts in few rows is seen in the tails alone
+    share = share_gone((top, left, pool.floors.of(signal)) for (signal, _), top, left in signals)
+    if share is None:  # what acts in few rows is seen in the tails alone
         top, left = max(0.0, pool.excess(before)), max(0.0, pool.excess(after))
-        return 1.0 - left / top if top > left else 0.0
-    return float(np.clip(np.mean(shares), -1.0, 1.0))
+        share = 1.0 - left / top if top > left else 0.0
+    return share
 
 
 def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: str) -> Criteria:
