@@ -37,9 +37,8 @@ from tendon_newton.data.checks.mends import (
     without_repeated_reads,
 )
 from tendon_newton.data.checks.read_checks import failed_reads, repeated_reads
-from tendon_newton.data.checks.seam_checks import position_jumps, without_seams
+from tendon_newton.data.checks.seam_checks import position_jumps, without_seams, zeros
 from tendon_newton.data.checks.set_checks import contradictions, copies, off_zero, still, warming
-from tendon_newton.data.checks.zero_checks import zeros
 from tendon_newton.data.recording import Array, Recording
 
 __all__ = ["CHECKS", "BenchFacts", "Check", "Finding", "lint_dataset", "lint_recording", "mended"]
