@@ -49,6 +49,16 @@ class Actuator(DeviceCode):
         """Return the inertia of rotor and gear at the spool [kg m2]; 0 where none shows."""
         return real(0.0)
 
+    @staticmethod
+    def current(force: real, tendon: Tendon, p: ParameterVector) -> real:
+        """Return the motor's current [A] while it gives a force [N]; 0 if none is known."""
+        return real(0.0)
+
+    @classmethod
+    def draw(cls, values: Mapping[str, float | str], radius: float) -> float | None:
+        """Return the motor's current for each newton at a spool [A/N]; None if none is known."""
+        return None
+
     @classmethod
     def richer(
         cls, values: Mapping[str, float | str], force_limit: float, radius: float

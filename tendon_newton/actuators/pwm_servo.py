@@ -100,6 +100,16 @@ class PwmServo(Actuator):
         return motor_force(duty, tendon, p)
 
     @staticmethod
+    def current(force: real, tendon: Tendon, p: ParameterVector) -> real:
+        """I = F r / k_t."""
+        return force * tendon.spool_radius / p[3]
+
+    @classmethod
+    def draw(cls, values: Mapping[str, float | str], radius: float) -> float:
+        """I / F = r / k_t."""
+        return radius / float(values["torque_constant"])
+
+    @staticmethod
     def armature(p: ParameterVector) -> real:
         """Inertia of rotor and gear at the spool [kg m2]."""
         return p[5]

@@ -105,6 +105,7 @@ class ListedRecording:
     start: Literal["equilibrium", "first_row"] = "equilibrium"  # State in which a simulation starts
     obstacle: str | None = None  # What stands in the way, where the file does not say
     load_cell_rate: float | None = None  # Of a cell that is slower than the rows [Hz]
+    current_in: Literal["winding"] | None = None  # Where the current flows, if not in the supply
     bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
     actuator_overrides: Mapping[str, float] = field(default_factory=dict[str, float])
 
@@ -366,6 +367,7 @@ def entry_of(recording: Recording, split: Split) -> ListedRecording:
         start=recording.start,
         obstacle=None if recording.obstacle == FREE else recording.obstacle,
         load_cell_rate=recording.load_cell_rate,
+        current_in=recording.current_in,
         bench_overrides=recording.bench_overrides,
         actuator_overrides=recording.actuator_overrides,
     )

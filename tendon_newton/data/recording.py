@@ -84,6 +84,8 @@ class Recording:
     """Actuator numbers of this recording alone, in the actuator's own units."""
     load_cell_rate: float | None = None
     """Rate of the load cell where it is slower than the rows [Hz]."""
+    current_in: Literal["winding"] | None = None
+    """Where the current flows, if it is the motor's own; a supply's is not compared."""
     obstacle: str = FREE
     """What stood in the mechanism's way, in a word; ``free`` where nothing did."""
 
@@ -199,6 +201,11 @@ def check_setting(recording: Recording) -> None:
             raise InvalidRecording(
                 f"{recording.name}: actuator override {shown(key)} must be finite; it is {value}"
             )
+    if recording.current_in not in (None, "winding"):
+        raise InvalidRecording(
+            f"{recording.name}: current_in must be 'winding', or left out where it is a supply's; "
+            f"it is {shown(recording.current_in)}"
+        )
     if not BENCH_NAME.fullmatch(recording.obstacle):
         raise InvalidRecording(
             f"{recording.name}: obstacle must be a word (letters, digits, _ and -), {FREE!r} where "
@@ -288,7 +295,8 @@ def check_values(recording: Recording) -> None:
             raise InvalidRecording(f"{recording.name}: {column} must be finite; {came}{mend}")
         lost = lost_sign(table[:, place])
         looks = (
-            f"and looks like {channel.slip}" + (mend and mend.replace(" are", " may else be"))
+            f"and looks like {channel.slip}, whose unit a mapping states"
+            + (mend and mend.replace(" are", " may else be"))
             if lost is None
             else f"in {int(lost.rows.sum())} such rows {lost.text}"
         )

@@ -247,6 +247,12 @@ def driven_force(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @slot
+def motor_current(force: real, tendon: Tendon, p: ParameterVector) -> real:
+    """Return the motor's current [A] while it gives a force at its spool [N]."""
+    return real(0.0)
+
+
+@slot
 def armature(p: ParameterVector) -> real:
     """Inertia of rotor and gear at the spool [kg m2]."""
 

@@ -237,6 +237,7 @@ class Readout:
     motor_position: DeviceArray[TendonVector]  # What the encoders report [rad]
     motor_velocity: DeviceArray[TendonVector]  # Rates of these angles [rad/s]
     force: DeviceArray[TendonVector]  # What the load cells report [N]
+    current: DeviceArray[TendonVector]  # Currents of the motors [A]; 0 where none is known
 
 
 @device_struct
@@ -525,6 +526,7 @@ class Reading:
     angle: TendonVector  # What the encoders report [rad]
     angle_rate: TendonVector  # Rates of these angles [rad/s]
     force: TendonVector  # True tensions at the load cells [N]
+    current: TendonVector  # Currents of the motors [A]
 
 
 @device_struct

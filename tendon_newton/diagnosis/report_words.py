@@ -19,6 +19,8 @@ SENTENCES: dict[str, str] = {
     "backlash": "The gear has {width} of play",
     "command_delay": "The servo acts {delay} late",
     "coulomb_friction": "A dry friction of {force} opposes the tendon's motion in the servo",
+    "current_sensor_delay": "The motor's current is read {delay} late",
+    "current_sensor_gain": "What is read of the motor's current is {scale:than}",
     "deadband": "The servo ignores position errors up to {width}",
     "force_saturation": "The servo's force stops at {limit}",
     "gain_drift": "Over a recording the servo's gain [rises|fades] by {rate:size}",
@@ -51,6 +53,8 @@ SENTENCES: dict[str, str] = {
     "tendon_compliance": "The tendon stretches like a spring of {stiffness}",
     "tendon_slack": "The tendon has {length} of slack",
     "torque_fade": "The servo tires under load, within {time_constant}",
+    "tip_sensor_delay": "What sees the tip comes {delay} late",
+    "tip_sensor_gain": "How far the tip is seen to move is {scale:than}",
     "viscoelastic_spring": "The return springs creep with a time constant of {relaxation_time}",
     "viscous_friction": "The servo loses {coefficient:loss} for every rad/s at which it turns",
 }

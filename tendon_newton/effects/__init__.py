@@ -51,6 +51,10 @@ IN_ORDER = (  # in which they act within a stage
     "load_cell_drift",
     "joint_encoder_delay",
     "joint_encoder_gain",
+    "tip_sensor_delay",
+    "tip_sensor_gain",
+    "current_sensor_delay",
+    "current_sensor_gain",
 )
 
 

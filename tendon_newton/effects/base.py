@@ -4,12 +4,16 @@ from collections.abc import Callable, Container
 from enum import Enum
 from typing import Any, ClassVar, Literal
 
+import numpy as np
+from scipy.interpolate import CubicSpline
+
 from tendon_newton.data.parameters import Parameter
+from tendon_newton.data.recording import Array
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import DeviceCode
 
-__all__ = ["Effect", "Jet", "Joint", "Parameter", "Stage", "Tendon", "Values", "real"]
+__all__ = ["Effect", "Jet", "Joint", "Parameter", "Stage", "Tendon", "Values", "earlier", "real"]
 
 
 class Stage(Enum):
@@ -73,7 +77,19 @@ class Stage(Enum):
     """(force: real, time: real, values) -> real: what the load cell makes of a force [N]."""
     JOINT_READING = "joint_reading"
     """(joints, time [s], values) -> joints: what encoders on joints make of their motion [rad, m],
-    shapes (S, J) and (S,). No motion depends on it: it is the one stage without device code."""
+    shapes (S, J) and (S,). No motion depends on it: like the next it has no device code."""
+    TIP_READING = "tip_reading"
+    """(tip, time [s], values) -> tip: what a camera makes of a tip's x and z [m], shape (S, 2)."""
+    CURRENT_READING = "current_reading"
+    """(current, time [s], values) -> current: what is read of a motor's [A], shape (S, D)."""
+
+
+READINGS = {
+    Stage.JOINT_READING: ("joint", "slide"),
+    Stage.TIP_READING: ("tip",),
+    Stage.CURRENT_READING: ("current",),
+}
+"""Stages of further sensors -> the signals that show them."""
 
 
 class Effect(DeviceCode):
@@ -131,7 +147,7 @@ class Effect(DeviceCode):
         """
         if independent and cls.side == "mechanism":
             return cls.hook(Stage.TILT) is None
-        shared = (Stage.PERIOD, Stage.JOINT_READING)
+        shared = (Stage.PERIOD, *READINGS)
         return cls.side != "mechanism" and all(cls.hook(stage) is None for stage in shared)
 
     @classmethod
@@ -140,11 +156,16 @@ class Effect(DeviceCode):
         return cls._acts_only_in({Stage.CELL_CLOCK, Stage.CELL_LAG, Stage.CELL})
 
     @classmethod
-    def acts_on_joint_encoders_only(cls) -> bool:
-        """Tell whether the effect changes nothing but what encoders on joints read."""
-        return cls._acts_only_in({Stage.JOINT_READING})
+    def further_signals(cls) -> tuple[str, ...]:
+        """Return the signals without which nothing shows it: none but for a further sensor's."""
+        return tuple(s for stage, own in READINGS.items() if cls.hook(stage) for s in own)
 
     @classmethod
     def _acts_only_in(cls, own: Container[Stage]) -> bool:
         """Tell whether the effect acts in no other stages."""
         return all(cls.hook(stage) is None for stage in Stage if stage not in own)
+
+
+def earlier(signal: Array, time: Array, delay: float) -> Array:
+    """Return a signal (S, C) as it was some time [s] before each row, by a cubic spline."""
+    return CubicSpline(time, signal)(np.maximum(time - delay, time[0]))

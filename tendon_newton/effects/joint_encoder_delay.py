@@ -1,10 +1,7 @@
 """The joints' encoders are late."""
 
-import numpy as np
-from scipy.interpolate import CubicSpline
-
 from tendon_newton.data.recording import Array
-from tendon_newton.effects.base import Effect, Parameter
+from tendon_newton.effects.base import Effect, Parameter, earlier
 
 
 class JointEncoderDelay(Effect):
@@ -31,5 +28,4 @@ class JointEncoderDelay(Effect):
     @classmethod
     def joint_reading(cls, joints: Array, time: Array, values: Array) -> Array:
         """The joints at the instant that is reported now."""
-        earlier = np.maximum(time - values[0], time[0])
-        return CubicSpline(time, joints)(earlier)
+        return earlier(joints, time, values[0])

@@ -55,8 +55,8 @@ def refuse_damaged(model: Model, forceful: str | None = None) -> None:
     spool_radius_of(model)
 
 
-JOINT_ENCODERS = tuple(n for n, e in EFFECTS.items() if e.acts_on_joint_encoders_only())
-"""Effects of encoders on joints, whose readings no target shows."""
+FURTHER_SENSORS = tuple(n for n, e in EFFECTS.items() if e.further_signals())
+"""Effects of sensors beside encoder and load cell, whose readings no target shows."""
 
 
 def coverage_of(exact: tuple[str, ...], nearly: tuple[str, ...]) -> dict[str, Coverage]:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_newton.data.checks.measures import encoder_noise
+from tendon_newton.data.checks.measures import difference_noise, encoder_noise
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.identification.load_cell import fill_between_readings
 from tendon_newton.identification.noise_floor import NoiseFloor, angle_noise, force_noise
 from tendon_newton.mechanisms.geometry.joints import JointKind
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 DIVERGED = 1.0e4  # Stands for an angle [rad] or force [N] that is not finite
@@ -27,6 +28,7 @@ class View:
     mechanism: Mechanism  # The bench with this recording's own numbers
     servo: int = 0
     cell: tuple[int, int] | None = None  # First row read and rows per reading of a slow load cell
+    draw: float | None = None  # Current of the motor per newton [A/N]; None where no model tells
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,6 +153,38 @@ def at_joints(kind: JointKind, words: str, unit: str) -> Signal:
     )
 
 
+def measured_tip(view: View) -> Array | None:
+    """Return x and z of the tip [m], shape (2, T); None where nothing moves or saw it."""
+    tip, recording = view.recording.tip, view.recording
+    unseen = view.servo or view.mechanism.tip is None or recording.driven_by == "path"
+    return None if tip is None or unseen else tip.T
+
+
+def tip_noise(views: Sequence[View]) -> float | None:
+    """Return the noise of what sees the tip [m], None where nothing does."""
+    seen = [own for view in views if (tip := measured_tip(view)) is not None for own in tip]
+    return float(np.median([difference_noise(own) for own in seen])) if seen else None
+
+
+def measured_current(view: View) -> Array | None:
+    """Return the current of the only motor's winding [A], shape (1, T)."""
+    own = view.recording
+    is_motors = own.current_in == "winding" and own.driven_by == "command" and view.draw is not None
+    return own.current[None, :] if own.current is not None and is_motors else None
+
+
+def current_noise(views: Sequence[View]) -> float | None:
+    """Return the noise of a current [A], None where none is compared."""
+    found = [encoder_noise(own[0]) for view in views if (own := measured_current(view)) is not None]
+    return float(np.median(found)) if found else None
+
+
+def reach(mechanism: Mechanism) -> float:
+    """Return how far the tip is from the base in the posture of zero [m]."""
+    tip = tip_position(mechanism, np.zeros(len(mechanism.joints)))
+    return 0.0 if tip is None else float(np.linalg.norm(tip))
+
+
 SIGNALS: dict[str, Signal] = {
     "theta": Signal(
         words="motor angle",
@@ -176,6 +210,28 @@ SIGNALS: dict[str, Signal] = {
     ),
     "joint": at_joints("revolute", "joint angle", "rad"),
     "slide": at_joints("prismatic", "joint position", "m"),
+    "tip": Signal(
+        words="tip",
+        unit="m",
+        shown=(1e3, "mm"),
+        rollout=lambda _: "tip",
+        measured=measured_tip,
+        simulated=lambda _, rows: finite(np.moveaxis(rows["tip"], 2, 1)),
+        noise=tip_noise,
+        form=lambda usual, view: reach(view.mechanism) * usual.theta / gear(view.mechanism),
+        zero=np.inf,
+    ),
+    "current": Signal(
+        words="motor current",
+        unit="A",
+        shown=(1e3, "mA"),
+        rollout=lambda _: "current",
+        measured=measured_current,
+        simulated=of_servo("current"),
+        noise=current_noise,
+        form=lambda usual, view: usual.force * (view.draw or 0.0),
+        zero=np.inf,
+    ),
 }
 """A further signal is a row here: with it, what a model leaves of it counts in every fit."""
 

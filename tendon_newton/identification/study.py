@@ -157,6 +157,7 @@ class Study:
                 mechanism=override_mechanism(benches[recording.bench], recording.bench_overrides),
                 servo=servo,
                 cell=find_cell(recording, self.timeline(k)),
+                draw=self._draw_of(benches[recording.bench]),
             )
             for k, ((_, servo), recording) in enumerate(
                 zip(self.sources, self.recordings, strict=True)
@@ -165,6 +166,13 @@ class Study:
         self.compared = tuple(compared(view) for view in self.views)
         """Signals of each of its recordings as measured, name -> components, shape (C, T)."""
         self.noise = self._with_driving_noise(noise_of(self.views))
+
+    def _draw_of(self, bench: Mechanism) -> float | None:
+        """Return the current of an only motor per newton [A/N]; None where the model tells none."""
+        actuator = self._model.actuator
+        radius = float(actuator.values.get(RADIUS, bench.tendons[0].spool_radius))
+        draw = find_actuator(actuator.name).draw(actuator.values, radius)
+        return draw if self.servos == 1 else None
 
     def _scale_of(
         self, recordings: Sequence[Recording], benches: Mapping[str, Mechanism]

@@ -26,11 +26,12 @@ def testable_effects(study: Study) -> tuple[str, ...]:
     """
     has_cell = any(recording.force is not None for recording in study.recordings)
     has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
-    reads_joints = any(name in own for own in study.compared for name in ("joint", "slide"))
+    compared = {name for own in study.compared for name in own}
     out: list[str] = []
     for name, effect in EFFECTS.items():
         unseen = effect.acts_on_cell_only() and not has_cell
-        unseen = unseen or (effect.acts_on_joint_encoders_only() and not reads_joints)
+        further = effect.further_signals()
+        unseen = unseen or (further and compared.isdisjoint(further))
         if unseen or not study.shows(name) or (effect.needs_string and not has_string):
             continue
         if name in study.exact:

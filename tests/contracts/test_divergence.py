@@ -58,7 +58,7 @@ def candidates(rollout: Rollout) -> Iterator[tuple[str, Array]]:
     What encoders on joints read moves nothing, and may lie beyond a joint's end stops.
     """
     owners = rollout.table.owners
-    moving = [(n, e) for n, e in EFFECTS.items() if not e.acts_on_joint_encoders_only()]
+    moving = [(n, e) for n, e in EFFECTS.items() if not e.further_signals()]
     for beside, (name, effect) in product(FRICTIONS, moving):
         vector = rollout.base_vectors(IDEAL)[0].copy()
         if beside is not None:

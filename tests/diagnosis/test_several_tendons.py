@@ -138,7 +138,7 @@ def test_every_servo_has_signals_and_causes_of_its_own() -> None:
     assert [n for n in names if n.startswith("joint")] == [
         name
         for name, effect in EFFECTS.items()
-        if name.startswith("joint") and not effect.acts_on_joint_encoders_only()
+        if name.startswith("joint") and not effect.further_signals()
     ]
 
 

@@ -80,6 +80,10 @@ TYPICAL: dict[str, dict[str, float]] = {
     "load_cell_drift": {"rate": 0.05},
     "joint_encoder_delay": {"delay": 0.03},
     "joint_encoder_gain": {"scale": 1.1},
+    "tip_sensor_delay": {"delay": 0.03},
+    "tip_sensor_gain": {"scale": 1.1},
+    "current_sensor_delay": {"delay": 0.03},
+    "current_sensor_gain": {"scale": 1.1},
 }
 """A number for each effect that shows on the standard commands."""
 TORQUE = {"kp": 0.05, "kd": 0.002, "max_torque": 0.25, "armature": 2.0e-4, "spool_radius": 0.0125}

@@ -20,7 +20,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import departure, replayed
-from tendon_newton.exports.model_numbers import JOINT_ENCODERS
+from tendon_newton.exports.model_numbers import FURTHER_SENSORS
 from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
 from tendon_newton.exports.mujoco.mujoco_target import (
     IN_THE_FILE,
@@ -188,7 +188,7 @@ def test_the_program_of_every_effect_is_whole(effect, actuator, finger_file) -> 
     assert reading.angle[0] == pytest.approx(0.3, abs=0.3)  # at rest below its command
     carried = any(line.startswith("def ") and effect in line for line in text.splitlines())
     numbers = ("inertia_error", "gravity_misalignment", "sample_period_error")
-    assert carried or effect in (*numbers, *JOINT_ENCODERS)
+    assert carried or effect in (*numbers, *FURTHER_SENSORS)
 
 
 def program_of(model: Model, file: tuple[Path, list, list], **options: float) -> tuple[str, Any]:

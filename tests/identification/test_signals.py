@@ -5,21 +5,37 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.measures import difference_noise
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
+from tendon_newton.effects import EFFECTS
 from tendon_newton.effects.joint_encoder_delay import JointEncoderDelay
+from tendon_newton.effects.tip_sensor_delay import TipSensorDelay
 from tendon_newton.identification import testable
 from tendon_newton.identification.objective import layout, stack
 from tendon_newton.identification.signals import SIGNALS, Scales, Signal, of_servo
 from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
 
+FURTHER = [name for name, effect in EFFECTS.items() if effect.further_signals()]
 SERVO = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
+
+K_T = 0.9  # [N m/A, V s/rad]
+MOTOR = Model(
+    actuator=NamedValues(
+        name="pwm_servo",
+        values={
+            "duty_per_rad": 0.1, "max_duty": 1.0, "supply_voltage": 9.0, "torque_constant": K_T,
+            "resistance": 15.0, "armature": 2.5e-3, "spool_radius": 0.0125,
+        },
+    )
+)  # fmt: skip
 
 
 def measured(bench: str = "finger", **signals: np.ndarray) -> Recording:
@@ -40,10 +56,10 @@ def measured(bench: str = "finger", **signals: np.ndarray) -> Recording:
     )  # fmt: skip
 
 
-def study_of(*recordings: Recording) -> Study:
+def study_of(*recordings: Recording, tolerant: bool = False) -> Study:
     """Compare recordings with the model."""
-    effects = ("gain_error", "joint_encoder_delay", "joint_encoder_gain")
-    return Study(recordings, SERVO, effects, time_step=1e-3)
+    effects = ("gain_error", *FURTHER)
+    return Study(recordings, SERVO, effects, time_step=1e-3, tolerant=tolerant)
 
 
 def test_zeros_of_encoders_are_no_error() -> None:
@@ -52,8 +68,52 @@ def test_zeros_of_encoders_are_no_error() -> None:
     assert run.joint_position is not None
     off = replace(run, joint_position=run.joint_position + np.array([0.7, -0.2]))
     (left,) = study_of(off).residuals(*replacements([{}]))
-    assert list(left.signals) == ["theta", "force", "joint"]
+    assert list(left.signals) == ["theta", "force", "joint", "tip"]
     assert np.abs(left.signals["joint"]).max() < 1e-9
+
+
+def test_a_camera_may_stand_anywhere() -> None:
+    """Where its zero is says nothing; what is left is the rounding of a float32 asset."""
+    run = measured(joint_position=None)
+    assert run.tip is not None
+    (left,) = study_of(replace(run, tip=run.tip + np.array([0.3, -0.1]))).residuals(
+        *replacements([{}])
+    )
+    assert list(left.signals) == ["theta", "force", "tip"]
+    assert np.abs(left.signals["tip"]).max() < 1e-9
+
+
+def test_a_camera_that_is_off_is_a_cause() -> None:
+    """With its factor and its delay nothing is left but what a spline misses, and else much."""
+    run = measured(joint_position=None)
+    late = TipSensorDelay.tip_reading(run.tip, run.time, np.array([0.031]))
+    study = study_of(replace(run, tip=1.07 * late))
+    columns = [study.table.columns(f"tip_sensor_{name}")[0] for name in ("gain", "delay")]
+    right, bare = study.residuals(
+        *replacements([dict(zip(columns, (1.07, 0.031), strict=True)), {}])
+    )[0].signals["tip"]
+    assert np.abs(bare).max() > 1e-3
+    assert np.abs(right).max() < 5e-5
+
+
+def test_a_tip_follows_the_lengths_of_its_links() -> None:
+    """Where links may be as built, a longer one moves the tip as a longer finger's."""
+    lengths = (0.0305, 0.0255)
+    run = measured(joint_position=None)
+    study = study_of(run, tolerant=True)
+    names = [study.table.owners[c][1].name for c in study.tolerated_columns]
+    columns = [c for c, n in zip(study.tolerated_columns, names, strict=True) if "length" in n]
+    built = override_mechanism(load_mechanism("finger"), BenchOverrides(length=lengths))
+    (moved,) = study.residuals(*replacements([dict(zip(columns, lengths, strict=True))]))
+    stated = replace(SERVO, bench_overrides={"finger": BenchOverrides(length=lengths)})
+    (other,) = replay([replace(run, tip=None)], stated, time_step=1e-3)
+    tip = tip_position(built, other.joint_position)
+    assert tip is not None
+    assert run.tip is not None
+    expected = run.tip - tip[:, [0, 2]]
+    expected -= expected.mean(axis=0)
+    assert pytest.approx(expected, abs=1e-7) == moved.signals["tip"][0].T
+    assert np.abs(expected).max() > 4e-4
 
 
 def test_encoders_on_joints_that_are_off_are_a_cause() -> None:
@@ -72,19 +132,47 @@ def test_encoders_on_joints_that_are_off_are_a_cause() -> None:
     assert np.abs(right).max() < 1e-3
 
 
+def with_current(**stated: str) -> Recording:
+    """A slider behind a motor, with the current that V, R and the voltage of its rotor give."""
+    time = np.arange(0.0, 1.5, 0.0125)
+    wave = (1.5 - np.cos(4.0 * time))[:, None]
+    blank = Recording(name="run.csv", bench="spring_weak", time=time, command=wave,
+                      motor_position=0.0 * wave, motor_velocity=0.0 * wave)  # fmt: skip
+    (run,) = replay([blank], MOTOR, time_step=1e-3)
+    known = MOTOR.actuator.values
+    duty = float(known["duty_per_rad"]) * (wave - run.motor_position)
+    free = duty * float(known["supply_voltage"]) - K_T * run.motor_velocity
+    return replace(
+        blank, motor_position=run.motor_position, motor_velocity=run.motor_velocity,
+        force=run.force, current=free[:, 0] / float(known["resistance"]), **stated,
+    )  # fmt: skip
+
+
+def test_the_current_of_a_winding_is_compared() -> None:
+    """I = (u V - k_t theta_dot) / R explains it, whatever is read at rest; a supply's is not."""
+    run = with_current(current_in="winding")
+    assert run.current is not None
+    study = Study([replace(run, current=1.2 * run.current + 0.05)], MOTOR, FURTHER, time_step=1e-3)
+    assert {"current_sensor_gain", "current_sensor_delay"} <= {*testable.testable_effects(study)}
+    (column,) = study.table.columns("current_sensor_gain")
+    right, bare = study.residuals(*replacements([{column: 1.2}, {}]))[0].signals["current"]
+    assert np.abs(right).max() < 1e-9
+    assert np.abs(bare).max() > 2e-3
+    assert "current" not in Study([with_current()], MOTOR, (), time_step=1e-3).compared[0]
+
+
 def test_encoders_on_joints_are_no_cause_where_there_are_none() -> None:
     """A log of angle and force cannot tell what they read."""
     run = measured()
-    assert {"joint_encoder_gain", "joint_encoder_delay"} <= {
-        *testable.testable_effects(study_of(run))
-    }
-    bare = testable.testable_effects(study_of(replace(run, joint_position=None)))
-    assert not any(name.startswith("joint_encoder") for name in bare)
+    seen = {name for name in FURTHER if not name.startswith("current")}
+    assert seen <= {*testable.testable_effects(study_of(run))}
+    bare = testable.testable_effects(study_of(replace(run, joint_position=None, tip=None)))
+    assert not any(EFFECTS[name].further_signals() for name in bare)
 
 
 def test_every_joint_is_a_signal_of_its_own() -> None:
     """Two joints stand behind angle and force, in the blocks of their recording."""
-    study = study_of(measured())
+    study = study_of(measured(tip=None))
     where = layout(study)
     assert [name for name, _ in where.signals] == ["theta", "force", "joint", "joint"]
     assert where.block_count == 2

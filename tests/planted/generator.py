@@ -22,6 +22,7 @@ from tests.planted.physics.causes import Causes
 from tests.planted.physics.commands import DURATION
 from tests.planted.physics.plant import Motion, Run, simulate
 from tests.planted.physics.sensors import ENCODER_STEP, FORCE_NOISE, Sensors
+from tests.planted.physics.servo import DcServo
 from tests.planted.recordings import (
     MIXES,
     TEST_COUNT,
@@ -34,14 +35,14 @@ from tests.planted.recordings import (
 from tests.planted.sets.draws import (
     COULOMB_KNOWN,
     EFFECTS,
-    JOINT_ENCODERS,
+    FURTHER_SENSORS,
     OUTSIDE,
     VISCOUS_KNOWN,
     base_causes,
 )
 from tests.planted.truth import Truth, changes, errors, totals
 
-DRAWS = {**EFFECTS, **JOINT_ENCODERS, **OUTSIDE}  # What can be planted, by name
+DRAWS = {**EFFECTS, **FURTHER_SENSORS, **OUTSIDE}  # What can be planted, by name
 SMALL = 0.1  # Size of an imperfection that has the form of an effect [1]
 
 
@@ -67,6 +68,7 @@ class Recipe:
     second_form: bool = False
     without_force: bool = False  # Whether the bench has no load cell
     on_joint: bool = False  # Whether joints have encoders of their own
+    servo: DcServo | None = None  # A motor whose current is logged; None is the ideal source
 
 
 def make_dataset(out: Path, recipe: Recipe) -> Truth:
@@ -94,14 +96,14 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
         causes = cause.built_on(causes)
     benches = as_built(rng, recipe.off_nominal) if recipe.off_nominal else BENCHES
     slots = draw_slots(rng, MIXES[recipe.mix])
-    runs = [draw_run(rng, slot, causes, benches, recipe.duration) for slot in slots]
+    runs = [draw_run(rng, slot, causes, benches, recipe.duration, recipe.servo) for slot in slots]
     motions = simulate([*runs, *twins(recipe, base, slots[TRAIN_COUNT:], runs[TRAIN_COUNT:])])
     true, spared, modelled = held_out_motions(motions)
     sensors = Sensors(
         force_noise=recipe.force_noise,
         noise_colour=recipe.noise_colour,
         cell_rate=recipe.cell_rate,
-        on_joint=recipe.on_joint or not JOINT_ENCODERS.keys().isdisjoint(recipe.effects),
+        on_joint=recipe.on_joint or any(n.startswith("joint_encoder") for n in recipe.effects),
     )
     recordings = tuple(
         record(rng, slot, run, motion, sensors, gaps=recipe.gaps)
@@ -109,7 +111,7 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
     )
     written = [replace(r, force=None) for r in recordings] if recipe.without_force else recordings
     write_dataset(out, written[:TRAIN_COUNT], written[TRAIN_COUNT:])
-    model = starting_model(known_friction=recipe.known_friction, mix=recipe.mix)
+    model = starting_model(known_friction=recipe.known_friction, mix=recipe.mix, servo=recipe.servo)
     write_model(out / "model.toml", model)
     force, theta = changes(true, spared)
     return Truth(
@@ -131,7 +133,8 @@ def twins(
     The model knows neither unlisted faults nor that a bench was not built to its drawing.
     """
     spared = [
-        Run(bench=run.bench, causes=base, time=run.time, command=run.command) for run in held_out
+        Run(bench=run.bench, causes=base, time=run.time, command=run.command, servo=run.servo)
+        for run in held_out
     ]
     if not recipe.imperfection and not recipe.off_nominal and not recipe.small:
         return spared
@@ -140,7 +143,13 @@ def twins(
         second_form=base.second_form,
     )  # fmt: skip
     return spared + [
-        Run(bench=BENCHES[slot.bench], causes=listed, time=run.time, command=run.command)
+        Run(
+            bench=BENCHES[slot.bench],
+            causes=listed,
+            time=run.time,
+            command=run.command,
+            servo=run.servo,
+        )
         for slot, run in zip(slots, held_out, strict=True)
     ]
 
@@ -151,13 +160,20 @@ def held_out_motions(motions: Sequence[Motion]) -> tuple[Sequence[Motion], ...]:
     return true, rest[:TEST_COUNT], rest[-TEST_COUNT:]
 
 
-def starting_model(*, known_friction: bool, mix: str = "A") -> Model:
+def starting_model(*, known_friction: bool, mix: str = "A", servo: DcServo | None = None) -> Model:
     """Build the model that a diagnosis starts from."""
     known = (
         NamedValues(name="viscous_friction", values={"coefficient": VISCOUS_KNOWN}),
         NamedValues(name="coulomb_friction", values={"force": COULOMB_KNOWN}),
     )
     source = NamedValues(name="ideal", values={"gain": GAIN, "spool_radius": SPOOL_RADIUS})
+    if servo is not None:
+        source = NamedValues(name="pwm_servo", values={
+            "duty_per_rad": servo.duty_per_rad, "max_duty": servo.greatest_duty,
+            "supply_voltage": servo.supply, "torque_constant": servo.torque_constant,
+            "resistance": servo.resistance, "armature": servo.inertia,
+            "spool_radius": SPOOL_RADIUS,
+        })  # fmt: skip
     told = {
         name: BenchOverrides(damping=(BENCHES[name].damping[0],))
         for name in MIXES[mix]

@@ -13,15 +13,17 @@ from tests.planted.physics.commands import COMMANDS, row_times
 from tests.planted.physics.disturbances import draw_disturbances
 from tests.planted.physics.plant import Motion, Run
 from tests.planted.physics.sensors import (
+    CURRENT_STEP,
     JOINT_STEP,
     SLIDE_STEP,
+    TIP_NOISE,
     Sensors,
-    camera,
     encoder,
     kept_rows,
     load_cell,
     speed_register,
 )
+from tests.planted.physics.servo import DcServo
 
 TRAIN_COUNT = 5
 TEST_COUNT = 3
@@ -64,6 +66,7 @@ def draw_run(
     causes: Causes,
     benches: Mapping[str, Bench],
     duration: tuple[float, float],
+    servo: DcServo | None = None,
 ) -> Run:
     """Draw the command of a recording, and what befalls it."""
     time = row_times(rng, duration)
@@ -73,8 +76,9 @@ def draw_run(
     command = np.round(command, 6)  # as the file has it
     befalling = draw_disturbances(rng, causes, time)
     return Run(
-        **vars(befalling), bench=benches[slot.bench], causes=causes, time=time, command=command
-    )
+        **vars(befalling), bench=benches[slot.bench], causes=causes, time=time, command=command,
+        servo=servo,
+    )  # fmt: skip
 
 
 def joint_encoders(motion: Motion, run: Run) -> Array:
@@ -86,9 +90,28 @@ def joint_encoders(motion: Motion, run: Run) -> Array:
     step, place = (
         (JOINT_STEP, motion.coordinates) if turns else (SLIDE_STEP, motion.coordinates[:, :1])
     )
-    then = np.maximum(run.time - run.causes.joint_delay, run.time[0])
-    read = run.causes.joint_gain * PchipInterpolator(run.time, place - place[0])(then)
+    read = run.causes.joint_gain * earlier(run, place - place[0], run.causes.joint_delay)
     return (np.round(read / step) * step).round(6)
+
+
+def earlier(run: Run, signal: Array, delay: float) -> Array:
+    """What a signal was some time before each row [s], shape (T, C)."""
+    then = np.maximum(run.time - delay, run.time[0])
+    return PchipInterpolator(run.time, signal)(then) if delay else signal
+
+
+def camera(rng: np.random.Generator, motion: Motion, run: Run) -> Array | None:
+    """Place of the tip as it is seen [m], shape (T, 2); None on a slider."""
+    if motion.tip is None:
+        return None
+    place = run.causes.tip_gain * earlier(run, motion.tip, run.causes.tip_delay)
+    return (place + TIP_NOISE * rng.standard_normal(place.shape)).round(5)
+
+
+def read_current(motion: Motion, run: Run) -> Array:
+    """Current as a register tells it [A], shape (T,)."""
+    read = run.causes.current_gain * earlier(run, motion.current, run.causes.current_delay)
+    return (np.round(read / CURRENT_STEP) * CURRENT_STEP).round(6)
 
 
 def record(
@@ -98,8 +121,9 @@ def record(
     theta, speed = encoder(motion.angle).round(6), speed_register(rng, motion.speed).round(3)
     force = load_cell(rng, motion.cell, sensors).round(4)
     joint = joint_encoders(motion, run) if sensors.on_joint else None
-    tip = None if motion.tip is None else camera(rng, motion.tip).round(5)
+    tip = camera(rng, motion, run)
     kept = kept_rows(rng, run.time.size) if gaps else np.arange(run.time.size)
+    current = None if run.servo is None else read_current(motion, run)[kept]
     return Recording(
         name=slot.file,
         bench=slot.bench,
@@ -110,5 +134,7 @@ def record(
         force=force[kept, None],
         joint_position=None if joint is None else joint[kept],
         tip=None if tip is None else tip[kept],
+        current=current,
+        current_in=None if current is None else "winding",
         load_cell_rate=sensors.cell_rate,
     )

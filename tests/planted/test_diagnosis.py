@@ -1,7 +1,7 @@
 """The gate: a hidden cause is found by its name, and nothing is found where nothing is hidden.
 
 Data come from a plant that is not the simulator; the diagnosis sees the folder alone. Each takes
-two to eight seconds of a core, all 44 effects 150, and yet they are not marked slow: a change that
+two to eight seconds of a core, all 48 effects 170, and yet they are not marked slow: a change that
 breaks the diagnosis must not pass.
 """
 
@@ -14,7 +14,10 @@ import pytest
 from tendon_newton.effects import EFFECTS
 from tests.planted.answers import answer_of
 from tests.planted.generator import Recipe, make_dataset
+from tests.planted.physics.commands import DURATION
+from tests.planted.physics.servo import DcServo
 from tests.planted.sets.draws import NEEDS_FINGER
+from tests.planted.trials import SERVO
 from tests.planted.truth import Truth
 
 SHORT = (4.0, 5.0)  # [s] of each recording
@@ -24,6 +27,7 @@ LARGEST_CLASS = 3  # names that an answer may leave open, its own included
 BENCHES = {
     "backlash": "P",
     "sample_period_error": "A",
+    **dict.fromkeys(("tip_sensor_delay", "tip_sensor_gain"), "F"),
     **dict.fromkeys(NEEDS_FINGER, "A"),
     **dict.fromkeys(("routing_friction", "joint_dry_friction", "spring_stiffening"), "A"),
 }
@@ -74,7 +78,15 @@ def assert_found(answer: dict, truth: Truth, loose: Mapping[str, float | None]) 
 
 def of_gate(hidden: str, seed: int) -> Recipe:
     """Return what hides an effect in short recordings."""
-    return Recipe(effects=(hidden,), seed=seed, mix=BENCHES.get(hidden, "S"), duration=SHORT)
+    return Recipe(
+        effects=(hidden,), seed=seed, mix=BENCHES.get(hidden, "S"), duration=SHORT,
+        servo=servo_of(hidden),
+    )  # fmt: skip
+
+
+def servo_of(hidden: str) -> DcServo | None:
+    """Return a servo whose current is read, where that is what is off."""
+    return SERVO if hidden.startswith("current") else None
 
 
 @pytest.mark.parametrize(
@@ -101,7 +113,7 @@ def test_a_law_is_told_by_a_draw_that_shows_it(hidden: str, tmp_path: Path) -> N
 @pytest.mark.parametrize("hidden", EFFECTS)
 def test_every_effect_of_the_table_is_found_when_it_is_planted(hidden: str, tmp_path: Path) -> None:
     """The same for each, unasked, with full recordings of all benches or of one that shows it."""
-    recipe = Recipe(effects=(hidden,), seed=2, mix=BENCHES.get(hidden, "S"))
+    recipe = replace(of_gate(hidden, 2), duration=DURATION)
     assert_found(*diagnosed(tmp_path, recipe), LOOSE)
 
 

@@ -14,7 +14,7 @@ from tests.planted.physics.commands import COMMANDS, ROW_RATE
 from tests.planted.physics.plant import STEP, Run, simulate
 from tests.planted.recordings import SWING
 from tests.planted.sets.draws import EFFECTS as DRAWS
-from tests.planted.sets.draws import JOINT_ENCODERS, MIX_OF
+from tests.planted.sets.draws import FURTHER_SENSORS, MIX_OF
 from tests.planted.trials import FINGER, TAUT, WEAK, jump, rows, run, step_response
 
 Array = NDArray[np.float64]
@@ -157,7 +157,7 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-@pytest.mark.parametrize("name", [name for name in EFFECTS if name not in JOINT_ENCODERS])
+@pytest.mark.parametrize("name", [name for name in EFFECTS if name not in FURTHER_SENSORS])
 def test_plant_and_simulator_do_the_same_with_an_effect(name: str) -> None:
     """Angle and force, of what the effect changes; at rest only the angle of dry friction."""
     bench = "pendulum" if name in MIX_OF else "spring_weak"

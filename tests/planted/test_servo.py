@@ -9,16 +9,8 @@ from tests.planted.physics.causes import Causes
 from tests.planted.physics.disturbances import Knock
 from tests.planted.physics.plant import Motion, Run, simulate
 from tests.planted.physics.servo import DcServo
-from tests.planted.trials import FROZEN, Array, jump, rows, run
+from tests.planted.trials import FROZEN, SERVO, Array, jump, rows, run
 
-SERVO = DcServo(
-    duty_per_rad=0.1,
-    greatest_duty=0.9,
-    supply=9.0,
-    torque_constant=1.43,
-    resistance=15.0,
-    inertia=0.0025,
-)
 STALL = SERVO.supply * SERVO.torque_per_volt / SPOOL_RADIUS  # [N] at full duty
 BRAKE = SERVO.torque_constant * SERVO.torque_per_volt / SPOOL_RADIUS  # [N s/rad]
 RATE = 10_000.0  # [Hz] that a string of 5 N/um and 50 g need

@@ -13,6 +13,14 @@ Array = NDArray[np.float64]
 FINGER = BENCHES["finger"]
 WEAK = BENCHES["spring_weak"]
 TAUT = GAIN / SPOOL_RADIUS  # [N/m] the servo as a spring
+SERVO = DcServo(
+    duty_per_rad=0.1,
+    greatest_duty=0.9,
+    supply=9.0,
+    torque_constant=1.43,
+    resistance=15.0,
+    inertia=0.0025,
+)
 FROZEN = 1e9  # [1] inertia with which nothing moves
 
 

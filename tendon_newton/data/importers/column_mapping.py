@@ -28,7 +28,7 @@ ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "head
 """Keys for files of rows: CSV and JSON."""
 MODEL_KEYS = ("model", "fit", "tolerances")
 """Keys of the model to start from, as in a model file."""
-STATED_KEYS = ("start", "bench_overrides", "actuator_overrides", "load_cell_rate")
+STATED_KEYS = ("start", "bench_overrides", "actuator_overrides", "load_cell_rate", "current_in")
 """Keys of what is stated of logs that no column holds."""
 OTHER_KEYS = ("bench", "files", "joints", "logs", *MODEL_KEYS)
 FILE_KEYS = (*OTHER_KEYS, *ROW_KEYS, *TOPIC_FILE_KEYS, *STATED_KEYS)
@@ -46,6 +46,7 @@ class StatedNumbers:
     actuator_overrides: Mapping[str, float] = field(default_factory=dict[str, float])
     # Rate of the load cell [Hz], where it is slower than the rows
     load_cell_rate: float | None = None
+    current_in: Literal["winding"] | None = None  # Where the current flows, if not in the supply
 
     def with_(self, other: "StatedNumbers") -> "StatedNumbers":
         """Return these numbers where the other has none of its own."""
@@ -57,6 +58,7 @@ class StatedNumbers:
             ),
             actuator_overrides={**self.actuator_overrides, **other.actuator_overrides},
             load_cell_rate=other.load_cell_rate or self.load_cell_rate,
+            current_in=other.current_in or self.current_in,
         )
 
 

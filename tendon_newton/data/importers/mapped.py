@@ -219,6 +219,7 @@ def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recordi
             bench_overrides=stated.bench_overrides,
             actuator_overrides=stated.actuator_overrides,
             load_cell_rate=stated.load_cell_rate,
+            current_in=stated.current_in,
         )
     except TendonNewtonError as error:
         raise InvalidRecording(f"{path}: {error}") from error
@@ -267,6 +268,7 @@ def make_recording(
         bench_overrides=stated.bench_overrides,
         actuator_overrides=stated.actuator_overrides,
         load_cell_rate=stated.load_cell_rate,
+        current_in=stated.current_in,
     )
     if not derived:
         return recording

@@ -23,7 +23,9 @@ from tendon_newton.data.importers.column_mends import mended_columns
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 
-FROM_ENTRY = ("bench", "start", "load_cell_rate", "bench_overrides", "actuator_overrides")
+FROM_ENTRY = (
+    "bench", "start", "load_cell_rate", "current_in", "bench_overrides", "actuator_overrides"
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

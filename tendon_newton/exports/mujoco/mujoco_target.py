@@ -12,7 +12,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.model_numbers import (
-    JOINT_ENCODERS,
+    FURTHER_SENSORS,
     command_span,
     coverage_of,
     nearly,
@@ -63,7 +63,7 @@ IN_THE_FILE = coverage_of(
 # without inertia switches its least duty in every step.
 NEARLY = ("backlash", "starting_duty")
 # What the program says of each effect
-COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY, *JOINT_ENCODERS}), NEARLY)
+COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY, *FURTHER_SENSORS}), NEARLY)
 
 
 def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

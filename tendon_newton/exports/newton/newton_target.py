@@ -74,7 +74,7 @@ SENSORS = (
     "load_cell_gain",
     "load_cell_bias",
     "load_cell_drift",
-    *model_numbers.JOINT_ENCODERS,
+    *model_numbers.FURTHER_SENSORS,
 )
 # A rotor in its play meets its edges in the middle of a step, which nothing divides
 NEARLY = ("backlash",)

@@ -4,6 +4,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.joint_frames import Posture, frames_of
+from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 
@@ -13,12 +14,28 @@ def posture(mechanism: Mechanism, joint_position: Array) -> Posture:
 
 
 def tip_position(mechanism: Mechanism, joint_position: Array) -> Array | None:
-    """Return the tip in the base frame [m], shape (3,); None where there is none."""
-    tip = mechanism.tip
-    if tip is None:
+    """Return the tip in the base frame [m], shape (..., 3), at (..., J); None where there is none.
+
+    Only its point is carried from link to link, since fits ask for thousands of postures.
+    """
+    if mechanism.tip is None:
         return None
-    frames = posture(mechanism, joint_position)
-    return frames.place(tip.body, tip.point)
+    place, body = mechanism.tip.point, mechanism.tip.body
+    while body >= 0:
+        joint = mechanism.joints[body]
+        point = (place - joint.child_position) @ joint.child_rotation
+        moved = _carried(joint, joint_position[..., body, None], point)
+        place, body = joint.parent_position + moved @ joint.parent_rotation.T, joint.parent
+    return place
+
+
+def _carried(joint: Joint, q: Array, point: Array) -> Array:
+    """Return where a joint at q (..., 1) carries a point [m], (..., 3), in its own frame."""
+    if joint.kind == "prismatic":
+        return point + q * joint.axis
+    x, y, z = joint.axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])  # Rodrigues, as in `frames_of`
+    return point + np.sin(q) * (point @ K.T) + (1.0 - np.cos(q)) * (point @ (K @ K).T)
 
 
 def chain_points(mechanism: Mechanism, joint_position: Array) -> list[Array]:

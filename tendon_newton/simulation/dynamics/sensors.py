@@ -20,6 +20,7 @@ from tendon_newton.device_code.slots import (
     cell_effects,
     cell_lag_effects,
     encoder_effects,
+    motor_current,
 )
 from tendon_newton.device_code.structs import (
     Cell,
@@ -82,6 +83,7 @@ def read_sensors(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Readi
     for d in range(TENDONS):
         tendon = tendon_state(mechanism, p, now, d, contact.row_side[d])
         flow = servo_flow(tendon, p)
+        reading.current[d] = motor_current(flow.motor_force[0], tendon, p)
         tendon.tension = reading.force[d]
         angle = encoder_effects(flow.angle, tendon, p)
         reading.angle[d] = angle[0]

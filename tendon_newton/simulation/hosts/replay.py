@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
@@ -117,10 +115,7 @@ def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recordi
         InvalidModelFile: No bench could be recorded so.
     """
     mechanism = override_mechanism(load_mechanism(recording.bench), recording.bench_overrides)
-    tip = None
-    if recording.tip is not None and mechanism.tip is not None:
-        points = np.array([tip_position(mechanism, q) for q in trajectory.joint_position])
-        tip = points[:, [0, 2]]
+    tip = None if recording.tip is None else tip_position(mechanism, trajectory.joint_position)
     try:
         return Recording(
             name=recording.name,
@@ -134,7 +129,7 @@ def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recordi
             if recording.joint_position is None
             else trajectory.joint_position[:, : recording.joint_position.shape[1]],
             joint_load=recording.joint_load,
-            tip=tip,
+            tip=None if tip is None else tip[:, [0, 2]],
             enabled=recording.enabled,
             start=recording.start,
             bench_overrides=recording.bench_overrides,

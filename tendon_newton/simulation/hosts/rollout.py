@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.checks.supply import supply_of
@@ -25,7 +26,9 @@ from tendon_newton.errors import (
     InvalidRecording,
     SimulationDiverged,
 )
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.dynamics.settling import AS_MEASURED, FROM_SPRINGS, NEAR_MEASURED
 from tendon_newton.simulation.hosts.chain_layout import ChainLayout
@@ -67,6 +70,16 @@ SIGNALS = {
     "rate": "motor_velocity",
     "force": "force",
     "joints": "joint_position",
+}
+FURTHER = {
+    "tip": "joint_position",
+    "current": "current",
+}  # What they may have besides, where it is asked for
+# The stages in which further sensors read a signal
+READINGS = {
+    "joints": Stage.JOINT_READING,
+    "tip": Stage.TIP_READING,
+    "current": Stage.CURRENT_READING,
 }
 NEVER = 1 << 30  # A row that no recording has
 
@@ -131,6 +144,7 @@ class Rollout:
     ) -> None:
         mechanism.refuse_moving_obstacle("Rollout")
         self.recordings = tuple(recordings)
+        self._benches = [override_mechanism(mechanism, r.bench_overrides) for r in recordings]
         self.driven_by: DrivenBy = drive_of(recordings)
         """Without commands the path under a load, or the measured force, drives the mechanism."""
         self._kinematic = find_actuator(actuator).kinematic
@@ -263,9 +277,10 @@ class Rollout:
         """Simulate as `run`, and return signals over all simulated rows S.
 
         They are ``angle``, ``rate``, ``force`` (N, S, D) and ``joints`` (N, S, J), or those that
-        are asked for. Where a candidate's numbers make the simulation diverge its rows are not
-        finite; the others are unharmed. Candidates between which a recording's chain feels no
-        difference, such as in another finger's friction, share a world.
+        are asked for, also ``tip`` (N, S, 2) and ``current`` (N, S, D). Where a candidate's numbers
+        make the simulation diverge its rows are not finite; the others are unharmed. Candidates
+        between which a recording's chain feels no difference, such as in another finger's friction,
+        share a world.
         """
         vectors, bench = self._of_chains(parameters)
         chains, counts = len(self.commands.count), self.commands.count.numpy()
@@ -282,26 +297,46 @@ class Rollout:
         rows = np.repeat(ahead, counts, axis=1) + np.arange(counts.sum())
         out = {}
         for name in signals:
-            signal = getattr(readout, SIGNALS[name]).numpy()
-            width = self.kernels.structure.joint_count if name == "joints" else None
+            source = (SIGNALS | FURTHER)[name]
+            signal = getattr(readout, source).numpy()
+            width = self.kernels.structure.joint_count if source == "joint_position" else None
             values = signal.reshape(len(signal), -1)[:, :width]
             out[name] = self._chains.beside(values[rows])
-        if "joints" in out:
-            self._read_joints(out["joints"], parameters)
+        if "tip" in out:
+            out["tip"] = self._tips(out["tip"], parameters)
+        for name in out.keys() & READINGS.keys():
+            self._read(READINGS[name], out[name], parameters)
         return out
 
-    def _read_joints(self, joints: Array, parameters: Array) -> None:
-        """Put what encoders read in place of joint positions (N, S, J), by vectors (N, R, P)."""
+    def _read(self, stage: Stage, signal: Array, parameters: Array) -> None:
+        """Put what a further sensor reads in place of a signal (N, S, C), by vectors (N, R, P)."""
         for effect in map(find_effect, self.table.effects):
-            reading = effect.hook(Stage.JOINT_READING)
+            reading = effect.hook(stage)
             if reading is None:
                 continue
             values = parameters[..., list(self.table.columns(effect.name))]
             null = [parameter.null for parameter in effect.parameters]
             for n, r in np.argwhere((values != null).any(axis=-1)):
                 rows = self.rows_of(r)
-                if np.isfinite(joints[n, rows]).all():
-                    joints[n, rows] = reading(joints[n, rows], self.timelines[r].time, values[n, r])
+                if np.isfinite(signal[n, rows]).all():
+                    signal[n, rows] = reading(signal[n, rows], self.timelines[r].time, values[n, r])
+
+    def _tips(self, joints: Array, parameters: Array) -> Array:
+        """Return x and z of the tip [m] where joints are (N, S, J), by vectors (N, R, P)."""
+        first = self.table.bench_columns.start
+        own = [first + k for k, number in enumerate(self._unknown)
+               if self._is_own[k] and number.key == "length"]  # fmt: skip
+        out = np.empty((*joints.shape[:2], 2))
+        for r, stated in enumerate(self._benches):
+            rows, lengths = self.rows_of(r), parameters[:, r][:, own]
+            for built in np.unique(lengths, axis=0):
+                changed = BenchOverrides(length=tuple(built.tolist()) or None)
+                alike = (lengths == built).all(axis=1)
+                with np.errstate(invalid="ignore"):  # some may have diverged
+                    tip = tip_position(override_mechanism(stated, changed), joints[alike, rows])
+                assert tip is not None, "it is compared where there is one"
+                out[alike, rows] = tip[..., [0, 2]]
+        return out
 
     def _launch(self, vectors: Array, bench: Array, world_recording: Indices) -> Launch:
         """Return worlds of some numbers, shapes (W, P') and (W, B), at their start."""

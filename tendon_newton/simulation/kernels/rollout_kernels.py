@@ -81,6 +81,7 @@ def rollout_kernel(
         readout.joint_position[out + row] = drive.q
         readout.motor_position[out + row] = reading.angle
         readout.motor_velocity[out + row] = reading.angle_rate
+        readout.current[out + row] = reading.current
         if not slow:
             felt = TendonVector()
             for d in range(TENDONS):

@@ -221,6 +221,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     actuator = find_actuator(structure.actuator)
     specialiser.bind(slots.actuator_force, actuator.force)
     specialiser.bind(slots.armature, actuator.armature)
+    specialiser.bind(slots.motor_current, actuator.current)
     if structure.driven_by == "force":
         specialiser.bind(slots.actuator_force, measured_force.true_tension)
         specialiser.bind(slots.armature, measured_force.no_armature)

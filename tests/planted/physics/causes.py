@@ -80,6 +80,10 @@ class Causes:
     cell_delay: float = 0.0  # How late the load cell's clock is [s]
     joint_gain: float = 1.0  # What encoders on joints read of their motion [1]
     joint_delay: float = 0.0  # How late these encoders are [s]
+    tip_gain: float = 1.0  # How far the tip is seen to move against how far it does [1]
+    tip_delay: float = 0.0  # How late it is seen [s]
+    current_gain: float = 1.0  # What is read of the motor's current [1]
+    current_delay: float = 0.0  # How late it is read [s]
     period_scale: float = 1.0  # Time between two rows against what the log says [1]
 
     # Amplitude of the motor force's ripple [N], in sin(cogging_rate * angle + phase)

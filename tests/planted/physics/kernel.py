@@ -8,7 +8,13 @@ jumps and delays fall between steps exactly. Of second order, explicit, double p
 import warp as wp
 
 from tests.planted.physics.kernel_bench import acceleration, contact, relaxed
-from tests.planted.physics.kernel_line import first_line, line_after, motor_angle, tension
+from tests.planted.physics.kernel_line import (
+    first_line,
+    line_after,
+    motor_angle,
+    motor_current,
+    tension,
+)
 from tests.planted.physics.kernel_plant import HALF, ONE, PI, ZERO, Plant, bend_after
 from tests.planted.physics.kernel_servo import Line, goal_after
 
@@ -110,6 +116,7 @@ def drive(
     motor: wp.array2d[wp.vec2d],
     force: wp.array2d[wp.float64],
     cell: wp.array2d[wp.float64],
+    current: wp.array2d[wp.float64],
 ) -> None:
     """Run recording i from rest.
 
@@ -185,6 +192,7 @@ def drive(
             coordinates[i, row] = q
             motor[i, row] = wp.vec2d(angle, rate)
             force[i, row] = shown
+            current[i, row] = motor_current(p, s, just)
             row += 1
         if p.compliance != ZERO and jumps == 0:
             stretching = (pull - s.tension) / p.step

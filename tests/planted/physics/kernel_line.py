@@ -102,6 +102,15 @@ def motor_angle(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.
 
 
 @wp.func
+def motor_current(p: Plant, s: Line, command: wp.float64) -> wp.float64:
+    """Current of the winding [A], of which no ideal source has one."""
+    if p.rotor == ZERO:
+        return ZERO
+    force = lagging(p, s, motor_force(p, s, command, s.angle + p.offset, s.rate))
+    return force * p.radius / p.torque_constant
+
+
+@wp.func
 def moved_rotor(p: Plant, before: Line, command: wp.float64, pull: wp.float64) -> Line:
     """Rotor and gear a step later, against a tension [N]."""
     s = before

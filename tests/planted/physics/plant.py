@@ -59,6 +59,7 @@ class Motion:
     # Tension at the load cell just after the row's command took effect [N], shape (T,)
     force: Array
     cell: Array  # What the load cell says at each row: late, lagging, scaled, shifted, drifting [N]
+    current: Array  # Of the motor's winding [A]; 0 of an ideal source, shape (T,)
     coordinates: Array  # Joint angles [rad], slider [m] and 0, shape (T, 2)
     tip: Array | None  # Fingertip x and z [m], shape (T, 2); None on a slider
 
@@ -68,7 +69,7 @@ def simulate(runs: Sequence[Run], *, step: float = STEP) -> tuple[Motion, ...]:
     counts = np.array([run.time.size for run in runs], dtype=np.int32)
     shape = (len(runs), int(counts.max()))
     pairs = [wp.zeros(shape, dtype=wp.vec2d, device="cpu") for _ in range(2)]
-    scalars = [wp.zeros(shape, dtype=wp.float64, device="cpu") for _ in range(2)]
+    scalars = [wp.zeros(shape, dtype=wp.float64, device="cpu") for _ in range(3)]
     levels = padded([disturbance(run) for run in runs])
     wp.launch(
         drive,
@@ -100,7 +101,9 @@ def tip_position(bench: Bench, q: Array) -> Array:
     return np.stack([x, z], axis=1)
 
 
-def _motion(run: Run, coordinates: Array, motor: Array, force: Array, cell: Array) -> Motion:
+def _motion(
+    run: Run, coordinates: Array, motor: Array, force: Array, cell: Array, current: Array
+) -> Motion:
     causes = run.causes
     if run.logged is not None:
         motor = motor[run.logged]
@@ -110,6 +113,7 @@ def _motion(run: Run, coordinates: Array, motor: Array, force: Array, cell: Arra
         speed=motor[:, 1],
         force=force,
         cell=said,
+        current=current,
         coordinates=coordinates,
         tip=tip_position(run.bench, coordinates) if run.bench.kind == "finger" else None,
     )

@@ -105,7 +105,7 @@ def _fill_rotor(plant: Plant, run: Run) -> None:
     servo, causes = run.servo, run.causes
     if causes.speed_limit or causes.mount_compliance:
         raise ValueError("a servo with a rotor has neither a speed limit nor a swinging mount.")
-    plant.rotor, plant.duty_per_rad = servo.inertia, servo.duty_per_rad
+    plant.rotor, plant.duty_per_rad = servo.inertia, causes.gain_scale * servo.duty_per_rad
     plant.greatest_duty, plant.supply = servo.greatest_duty, servo.supply
     plant.torque_constant, plant.resistance = servo.torque_constant, servo.resistance
     firm = SHAFT if run.bench.direct else STRING

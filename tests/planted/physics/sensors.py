@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 
 ENCODER_STEP = 2.0 * np.pi / 4096.0  # [rad]; rounded to the nearest count: floor 0.443 mrad
 JOINT_STEP, SLIDE_STEP = 2.0 * np.pi / 16384.0, 1.0e-6  # [rad, m]
+CURRENT_STEP = 1.0e-3  # [A]
 SPEED_STEP = 0.024  # [rad/s]
 SPEED_NOISE = 0.02  # [rad/s] standard deviation
 FORCE_NOISE = 0.05  # [N] standard deviation
@@ -59,11 +60,6 @@ def load_cell(rng: np.random.Generator, force: Array, sensors: Sensors) -> Array
     rows = np.arange(force.size)
     read = rows[int(rng.integers(every)) :: every]
     return np.interp(rows, read, measured[read])
-
-
-def camera(rng: np.random.Generator, tip: Array) -> Array:
-    """Noisy fingertip [m], shape (T, 2)."""
-    return tip + TIP_NOISE * rng.standard_normal(tip.shape)
 
 
 def kept_rows(rng: np.random.Generator, rows: int) -> NDArray[np.intp]:

@@ -8,13 +8,13 @@ from tests.planted.physics.causes import Causes
 from tests.planted.sets.draws_actuator import ACTUATOR
 from tests.planted.sets.draws_mechanism import MECHANISM, TRANSMISSION
 from tests.planted.sets.draws_outside import NEAR, OUTSIDE
-from tests.planted.sets.draws_sensor import JOINT_ENCODERS, SENSOR
+from tests.planted.sets.draws_sensor import FURTHER_SENSORS, SENSOR
 from tests.planted.sets.planted import Draw
 
 __all__ = [
     "COULOMB_KNOWN",
     "EFFECTS",
-    "JOINT_ENCODERS",
+    "FURTHER_SENSORS",
     "MIX_OF",
     "NEAR",
     "OUTSIDE",

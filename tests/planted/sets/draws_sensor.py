@@ -32,10 +32,18 @@ SENSOR: Mapping[str, Draw] = {
     "load_cell_delay": evenly("delay", "cell_delay", 0.02, 0.11),
     "sample_period_error": sample_period_error,
 }
-JOINT_ENCODERS: Mapping[str, Draw] = {
+FURTHER_SENSORS: Mapping[str, Draw] = {
     # Encoders on joints that read 3 to 12 % too little or too much
     "joint_encoder_gain": off("scale", "joint_gain", 0.03, 0.12),
     # Encoders on joints that are 10 to 60 ms late
     "joint_encoder_delay": evenly("delay", "joint_delay", 0.01, 0.06),
+    # A tip that is seen to move 8 to 20 % too little or too far: links may be 5 % longer
+    "tip_sensor_gain": off("scale", "tip_gain", 0.08, 0.20),
+    # A camera that is 10 to 60 ms late
+    "tip_sensor_delay": evenly("delay", "tip_delay", 0.01, 0.06),
+    # A motor's current that is read 5 to 20 % too little or too much
+    "current_sensor_gain": off("scale", "current_gain", 0.05, 0.20),
+    # A register of the current that is 10 to 60 ms late
+    "current_sensor_delay": evenly("delay", "current_delay", 0.01, 0.06),
 }
-"""Causes of benches that have encoders on their joints."""
+"""Causes of benches that have encoders on their joints, a camera, or a servo with a motor."""
