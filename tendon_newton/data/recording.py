@@ -295,8 +295,7 @@ def check_values(recording: Recording) -> None:
             raise InvalidRecording(f"{recording.name}: {column} must be finite; {came}{mend}")
         lost = lost_sign(table[:, place])
         looks = (
-            f"and looks like {channel.slip}, whose unit a mapping states"
-            + (mend and mend.replace(" are", " may else be"))
+            f"and looks like {channel.slip}" + (mend and mend.replace(" are", " may else be"))
             if lost is None
             else f"in {int(lost.rows.sum())} such rows {lost.text}"
         )

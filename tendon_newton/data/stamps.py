@@ -12,8 +12,15 @@ GAP = 3.0  # Steps that one step of an even clock may last [1]
 FEW = 0.05  # Share of the rows that may be left out of a log [1]
 
 
-STEPS = {"nanoseconds": 1e-9, "microseconds": 1e-6, "milliseconds": 1e-3, "minutes": 60.0}
-"""Unit of somebody's stamps -> its size [s]."""
+STEPS = {
+    "nanoseconds": ("ns", 1e-9),
+    "microseconds": ("us", 1e-6),
+    "milliseconds": ("ms", 1e-3),
+    "minutes": ("min", 60.0),
+    "hours": ("h", 3600.0),
+    "days": ("d", 86400.0),
+}
+"""Unit of somebody's stamps -> how a mapping writes it, and its size [s]."""
 USUAL_STEP = 0.01  # [s] of logs of servos, within a factor of ten or so
 
 
@@ -23,8 +30,8 @@ def unit_of_step(step: float) -> str:
     Args:
         step: Median step, in the unit in question.
     """
-    unit = min(STEPS, key=lambda name: abs(np.log(step * STEPS[name] / USUAL_STEP)))
-    word = {"nanoseconds": "ns", "microseconds": "us", "milliseconds": "ms", "minutes": "min"}[unit]
+    unit = min(STEPS, key=lambda name: abs(np.log(step * STEPS[name][1] / USUAL_STEP)))
+    word, _ = STEPS[unit]
     rows = "" if step != 1.0 else ", or row numbers (rate = ..., rows a second, in place of t)"
     return f'{unit} (unit = "{word}" in a mapping){rows}'
 

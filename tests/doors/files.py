@@ -1,10 +1,13 @@
 """The table of mistakes in files and mappings: each is read right, or told with its mend."""
 
 import json
+import re
 from functools import partial
 from pathlib import Path
 
-from tests.doors.logs import ROWS, Columns, Edit, csv_logs, lerobot, lone, own_dataset
+import numpy as np
+
+from tests.doors.logs import COUNT, ROWS, Columns, Edit, csv_logs, lerobot, lone, own_dataset
 from tests.doors.mistakes import CSV, LEROBOT, OWN, Mistake, Spoil
 
 
@@ -26,6 +29,13 @@ def in_file(name: str, said: str, of: Edit, *, suffix: str = ".csv") -> Mistake:
 def in_mapping(name: str, said: str, mapping: Edit) -> Mistake:
     """Return a mistake in a mapping."""
     return Mistake(name=name, said=said, doors={CSV: csv_logs(mapping=mapping)})
+
+
+def by_servo(text: str) -> str:
+    """Write a row for each servo, with its number."""
+    rows = [line.split(",") for line in text.splitlines()[1:]]
+    each = (f"{t},{k},{a},{b}" for t, *x in rows for k, a, b in ((1, *x[:2]), (2, *x[2:])))
+    return "\n".join(["t,id,goal_0,q_0", *each]) + "\n"
 
 
 def of_bench(name: str, said: str, spoil: Spoil, mapping: Edit = str) -> Mistake:
@@ -96,6 +106,25 @@ FILES: tuple[Mistake, ...] = (
     of_kind("stamps in milliseconds", 'unit = "ms"', stamped(1e3)),
     of_kind("stamps in microseconds", 'unit = "us"', stamped(1e6)),
     of_kind("stamps in nanoseconds since 1970", 'unit = "ns"', stamped(1e9, 1.7e9)),
+    of_kind("stamps in hours", 'unit = "h"', stamped(1.0 / 3600.0)),
+    of_kind("stamps of a spreadsheet", 'unit = "d"', stamped(1.0 / 86400.0, 86400.0 * 45234.5)),
+    of_kind("stamps in minutes", 'unit = "min"', stamped(1.0 / 60.0)),
+    in_file("a second run below the first", "a second run begins", lambda text: text + text),
+    in_file("a list in a cell", 'column = "goal_0[0]" in the mapping',
+        lambda text: re.sub(r"\n([\d.]+),([^,\n]+)", r'\n\1,"[\2]"', text)),
+    in_file("a number in hexadecimal digits", "as a decimal number",
+        edit("\n0.05,0", "\n0.05,0x1f")),
+    Mistake(name="a row for each servo", said="write one file a servo",
+        doors={CSV: csv_logs(of=by_servo, mapping=lambda text: "\n".join(
+            line.replace("_0 =", " =") for line in text.splitlines() if "_1" not in line
+            and "joints" not in line))}),
+    in_mapping("an offset in degrees", "90 deg are offset = 1.571",
+        edit('"q_0"', '"q_0", offset = 90.0')),
+    in_mapping("an offset of half a turn in degrees", "180 deg are offset = 3.142",
+        edit('"q_0"', '"q_0", offset = 180.0')),
+    of_kind("counts for both", "scale = 0.00153398 of 4096 a turn",
+        lambda run: run.update(
+            {n: np.round(2048.0 + run[n] / COUNT) for n in run if n != "t"})),
     in_file("a column of another name", "no column named", edit("goal_1", "soll_1")),
     in_file("two columns of one name", "2 columns are named 'goal_0'", edit("goal_1", "goal_0")),
     in_file("no header", "names in header = [...]", lambda text: text.split("\n", 1)[1]),

@@ -82,6 +82,11 @@ def rested(run: Columns) -> None:
     run["goal_0"][:] = run["q_0"][:] = 0.5
 
 
+def away(run: Columns) -> None:
+    """Let a joint go about another place than its zero."""
+    run["goal_0"], run["q_0"] = run["goal_0"] + 0.5, run["q_0"] + 0.5
+
+
 def frozen(run: Columns) -> None:
     """Read one angle for 300 rows."""
     run["q_0"][400:700] = run["q_0"][400]
@@ -286,6 +291,18 @@ ANGLES: tuple[Mistake, ...] = (
     Mistake(name="counts for angles", said="counts of an encoder", doors=ALONE,
         spoil=lambda run: run.update(
             {n: np.round(2048.0 + run[n] / TURN * 4096.0) for n in run if n != "t"})),
+    Mistake(name="a size for an angle", said="its sign was lost",
+        spoil=made("q_0", lambda run: np.abs(run["q_0"]))),
+    Mistake(name="one sensor for two joints", said="one sensor stands for both",
+        spoil=made("q_1", lambda run: run["q_0"].copy())),
+    Mistake(name="the first rows not read", said="leave those rows out",
+        spoil=lambda run: (away(run), put("q_0", slice(15), 0.0)(run))),
+    Mistake(name="the last rows not read", said="leave those rows out",
+        spoil=lambda run: (away(run), put("q_0", slice(-20, None), -2.0)(run))),
+    Mistake(name="a zero that changes amid a run", said="its zero changed there",
+        spoil=lambda run: run["q_0"].__setitem__(slice(480, None), run["q_0"][480:] + 0.5)),
+    Mistake(name="a zero a quarter of a turn off", said="the zeros of theta and theta_d differ",
+        doors=OURS, spoil=made("q_0", lambda run: run["q_0"] + 0.25 * TURN)),
     Mistake(name="the motor off for half of the time", spoil=off, said="the motor was off"),
 )  # fmt: skip
 
@@ -339,6 +356,10 @@ STAMPS: tuple[Mistake, ...] = (
         spoil=lambda run: run.update({name: run[name][::-1].copy() for name in run})),
     Mistake(name="a clock set ahead by an hour", said="the clock leaps", doors=ALONE,
         spoil=made("t", lambda run: run["t"] + np.where(np.arange(ROWS) < 500, 0.0, 3600.0))),
+    Mistake(name="two rows a second", said="delays and lags below that are not told",
+        doors=OURS, spoil=lambda run: run.update({n: x[::40] for n, x in run.items()})),
+    Mistake(name="an infinite number", said="leave those rows out", doors={
+        OWN: own_dataset, **ALONE}, spoil=put("q_0", slice(300, 301), np.inf)),
     Mistake(name="cells without numbers", said="leave those rows out", doors={
         OWN: own_dataset, **ALONE}, spoil=put("q_0", FAILED, np.nan)),
     Mistake(name="three seconds without rows", spoil=pause, said="gaps; the largest lasts",
@@ -357,6 +378,8 @@ REGISTERS: tuple[Mistake, ...] = (
         spoil=made("current_0", lambda run: np.abs(load(run)) * 1e-3)),
     Mistake(name="a supply that was not read", said="the register was not read there", doors=OURS,
         spoil=made("voltage", lambda run: np.where(np.isin(np.arange(ROWS), FAILED), 0.0, 7.4))),
+    Mistake(name="a supply of nothing", said="the channel was not measured", doors=OURS,
+        spoil=made("voltage", lambda run: np.zeros(len(run["t"])))),
     Mistake(name="a current that was not measured", said="the channel was not measured",
         spoil=made("current_0", lambda run: np.zeros(ROWS)), doors=OURS),
     Mistake(name="a speed in rev/min", spoil=speeds(60.0 / TURN), said="another unit",

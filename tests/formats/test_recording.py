@@ -57,7 +57,7 @@ def test_uneven_sampling_and_gaps_are_legal() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"force": np.full((ROWS, 1), 5200.0)}, r"newtons; row 0 .* 5200.*millinewtons, grams or"),
+        ({"force": np.full((ROWS, 1), 5200.0)}, r"newtons; row 0 .* 5200.*millinewtons or grams"),
         ({"motor_position": np.full((ROWS, 1), 90.0)}, r"theta must be in radians.*degrees"),
         ({"command": np.full((ROWS, 1), -180.0)}, r"theta_d must be in radians.*degrees"),
         ({"time": np.arange(ROWS) * 12.5}, r"t must be in seconds; its median step is 12.5.*milli"),

@@ -237,6 +237,26 @@ def test_a_labs_csv_needs_no_word_about_its_form(lab: Path, tmp_path: Path, caps
     assert "2 of 5 rows (Ist [°] 1, Kraft [N] 1 empty cells)" in said
 
 
+def test_minutes_and_words_of_a_switch_are_read(tmp_path: Path) -> None:
+    """A spreadsheet writes a short time as minutes and seconds, and Python a switch as True."""
+    (tmp_path / "logs").mkdir()
+    for k in (1, 2):
+        rows = [f"01:59.{7 + j}50,{0.1 * j:.1f},{j != 1}" for j in range(3)]
+        rows += ["02:00.050,0.3,off", "02:00.150,0.4,on"]
+        (tmp_path / "logs" / f"run_{k}.csv").write_text("\n".join(["t,q,motor", *rows]) + "\n")
+    columns = """t = {column = "t"}
+theta_d = {column = "q"}
+theta = {column = "q"}
+theta_dot = {derive = "theta"}
+enabled = {column = "motor"}
+"""
+    file = mapping(tmp_path, columns, head='bench = "servo"')
+    assert run_import(tmp_path / "logs", file, tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.time, [119.75, 119.85, 119.95, 120.05, 120.15])
+    np.testing.assert_array_equal(run.enabled, [1, 0, 1, 0, 1])
+
+
 def test_rows_that_are_left_out_leave_their_time(lab: Path, tmp_path: Path) -> None:
     """With a rate in place of a column, a row keeps its own instant."""
     columns = "\n".join(LAB_COLUMNS.splitlines()[2:])
@@ -465,7 +485,8 @@ def test_servos_that_do_not_fit_together_are_refused(
 
 POUND, STANDARD = 0.45359237, 9.80665  # kg, m/s2: by definition
 IN_OURS = {
-    "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0,
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0,
+    "d": 86400.0,
     "rad": 1.0, "mrad": 1e-3, "deg": math.radians(1.0), "degrees": math.radians(1.0),
     "°": math.radians(1.0), "turn": math.tau, "rev": math.tau,
     "rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.radians(1.0), "°/s": math.radians(1.0),

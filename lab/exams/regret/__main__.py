@@ -14,7 +14,9 @@ OUT/answers/NAME.json, OUT/regret/NAME.json and OUT/regret.json. A run that brok
 
 import argparse
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from lab.exams.draw import write_exam
@@ -25,6 +27,14 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.scheduler import JobOptions, completed
 
 SEED, CASES = 800_000, 60  # Of the drawn sets
+
+
+def write_sets(folder: Path, plan: ExamPlan) -> None:
+    """Draw sets, all of them or none: shares that begin at once each draw, and the first counts."""
+    with TemporaryDirectory(dir=folder.parent) as own:
+        write_exam(Path(own) / folder.name, plan)
+        with suppress(OSError):  # another was quicker
+            (Path(own) / folder.name).rename(folder)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -43,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         (chosen.out / name).mkdir(parents=True, exist_ok=True)
     planted = chosen.out / "sets"
     if chosen.cases and not planted.is_dir():
-        write_exam(planted, ExamPlan(cases=chosen.cases, seed=chosen.seed))
+        write_sets(planted, ExamPlan(cases=chosen.cases, seed=chosen.seed))
     drawn = [planted] if chosen.cases else []
     logs = list(folders(chosen.out, [*drawn, *chosen.sets]))
     if chosen.data is not None:

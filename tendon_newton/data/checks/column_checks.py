@@ -8,7 +8,9 @@ from tendon_newton.data.checks.command_checks import LEAST_TIME
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.measures import lag_between, names_of, resolution
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.stamps import unit_of_step
 
+FASTEST_ROWS = 5e-4  # [s] between rows; servos of a bus are read more slowly
 LEAST_LEAD = 0.005  # [s] stamps of a bus differ by less
 LEAD_STEPS = 1.5  # [1] a command that holds for a row seems to come half a step late
 LIKENESS = 0.9  # [1] below, two angles are too unlike for one to be the other's command
@@ -30,10 +32,12 @@ COUNTS = 400.0  # [1] from here on it is rather counts
 def short(recording: Recording) -> Iterator[Finding]:
     """Less time than a servo takes for one answer."""
     if recording.duration < LEAST_TIME:
+        step = float(np.median(np.diff(recording.time)))
+        unit = f", unless t is in {unit_of_step(step)}" if step < FASTEST_ROWS else ""
         yield Examined(recording.name, "t").defect(
             f"lasts {recording.duration:.2g} s ({recording.sample_count} rows)",
             "too short to tell one cause from another: record 10 s or more with the "
-            "command in motion",
+            f"command in motion{unit}",
         )
 
 

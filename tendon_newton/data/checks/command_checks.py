@@ -138,6 +138,14 @@ def no_command(recording: Recording) -> Iterator[Finding]:
                 "angle and command count in opposite directions: turn the sign of one (sign = -1 "
                 "in the mapping; calibrate the joint anew)",
             )
+        elif (size := likeness(np.abs(goal), theta, delays, used).same) > ALIKE and (
+            theta.min() >= 0.0 > goal.min() and 1.0 - size**2 < CLEARER * (1.0 - like.same**2)
+        ):
+            yield seen.defect(
+                f"goes below zero, and theta with its size (correlation {size:.2f}; "
+                f"{like.same:.2f} with theta_d)",
+                "theta is a size, and its sign was lost: map the column that has it",
+            )
         elif (alone := unasked_rows(recording, place)).any():
             yield seen.defect(
                 f"{rows_text(alone)} hold one goal while theta goes {np.ptp(theta[alone]):.3g} rad "
@@ -344,7 +352,13 @@ def exchanged_joints(recording: Recording) -> Iterator[Finding]:
     for place in np.flatnonzero([moves(theta) for theta in recording.motor_position.T]):
         best = int(np.argmax(score[place]))
         own, other = float(score[place, place]), float(score[place, best])
-        if best != place and other > ALIKE and 1.0 - other**2 < CLEARER * (1.0 - own**2):
+        same, its = (recording.motor_position[:, k] for k in (place, best))
+        if best != place and np.mean((same == its)[np.gradient(same) != 0.0]) > COPIED:
+            yield Examined(recording.name, columns[place]).defect(
+                f"equals {columns[best]}, and follows its theta_d",
+                "one sensor stands for both: map this joint's own",
+            )
+        elif best != place and other > ALIKE and 1.0 - other**2 < CLEARER * (1.0 - own**2):
             yield Examined(recording.name, columns[place]).defect(
                 f"follows theta_d of {columns[best]} (correlation {other:.2f}; its own {own:.2f})",
                 "the columns of the joints are exchanged: put them in one order for angles and "

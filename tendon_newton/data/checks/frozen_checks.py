@@ -66,7 +66,7 @@ def slow_reads(recording: Recording) -> Iterator[Finding]:
         for bend, between in ((np.diff(theta), "stays"), (np.diff(theta, 2), "goes straight")):
             if every := pace_of_changes(np.flatnonzero(np.abs(bend) > LINE)):
                 yield seen.caution(
-                    f"{between} for {every} rows at a time: it is read in every {every}th row",
+                    f"{between} for {every} rows at a time: it is read once in {every} rows",
                     "delays and lags below that time are not told: log a row where it is read, or "
                     "say resample in the mapping",
                 )

@@ -37,7 +37,7 @@ from tendon_newton.data.checks.mends import (
     without_repeated_reads,
 )
 from tendon_newton.data.checks.read_checks import failed_reads, repeated_reads
-from tendon_newton.data.checks.seam_checks import position_jumps, without_seams
+from tendon_newton.data.checks.seam_checks import position_jumps, without_seams, zeros
 from tendon_newton.data.checks.set_checks import contradictions, copies, off_zero, still, warming
 from tendon_newton.data.recording import Array, Recording
 
@@ -65,6 +65,7 @@ CHECKS: tuple[Check, ...] = (
     Check(name="slow read", looks_at="theta", find=slow_reads),
     Check(name="no command", looks_at="theta_d, theta", find=no_command),
     Check(name="turned force", looks_at="force, theta", find=turned_force),
+    Check(name="zero", looks_at="theta, theta_d", find=zeros),
     Check(name="copied column", looks_at="theta_d, theta", find=copied),
     Check(name="exchanged joints", looks_at="theta_d, theta of several", find=exchanged_joints),
     Check(name="ahead", looks_at="theta, theta_d", find=ahead),

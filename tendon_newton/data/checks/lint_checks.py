@@ -12,6 +12,7 @@ from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording import Array, Mask, Recording
 
 RATE_SPREAD_LIMIT = 1.2  # [1] step lengths that differ by less are jitter of a healthy bus
+SLOW_ROWS = 0.09  # [s] a row; the slowest dataset of LeRobot has 10 a second
 GAP_LIMIT = 3.0  # [1] steps longer than this many median steps are gaps
 LAG_LIMIT = 0.005  # [s] shorter lags matter to no bench here
 LAG_STEPS_LIMIT = 0.75  # [1] of the median step: impacts between rows look like half a step of lag
@@ -38,6 +39,11 @@ def clock(recording: Recording) -> Iterator[Finding]:
     steps = np.diff(recording.time)
     short, middle, long = np.percentile(steps, [1.0, 50.0, 99.0])
     (gaps,) = np.nonzero(steps > GAP_LIMIT * middle)
+    if middle > SLOW_ROWS:
+        yield Examined(recording.name, "t").caution(
+            f"the rows are {1e3 * middle:.0f} ms apart",
+            "delays and lags below that are not told: log 20 rows a second or more",
+        )
     if gaps.size:
         worst = int(gaps[np.argmax(steps[gaps])])
         yield Examined(recording.name, "t").caution(
@@ -166,7 +172,9 @@ def dead_channels(recording: Recording) -> Iterator[Finding]:
         for column in TENDON_COLUMNS
         for place, name in enumerate(names_of(recording, column))
     }
-    for column, values in measured_channels(recording):
+    supply = {} if recording.voltage is None else {"voltage": recording.voltage}
+    unread = [item for item in supply.items() if not item[1].any()]
+    for column, values in (*measured_channels(recording), *unread):
         if np.ptp(values) == 0.0 and own.get(column, bool(moves.any())):
             yield Examined(recording.name, column).defect(
                 f"{values[0]:g} in all {values.size} rows although theta moves",

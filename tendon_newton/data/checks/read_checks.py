@@ -34,6 +34,7 @@ STAYS = 2.0  # Rows in a row in which one wrong number stands, in the mean; a re
 FEW_JUMPS = 0.02  # Share of all steps that may be jumps [1]; more are how it moves
 ANSWERED = 1.0  # [s] within which a step of a command is answered, rung off included
 ASKED = 0.25  # [1] of a jump of the angle, which a step of its command must not reach
+EDGE = 0.1  # [1] of the rows, at either end, in which a bus may not be read
 OFTEN = 2  # Rows with one wrong number from which it is known as wrong
 FEW = 0.01  # Share of the rows that any bus repeats [1]
 AGAIN = 3  # Rows in a row that may repeat one reading; more are a rest, or frozen
@@ -119,22 +120,36 @@ def jumped_rows(recording: Recording, place: int) -> Mask:
     theta, bad = recording.motor_position[:, place], np.zeros(recording.sample_count, np.bool_)
     if theta.size < LEAST_ROWS:
         return bad
-    off, goal = theta, np.zeros_like(theta)
-    if recording.command is not None:
-        off, goal = theta - expected(recording, place), recording.command[:, place]
-    leaps = np.abs(np.diff(goal))
+    off, jumps = unasked_jumps(recording, place)
     steps = np.diff(off)
-    window = max(1, round(ANSWERED / float(np.median(np.diff(recording.time)))))
-    asked = sliding_window_view(np.pad(leaps, (window, 0)), window + 1).max(axis=1)
-    sizes = np.minimum(np.abs(steps), np.abs(np.diff(theta)))
-    jumps = jumps_of(np.where(asked < ASKED * sizes, steps, 0.0), floor_of(theta))
     pace = float(np.delete(np.abs(steps), jumps).max()) if jumps.size < steps.size else 0.0
     for out, back in pairwise(jumps):
         lasts = NEAR_ROWS < back - out < (1.0 - LEAST_SHARE) * theta.size  # single rows: lone_rows
         again = abs(off[back + 1] - off[out]) < min((back - out + 1) * pace, 0.5 * abs(steps[out]))
         if lasts and again and not bad[out]:
             bad[out + 1 : back + 1] = steps[out] * steps[back] < 0.0
+    if jumps.size:  # a bus that is not read yet, or no more
+        for rows in (slice(jumps[0] + 1), slice(jumps[-1] + 1, None)):
+            part = theta[rows]
+            if NEAR_ROWS < part.size < EDGE * theta.size and np.ptp(part) == 0.0:
+                bad[rows] = True
     return bad
+
+
+def unasked_jumps(recording: Recording, place: int) -> tuple[Array, Indices]:
+    """Return what an angle is off its command [rad], shape (T,), and before which rows it jumps.
+
+    Steps of the command explain a jump soon after; where no command was logged none does.
+    """
+    theta = recording.motor_position[:, place]
+    off, goal = theta, np.zeros_like(theta)
+    if recording.command is not None:
+        off, goal = theta - expected(recording, place), recording.command[:, place]
+    leaps, steps = np.abs(np.diff(goal)), np.diff(off)
+    window = max(1, round(ANSWERED / float(np.median(np.diff(recording.time)))))
+    asked = sliding_window_view(np.pad(leaps, (window, 0)), window + 1).max(axis=1)
+    sizes = np.minimum(np.abs(steps), np.abs(np.diff(theta)))
+    return off, jumps_of(np.where(asked < ASKED * sizes, steps, 0.0), floor_of(theta))
 
 
 def copied_rows(recording: Recording, place: int) -> Mask:

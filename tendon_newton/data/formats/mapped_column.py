@@ -48,7 +48,16 @@ FORCE = {
 }
 LENGTH = {"m": 1.0, "cm": 1.0e-2, "mm": 1.0e-3}
 UNITS: dict[str, dict[str, float]] = {
-    "t": {"s": 1.0, "ms": 1.0e-3, "us": 1.0e-6, "µs": 1.0e-6, "ns": 1.0e-9, "min": 60.0},
+    "t": {
+        "s": 1.0,
+        "ms": 1.0e-3,
+        "us": 1.0e-6,
+        "µs": 1.0e-6,
+        "ns": 1.0e-9,
+        "min": 60.0,
+        "h": 3600.0,
+        "d": 86400.0,  # a spreadsheet's date and time
+    },
     "theta_d": ANGLE,
     "theta": ANGLE,
     "theta_dot": SPEED,

@@ -7,7 +7,7 @@ from array import array
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from datetime import UTC, datetime, time
-from itertools import chain
+from itertools import chain, islice
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
 from tendon_newton.data.files.values import are_tables, is_list, is_table
-from tendon_newton.data.formats.mapped_column import UNITS, MappedColumn
+from tendon_newton.data.formats.mapped_column import ANGLE, UNITS, MappedColumn
 from tendon_newton.data.importers.column_mapping import ColumnMapping
 from tendon_newton.data.importers.csv_dialect import COMMENTS, PROMISE, CsvDialect
 from tendon_newton.data.recording import Array
@@ -37,9 +37,16 @@ DAY = 86400.0  # [s]
 LONGEST_NIGHT = 60.0  # Step over midnight [s] beyond which a clock has rather begun again
 IN_BRACKETS = re.compile(r"[\[(][^\[\]()]+[\])]$")
 """The unit at the end of a column's name, as in `angle [deg]`."""
+TURN = 2.0 * np.pi  # [rad]
+REPEATED = 0.3  # Share of the rows [1] with the stamp before, of several servos in one file
+SERVOS = 50  # Most servos of one file
 REACH = 3.0  # Widths of a Gaussian beyond which its weights are none [1]
-MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
+MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "inf", "+inf", "-inf"})
 """Cells that say that there is no number."""
+SWITCHED = {"true": 1.0, "on": 1.0, "yes": 1.0, "false": 0.0, "off": 0.0, "no": 0.0}
+"""Words for a motor that is on, or off."""
+MINUTES = re.compile(r"(\d{1,2}):([0-5]\d\.\d+)")
+"""Minutes and seconds, as a spreadsheet writes a short time."""
 
 
 def read_mapped_columns(
@@ -67,7 +74,7 @@ def read_mapped_columns(
     count = 0
     for count, row in enumerate(rows, start=1):
         found = {
-            ours: number_of(path, count - 1, row, column, dialect.decimal == ",", dated=ours == "t")
+            ours: number_of(path, count - 1, row, ours, column, commas=dialect.decimal == ",")
             for ours, column in wanted.items()
         }
         absent = [wanted[ours].source or "" for ours, value in found.items() if value is None]
@@ -83,9 +90,12 @@ def read_mapped_columns(
         ours: column.scale * np.frombuffer(numbers[ours]) + column.offset
         for ours, column in wanted.items()
     }
+    refuse_far_offsets(path, wanted, columns)
     if "t" not in columns:
         assert mapping.rate is not None
         columns["t"] = np.frombuffer(places) / mapping.rate
+    if len(places) == count:
+        refuse_servos_in_rows(path, read_rows(path, mapping)[0], mapping, columns["t"])
     columns["t"], nights = past_midnight(columns["t"])
     if nights:
         told.append(
@@ -96,6 +106,40 @@ def read_mapped_columns(
     if mapping.resample is not None:
         columns = resampled(columns, mapping.resample, path)
     return columns, [*told, *left_out(name, empty, places, count)]
+
+
+def refuse_far_offsets(
+    path: Path, wanted: Mapping[str, MappedColumn], columns: Mapping[str, Array]
+) -> None:
+    """Refuse an offset that leads an angle some turns away from where it was: it is in degrees."""
+    for ours, column in wanted.items():
+        far, offset = float(np.median(np.abs(columns[ours]))), column.offset
+        angle = UNITS[re.sub(r"_\d+$", "", ours)] is ANGLE
+        if angle and abs(offset) > TURN < far > np.median(np.abs(columns[ours] - offset)):
+            raise InvalidRecording(
+                f"{path}: {ours} has offset = {offset:g}, which leads it to {far:.4g} rad: an "
+                f"offset is in our unit, and {offset:g} deg are offset = {np.deg2rad(offset):.4g}"
+            )
+
+
+def refuse_servos_in_rows(
+    path: Path, rows: Iterable[Row], mapping: ColumnMapping, time: Array
+) -> None:
+    """Refuse a file with a row for each servo, whose number is in a column."""
+    if time.size < 2 or np.mean(np.diff(time) == 0.0) < REPEATED:
+        return
+    mapped = {column.source for column in mapping.columns.values()}
+    table = list(islice(rows, time.size))
+    for name in table[0]:
+        words = [str(row.get(name)) for row in table]
+        kinds = dict.fromkeys(words)
+        if name in mapped or not 1 < len(kinds) <= SERVOS or len(words) != time.size:
+            continue
+        if len({*zip(time, words, strict=True)}) == time.size:
+            raise InvalidRecording(
+                f"{path}: has a row for each servo, and {shown(name)} says which "
+                f"({listed(kinds)}): write one file a servo, or a column for each"
+            )
 
 
 def without_units(
@@ -259,13 +303,14 @@ def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
 
 
 def number_of(
-    path: Path, place: int, row: Row, column: MappedColumn, commas: bool, *, dated: bool
+    path: Path, place: int, row: Row, ours: str, column: MappedColumn, *, commas: bool
 ) -> float | None:
     """Return one number of a row, as it stands there; None where its cell is empty.
 
+    A date and a time of day are seconds in the column of time, and words tell of a switched motor.
+
     Args:
         commas: Whether decimals have commas.
-        dated: Whether a date and a time of day are a number too, of seconds.
     """
     assert column.source is not None
     found = cell(row, column.source)
@@ -284,23 +329,40 @@ def number_of(
     if is_missing(found):
         return None
     number = number_in(found.replace(",", ".") if commas and isinstance(found, str) else found)
-    if number is None and dated and isinstance(found, str):
+    if number is None and ours == "t" and isinstance(found, str):
         seconds = seconds_of(found)
         number = None if seconds is None else seconds / column.scale
+    if number is None and ours == "enabled":
+        number = SWITCHED.get(str(found).strip().lower())
     if number is None:
-        mark = next((m for m in COMMENTS if str(found).startswith(m)), None)
-        mend = f' (comment = "{mark}" in the mapping passes over such lines)' if mark else ""
-        if dated and ":" in str(found):
-            mend = " (a date and a time of day are read as ISO writes them: 2026-03-04 23:59:55.25)"
         raise InvalidRecording(
-            f"{path}: {column.source} must be a number; row {place} has {shown(found)}{mend}"
+            f"{path}: {column.source} must be a number; row {place} has {shown(found)}"
+            + mend_of(str(found).strip(), ours, column.source)
         )
     return number
+
+
+def mend_of(found: str, ours: str, source: str) -> str:
+    """Say what to do about a cell that is no number; empty where nobody knows."""
+    mark = next((m for m in COMMENTS if found.startswith(m)), None)
+    if mark is not None:
+        return f' (comment = "{mark}" in the mapping passes over such lines)'
+    if found == source:
+        return ": the header stands there again, so that a second run begins: cut the file there"
+    if found.startswith("["):
+        return f': column = "{source}[0]" in the mapping takes the first number of a list'
+    if found.lower().startswith("0x"):
+        return ": write it as a decimal number"
+    if ours == "t" and ":" in found:
+        return " (a date and a time of day are read as ISO writes them: 2026-03-04 23:59:55.25)"
+    return ""
 
 
 def seconds_of(text: str) -> float | None:
     """Return a date with its time of day, or that time alone, in ISO's form, as seconds."""
     text = text.strip()
+    if short := MINUTES.fullmatch(text):
+        return 60.0 * int(short[1]) + float(short[2])
     try:
         instant = datetime.fromisoformat(text)
     except ValueError:

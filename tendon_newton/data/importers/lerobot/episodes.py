@@ -72,7 +72,7 @@ def whole(
     """Return the rows of an episode as a recording of all joints, its speeds the angles' slopes."""
     name, time = f"episode_{number:03d}.csv", rows.time[chosen]
     both = np.concatenate([rows.command[chosen], rows.state[chosen]], axis=1)
-    lost: Mask = np.isnan(both.sum(axis=1) * 0.0)
+    lost: Mask = np.asarray(~np.isfinite(both).all(axis=1))
     if lost.any():
         raise InvalidRecording(
             f"{name}: action and observation.state must be finite; {rows_text(lost)} are not: "
