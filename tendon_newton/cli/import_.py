@@ -104,7 +104,7 @@ def read(config: ImportConfig, reader: Callable[[Path], object] | None) -> objec
 
         quiet_warp()
         imported = read_mapped(config.source, config.mapping, spool_radius, mend=config.mend)
-        if imported.model.actuator.values:
+        if imported.model.actuator.values or imported.model.fit:
             refuse_model(imported.model)
         return imported
     if config.format == "lerobot":

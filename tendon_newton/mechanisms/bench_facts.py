@@ -32,7 +32,11 @@ def facts_of(bench: str) -> BenchFacts:
         reach=reach if pulls else None,
         rail=mechanism.joints[0].limits if cart else None,
         per_angle=tendon.spool_radius / float(tendon.moment_arm[0]) if cart else 0.0,
-        masses=tuple(joint.mass for joint in mechanism.joints),
+        numbers={
+            "mass": tuple(joint.mass for joint in mechanism.joints),
+            "stiffness": tuple(joint.stiffness for joint in mechanism.joints),
+            "moment_arm": tuple(tendon.moment_arm.tolist()) if len(mechanism.tendons) == 1 else (),
+        },
     )
 
 

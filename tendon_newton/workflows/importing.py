@@ -14,16 +14,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, OF_BENCH
 from tendon_newton.data.checks.bench_checks import BenchFacts
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint import mended
+from tendon_newton.data.checks.set_checks import other_gain
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.split import read_conditions, split_logs
 from tendon_newton.data.importers.writing import ImportReport, write_import
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
 
 if TYPE_CHECKING:
@@ -56,11 +58,22 @@ def admit(imported: Imported) -> Imported:
     for bench in {log.recording.bench for log in imported.logs}:
         check_bench(bench)
     passed = [admit_log(log, imported) for log in imported.logs]
+    gains = stated_gains([log.recording for log in imported.logs], imported.model)
     return replace(
         imported,
         logs=tuple(log for log, _ in passed),
-        findings=(*imported.findings, *(told for _, told in passed if told is not None)),
+        findings=(*imported.findings, *gains, *(told for _, told in passed if told is not None)),
     )
+
+
+def stated_gains(recordings: Sequence[Recording], model: Model) -> tuple[Finding, ...]:
+    """Say where a servo's stated gain is far from what the forces of recordings grow by."""
+    groups: dict[float, list[Recording]] = {}
+    for recording in recordings if model.actuator.name == "ideal" else ():
+        gain = {**model.actuator.values, **recording.actuator_overrides}.get("gain")
+        if isinstance(gain, float):
+            groups.setdefault(gain, []).append(recording)
+    return tuple(found for gain, own in groups.items() for found in other_gain(own, gain))
 
 
 def write_parts(
@@ -101,7 +114,7 @@ def mend(imported: Imported) -> Imported:
 
 def known_bench(recording: Recording) -> BenchFacts | None:
     """Return what is known of a recording's bench, where something in it can be held against it."""
-    if recording.force is None and recording.bench_overrides.mass is None:
+    if recording.force is None and not recording.bench_overrides.given:
         return None
     from tendon_newton.mechanisms.bench_facts import facts_of  # loads Newton, for some seconds
 
@@ -203,7 +216,7 @@ def refuse_model(model: Model) -> None:
 
     Raises:
         InvalidModelFile: A number is missing, unknown or outside its range.
-        UnknownName: No actuator has that name.
+        UnknownName: No actuator has that name, or a number to fit is none of its.
     """
     from tendon_newton.actuators import find_actuator
     from tendon_newton.simulation.model.parameter_table import SHARED_KEYS, check_values
@@ -211,7 +224,13 @@ def refuse_model(model: Model) -> None:
     actuator = model.actuator
     own = {key: value for key, value in actuator.values.items() if key not in SHARED_KEYS}
     declared = find_actuator(actuator.name).parameters
-    check_values(replace(actuator, values=own), declared, f"actuator {actuator.name!r}")
+    if actuator.values:
+        check_values(replace(actuator, values=own), declared, f"actuator {actuator.name!r}")
+    known = [parameter.name for parameter in declared]
+    known += ["spool_radius", *(key for key in BENCH_OVERRIDE_RANGES if key not in OF_BENCH)]
+    for name in model.fit:
+        if name not in known:
+            raise unknown_name("number to fit", name, known)
 
 
 def spool_radius(bench: str) -> float:

@@ -102,6 +102,7 @@ def pushing(run: Columns) -> None:
     run["force"] *= -1.0
 
 
+GAIN = '[model]\nkind = "ideal"\ngain = {:.6g}\nspool_radius = 0.0125\n'
 FILES: tuple[Mistake, ...] = (
     of_kind("stamps in milliseconds", 'unit = "ms"', stamped(1e3)),
     of_kind("stamps in microseconds", 'unit = "us"', stamped(1e6)),
@@ -165,6 +166,18 @@ FILES: tuple[Mistake, ...] = (
         lambda text: 'bench_overrides = {mass = [16.0, 8.0]}\n' + text),
     of_bench("a negative gain", "must be between", pulled,
         lambda text: text + '[model]\nkind = "ideal"\ngain = -4.2\nspool_radius = 0.0125\n'),
+    of_bench("millimetres for metres of an arm", "moment arms are in m", pulled,
+        lambda text: 'bench_overrides = {moment_arm = [8.0, 5.5]}\n' + text),
+    of_bench("a spring by the degree", "one of N m/deg is times 57.3", pulled,
+        lambda text: 'bench_overrides = {stiffness = [0.000785, 0.000523]}\n' + text),
+    of_bench("a gain by the degree", "gain is in N/rad at the spool", pulled,
+        lambda text: text + GAIN.format(4.2 / 57.3)),
+    of_bench("a gain of the torque", "gain is in N/rad at the spool", pulled,
+        lambda text: text + GAIN.format(4.2 * 0.0125)),
+    of_bench("an unknown number to fit", "No number to fit named 'kp'", pulled,
+        lambda text: 'fit = ["kp"]\n' + text + GAIN.format(4.2)),
+    of_bench("a period for the cell's rate", "readings a second", pulled,
+        lambda text: "load_cell_rate = 0.0125\n" + text + GAIN.format(4.2)),
     of_bench("a bench's name", "did you mean 'finger'?", pulled, edit('"finger"', '"fingr"')),
     Mistake(name="a rate that is not the stamps'", said="correct timestamp or fps",
         doors={LEROBOT: partial(stated, fps=30)}),

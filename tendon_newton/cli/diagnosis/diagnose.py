@@ -133,8 +133,10 @@ def main(config: DiagnoseConfig) -> None:
 
     from tendon_newton.diagnosis.reporting.report import Origin
     from tendon_newton.workflows.diagnosing import diagnose_into
+    from tendon_newton.workflows.importing import stated_gains
 
     progress.show_findings(dataset)
+    progress.show(stated_gains(dataset.train, model))
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
     if budget is not None:
         budget = max(0.0, budget - (time.monotonic() - start))

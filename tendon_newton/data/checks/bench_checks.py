@@ -1,7 +1,7 @@
 """What a recording holds that its bench cannot do."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,10 +9,20 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.recording import Array, Recording
 
 PUSH = 0.1  # [N] mean below zero that no load cell's offset explains after taring
+LEAST_READINGS = 4.0  # Readings of a cell in a recording, below which it was not asked
 STRONGER = 1.5  # [1] times the servo's limit, which no load cell misses by
 OVERSHOOT = 0.05  # [1] of the range, which no end stop gives way by
 REACH = 5.0  # [1] times the bench's range, which no spool misses by
-HEAVIER = 100.0  # [1] times the asset's mass: a thousand is grams for kilograms
+OTHER_UNIT = {
+    "mass": ("kg", "masses are in kg: divide grams by 1000"),
+    "moment_arm": ("m", "moment arms are in m: divide millimetres by 1000"),
+    "stiffness": (
+        "N m/rad or N/m",
+        "stiffnesses are in N m/rad, those of sliders in N/m: one of N m/deg is times 57.3",
+    ),
+}
+"""Number that a recording may state of its bench -> its unit, and what to do."""
+FAR_OFF = 30.0  # [1] times the asset's number; a degree is 57 times off, and a gram 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,12 +35,13 @@ class BenchFacts:
     reach: float | None  # Turn of the motor from one end of all joints to the other [rad]
     rail: tuple[float, float] | None = None  # Range of a cart [m]; None for anything else
     per_angle: float = 0.0  # Place of the cart per angle of its motor [m/rad]
-    masses: tuple[float, ...] = ()  # Masses of its links [kg]
+    # Numbers that a recording may state otherwise, by the key of ``bench_overrides``
+    numbers: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
 
 
 def against(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
     """Say what a recording holds that its bench cannot do."""
-    yield from too_heavy(recording, bench)
+    yield from another_unit(recording, bench)
     if recording.force is not None:
         yield from too_strong(recording, recording.force, bench)
         yield from beyond_rail(recording, bench)
@@ -39,16 +50,25 @@ def against(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
             yield from beyond_reach(recording, bench)
 
 
-def too_heavy(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
-    """A mass that is stated far from the asset's."""
-    masses = recording.bench_overrides.mass or ()
-    for stated, own in zip(masses, bench.masses, strict=False):
-        if not 1.0 / HEAVIER < stated / own < HEAVIER:
-            yield Examined(recording.name, "bench_overrides").defect(
-                f"say a mass of {stated:g} kg, and the asset of {bench.name} {own:.3g} kg",
-                "masses are in kg: divide grams by 1000, or mend the asset",
-            )
-            return
+def another_unit(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
+    """A number of the bench that is stated far from the asset's, and a rate that is a period."""
+    rate = recording.load_cell_rate
+    if rate is not None and rate * recording.duration < LEAST_READINGS:
+        yield Examined(recording.name, "load_cell_rate").defect(
+            f"is {rate:g} Hz, {rate * recording.duration:.2g} readings in all",
+            "it is how many readings a second the cell gives, not the time between two",
+        )
+    for key, (unit, mend) in OTHER_UNIT.items():
+        told = recording.bench_overrides.given.get(key, ())
+        pairs = zip(told, bench.numbers.get(key, ()), strict=False)
+        for stated, own in (pair for pair in pairs if all(pair)):
+            if not 1.0 / FAR_OFF < abs(stated / own) < FAR_OFF:
+                yield Examined(recording.name, "bench_overrides").defect(
+                    f"say a {key} of {stated:g} {unit}, and the asset of {bench.name} {own:.3g} "
+                    f"{unit}",
+                    f"{mend}, or mend the asset",
+                )
+                break
 
 
 def too_strong(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Finding]:

@@ -15,6 +15,7 @@ SLOW = 0.3  # [rad/s] a motion whose friction and inertia matter less than the s
 PUSHING = 0.9  # [1] of the rows below zero: a string that pushes is told of by its bench
 LEAST_PULLS = 2  # Recordings that must agree
 LEAST_SLOW = 50  # Rows from which a slope is one
+FAR_GAIN = 10.0  # [1] times what the force grows by; a degree is 57, a spool's radius 80 times off
 OFF_ZERO = 0.4  # [rad] a tooth and a half of a 25-tooth spline; what less is, a diagnosis names
 WARMING_LIMIT = 3.0  # [K] one degree is the resolution; copper changes by 1.2 % in 3 K
 CONTRADICTION = 0.1  # [1] of the motion; wear and stiction of a sound finger stay below
@@ -96,7 +97,7 @@ def off_zero(recordings: Sequence[Recording]) -> Iterator[Finding]:
     found = [pull for recording in recordings if (pull := pull_of(recording)) is not None]
     if len(found) < LEAST_PULLS:
         return
-    sure, zeros = np.array(found).T
+    sure, zeros, _ = np.array(found).T
     zero = float(np.median(zeros))
     spread = float(np.median(np.abs(zeros - zero)))
     if np.median(sure) < 0.0:
@@ -114,12 +115,25 @@ def off_zero(recordings: Sequence[Recording]) -> Iterator[Finding]:
         )
 
 
-def pull_of(recording: Recording) -> tuple[float, float] | None:
+def other_gain(recordings: Sequence[Recording], gain: float) -> Iterator[Finding]:
+    """A stated gain [N/rad] that is far from what the force grows by."""
+    found = [pull for recording in recordings if (pull := pull_of(recording)) is not None]
+    slopes = [slope for sure, _, slope in found if sure > 0.0]
+    if slopes and not 1.0 / FAR_GAIN < gain / np.median(slopes) < FAR_GAIN:
+        yield Examined("all", "force").defect(
+            f"grows by {np.median(slopes):.3g} N per rad of theta_d - theta, and the model says "
+            f"gain = {gain:g}",
+            "gain is in N/rad at the spool: one of N/deg is times 57.3, a torque's of N m/rad is "
+            "divided by spool_radius",
+        )
+
+
+def pull_of(recording: Recording) -> tuple[float, float, float] | None:
     """Return how surely a servo pulls towards its goal, and what it is off where it pulls nothing.
 
     Returns:
-        Correlation of force and distance to the goal in slow rows [1], and the distance at which
-        the force vanishes [rad]; None where these rows do not tell.
+        Correlation of force and distance to the goal in slow rows [1], the distance at which the
+        force vanishes [rad], and force per distance [N/rad]; None where these rows do not tell.
     """
     if recording.force is None or recording.command is None or recording.tendon_count > 1:
         return None
@@ -133,4 +147,5 @@ def pull_of(recording: Recording) -> tuple[float, float] | None:
     goes = float((asked - asked.mean()) @ (force - force.mean())) / asked.size
     if not abs(goes) > CORRELATION_LIMIT * spread or np.mean(force < 0.0) > PUSHING:
         return None
-    return goes / spread, float(asked.mean() - force.mean() * np.var(asked) / goes)
+    gain = goes / float(np.var(asked))
+    return goes / spread, float(asked.mean() - force.mean() / gain), gain
