@@ -180,9 +180,15 @@ def current_noise(views: Sequence[View]) -> float | None:
 
 
 def reach(mechanism: Mechanism) -> float:
-    """Return how far the tip is from the base in the posture of zero [m]."""
+    """Return how far the tip moves at most while the first motor turns [m/rad].
+
+    One joint alone may take up all that its tendon gives.
+    """
     tip = tip_position(mechanism, np.zeros(len(mechanism.joints)))
-    return 0.0 if tip is None else float(np.linalg.norm(tip))
+    tendon = mechanism.tendons[0]
+    arms = np.abs(tendon.moment_arm)
+    per_turn = tendon.spool_radius / arms[arms > 0.0].min()
+    return 0.0 if tip is None else float(per_turn * np.linalg.norm(tip))
 
 
 SIGNALS: dict[str, Signal] = {
@@ -218,7 +224,7 @@ SIGNALS: dict[str, Signal] = {
         measured=measured_tip,
         simulated=lambda _, rows: finite(np.moveaxis(rows["tip"], 2, 1)),
         noise=tip_noise,
-        form=lambda usual, view: reach(view.mechanism) * usual.theta / gear(view.mechanism),
+        form=lambda usual, view: reach(view.mechanism) * usual.theta,
         zero=np.inf,
     ),
     "current": Signal(
