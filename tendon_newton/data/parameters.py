@@ -45,6 +45,8 @@ TIME_POWERS: dict[str, int] = {
 """Unit -> power of time, where there is one and forces are measured: an inertia is in N m s2."""
 SMALLEST, GREATEST = 1.0e-4, 1.0e4
 """Factors on a range within which a machine of any size may have a number."""
+LED = 10.0
+"""Times by which springs of a shaft that is led may be weaker or stiffer than anywhere else."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +58,8 @@ class BenchScale:
     turn: float = 1.0  # Ratio of the motor angle for the same travel [1]
     # Whether forces are torques [N m], because a shaft stands in for the string
     is_shaft: bool = False
+    # Whether its shaft is led both ways, so that no spring needs to bring a joint back
+    is_led: bool = False
 
     @property
     def force_unit(self) -> str:
@@ -88,6 +92,7 @@ class Parameter:
     source: str = ""  # Source of the range
     # Whether the range is the same on a bench of any size, whatever the unit: a tilt's
     absolute: bool = False
+    of_spring: bool = False  # Whether its range holds where a spring must bring its joint back
     optional: bool = False  # Whether a model may leave it out, and so at its null
     # Effect without which it does nothing; it acts only where a spool moves on its own
     needs: str = ""
@@ -118,19 +123,21 @@ class Parameter:
     def widest(self) -> tuple[float, float]:
         """Bounds [unit] that hold for machines of any size: what a model file may state."""
         if self.absolute or self.unit not in DIMENSIONS:
-            return self.lower, self.upper
+            wider = LED if self.of_spring else 1.0
+            return self.lower / wider, self.upper * wider
         low = self.lower * (SMALLEST if self.lower > 0.0 else GREATEST)
         return low, self.upper * GREATEST
 
     def on(self, scale: BenchScale) -> Parameter:
         """Return what it is on a bench of another size; its null stays."""
         factor = 1.0 if self.absolute else scale.factor(self.unit)
+        wider = LED if self.of_spring and scale.is_led else 1.0
         return replace(
             self,
             unit=ON_A_SHAFT.get(self.unit, self.unit) if scale.is_shaft else self.unit,
-            lower=self.lower * factor,
+            lower=self.lower * factor / wider,
             nominal=self.nominal * factor,
-            upper=self.upper * factor,
+            upper=self.upper * factor * wider,
             tolerance=self.tolerance * (1.0 if self.lower > 0.0 else factor),
         )
 

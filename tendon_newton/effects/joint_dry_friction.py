@@ -18,9 +18,9 @@ class JointDryFriction(Effect):
     side = "mechanism"
     confused = ("routing_friction",)
     parameters = (
-        Parameter("fraction", "1", null=0.0, nominal=0.05, lower=0.0, upper=0.8).since(
-            "a spring must still bring its joint back"
-        ),
+        Parameter(
+            "fraction", "1", null=0.0, nominal=0.05, lower=0.0, upper=0.8, of_spring=True
+        ).since("a spring must still bring its joint back"),
     )
 
     @staticmethod

@@ -19,9 +19,16 @@ class JointStiffnessError(Effect):
     side = "mechanism"
     confused = ("spool_radius_error", "tendon_compliance", "gravity_misalignment")
     parameters = (
-        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=4.0, tolerance=0.04).since(
-            "printed flexures vary by a factor of two and more"
-        ),
+        Parameter(
+            "scale",
+            "1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.2,
+            upper=4.0,
+            tolerance=0.04,
+            of_spring=True,
+        ).since("printed flexures vary by a factor of two and more"),
     )
 
     @staticmethod

@@ -50,6 +50,7 @@ def scale_of(
         travel=max(s.travel for s in own),
         turn=max(s.turn for s in own),
         is_shaft=all(s.is_shaft for s in own),
+        is_led=find_actuator(model.actuator.name).leads,
     )
 
 

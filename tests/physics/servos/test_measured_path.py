@@ -9,6 +9,7 @@ import pytest
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
@@ -18,6 +19,7 @@ from tendon_newton.diagnosis.posterior import Posterior
 from tendon_newton.diagnosis.search.fixed_set import fit_set
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
+from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile, InvalidParameter, InvalidRecording
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study
@@ -120,6 +122,24 @@ def test_a_fit_finds_what_led_a_shaft() -> None:
         for key, value in parameters.items():
             assert named[name, key] == pytest.approx(value, rel=0.02)
     assert named["measured_path", "twist"] == pytest.approx(2.0e-4, rel=0.02)
+
+
+def test_a_joint_that_is_led_may_rub_more_than_its_spring_gives() -> None:
+    """Cables pull it both ways: a friction of 1.4 springs is fitted, and elsewhere ends at 0.8."""
+    spring_at_end = 200.0 * 0.08  # [N] of the slider
+    rng = np.random.default_rng(3)
+    path = np.interp(np.arange(800), np.arange(0, 801, 40), rng.uniform(0.5, 4.0, 21))
+    rubbing = model_of({"joint_dry_friction": {"fraction": 1.4}})
+    data = [run(rubbing, path, load) for load in (2.0, 8.0)]
+    assert data[0].force is not None
+    assert np.ptp(data[0].force) > 2.0 * 1.4 * spring_at_end
+    start = model_of({"joint_dry_friction": {"fraction": 0.7}})
+    study = Study(data, start, ("joint_dry_friction",))
+    found = fit_set(SearchWorlds(study), start, ("joint_dry_friction",))
+    values = values_of(SearchWorlds(study), found.columns, found.place)
+    (column,) = study.table.columns("joint_dry_friction")
+    assert values[column] == pytest.approx(1.4, rel=0.02)
+    assert EFFECTS["joint_dry_friction"].parameters[0].on(BenchScale()).upper == 0.8
 
 
 def test_a_swing_asks_for_weight_inertia_and_damping() -> None:
