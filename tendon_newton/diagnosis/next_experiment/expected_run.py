@@ -124,7 +124,7 @@ class Forecast:
         likely /= likely.sum(axis=1, keepdims=True)
         before = self._variance(self.weights, self._covariances)
         left = self.weights @ np.array([self._variance(own, after) for own in likely])
-        first = (self._covariances[0].diagonal() / after[0].diagonal()).tolist()
+        first = shrinks(self._covariances[0].diagonal(), after[0].diagonal()).tolist()
         apart = self._seen.apart(self._loose)
         more = (self._seen + worth * played.further).apart(self._loose) - apart
         further = told_of(chances(apart), np.maximum(0.0, more)).sum()
@@ -216,3 +216,8 @@ def plan_of(recording: Recording) -> Plan:
         time=recording.time,
         command=recording.command[:, 0],
     )
+
+
+def shrinks(before: Array, after: Array) -> Array:
+    """Return how many times smaller variances become [1]; what is certain already stays so."""
+    return np.divide(before, after, out=np.ones_like(before), where=after > 0.0)

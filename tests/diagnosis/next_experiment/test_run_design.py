@@ -16,7 +16,7 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     SEGMENTS,
     DesignedCommand,
 )
-from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
+from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, shrinks
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, design, usual_task
@@ -89,6 +89,12 @@ def test_a_run_as_informative_as_all_data_brings_half_a_bit() -> None:
     (again,) = forecast.runs([known])
     assert again.told.numbers == pytest.approx({"gravity_misalignment.angle": 0.5}, abs=0.02)
     assert 0.0 < again.told.task < 0.5  # at most, and less where some spread matters to nobody
+
+
+def test_a_number_that_is_certain_already_learns_nothing() -> None:
+    """Its variance stays zero, and zero over zero is no gain."""
+    with np.errstate(all="raise"):
+        assert shrinks(np.array([0.0, 4.0]), np.array([0.0, 1.0])).tolist() == [1.0, 4.0]
 
 
 def test_a_run_tells_names_apart_where_no_set_can_imitate_another() -> None:
