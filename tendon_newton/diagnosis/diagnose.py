@@ -214,7 +214,7 @@ def numbers_of(effect: NamedValues) -> dict[str, float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
+class HeldOutErrors:
     """Errors of the models behind an answer on the test recordings."""
 
     before: SquaredErrors  # Of the starting model, its unknown numbers refitted
@@ -288,7 +288,7 @@ def conclude(
     return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
 
 
-def helpful(train: Study, findings: Findings, test: Study) -> tuple[Findings, Measured]:
+def helpful(train: Study, findings: Findings, test: Study) -> tuple[Findings, HeldOutErrors]:
     """Return findings without what makes the error on test recordings no smaller, and the errors.
 
     Numbers that are only suspected go first, then all names.
@@ -313,7 +313,7 @@ def helpful(train: Study, findings: Findings, test: Study) -> tuple[Findings, Me
     return findings, measured
 
 
-def measure(train: Study, findings: Findings, test: Study) -> Measured:
+def measure(train: Study, findings: Findings, test: Study) -> HeldOutErrors:
     """Return the errors on test recordings of all models behind an answer."""
     written = findings.predictor or findings.final or findings.baseline
     causes = causes_of(findings)
@@ -322,7 +322,7 @@ def measure(train: Study, findings: Findings, test: Study) -> Measured:
     before, after, *others = evaluate_models(
         test, [dict(findings.baseline.values), dict(written.values), *without, *plain]
     )
-    return Measured(
+    return HeldOutErrors(
         before=before,
         after=after,
         partial=others[: len(without)],

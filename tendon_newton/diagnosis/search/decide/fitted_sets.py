@@ -128,9 +128,8 @@ def harmonic(one: Array, other: Array) -> Array:
 
 
 def as_likely(pool: Pool, fit: Fit) -> list[Fit]:
-    """Return the fitted sets that are less than a price behind one, all their numbers paid for."""
-    limit = pool.cost(fit) + pool.price
-    return [other for other in pool.fits.values() if pool.cost(other) < limit]
+    """Return the fitted sets that are less than the price of a number behind one."""
+    return [other for other in pool.fits.values() if pool.gain(fit, other) < pool.price]
 
 
 def between(study: Study, fit: Fit, column: int, among: Collection[Fit]) -> float:
