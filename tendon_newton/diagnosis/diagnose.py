@@ -234,8 +234,8 @@ def conclude(
 ) -> tuple[Diagnosis, Evidence]:
     """Put findings into a diagnosis and measure them on the test recordings."""
     findings, measured = helpful(train, findings, test)
-    final, before, after = findings.final, measured.before, measured.after
-    written = findings.predictor or findings.final or findings.baseline
+    final, written = findings.final, findings.written
+    before, after = measured.before, measured.after
     interval = fraction_interval(before, after, train.noise, rng)
     found = described(train, findings, causes_of(findings), measured.partial, model)
     named = tuple(cause for cause in found if not cause.reason)
@@ -315,12 +315,11 @@ def helpful(train: Study, findings: Findings, test: Study) -> tuple[Findings, He
 
 def measure(train: Study, findings: Findings, test: Study) -> HeldOutErrors:
     """Return the errors on test recordings of all models behind an answer."""
-    written = findings.predictor or findings.final or findings.baseline
     causes = causes_of(findings)
     without = [without_effect(train, found.values, cause) for cause, found in causes.items()]
     plain = [model.values for model in findings.plain]
     before, after, *others = evaluate_models(
-        test, [dict(findings.baseline.values), dict(written.values), *without, *plain]
+        test, [findings.baseline.values, findings.written.values, *without, *plain]
     )
     return HeldOutErrors(
         before=before,

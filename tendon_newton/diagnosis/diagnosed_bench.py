@@ -33,7 +33,7 @@ def model_path(path: Path) -> Path:
     """
     path = known_servo(path) or path
     if path.name == str(path) and not path.suffix and not path.exists():
-        raise unknown_name("servo, file or folder", path, known_servos())
+        raise unknown_name("servo, file or folder", str(path), known_servos())
     if path.is_dir():
         return path / MODEL
     return path.with_name(MODEL) if path.suffix == ".json" else path

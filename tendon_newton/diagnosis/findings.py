@@ -61,3 +61,8 @@ class Findings:
     """Score of the written model on such parts [nat per row]; None where nobody asked."""
     finished: bool = True  # Whether the search came to its end; else causes may be missing
     notes: tuple[str, ...] = ()  # What the reader must know of the search
+
+    @property
+    def written(self) -> Found:
+        """What is written: what predicts best, else the named causes, else the start refitted."""
+        return self.predictor or self.final or self.baseline

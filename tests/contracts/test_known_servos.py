@@ -181,7 +181,7 @@ def test_a_servo_is_written_with_a_users_gain_and_supply(tmp_path: Path) -> None
 def test_other_words_and_benches_of_several_spools_are_refused() -> None:
     """A slip of the pen is told with the names that there are."""
     finger = load_mechanism("finger")
-    with pytest.raises(UnknownName, match=f"did you mean '{SERVOS[0]}'"):
+    with pytest.raises(UnknownName, match=f"named '{SERVOS[0]}0'; did you mean '{SERVOS[0]}'"):
         open_model(Path(SERVOS[0] + "0"), [finger])
     with pytest.raises(InvalidModelFile, match="must state the spool_radius"):
         servo_alone(Model(actuator=NamedValues(name="ideal", values={"gain": 4.2})), 0.0125)

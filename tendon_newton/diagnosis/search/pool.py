@@ -121,9 +121,15 @@ class Pool:
         """Return how much larger residuals a fit has than the floors [its errors of form].
 
         A cause that acts in few rows is seen here, and hardly in the score, whose tails are heavy.
+        A mean of n squares scatters by a share of the root of 2 / n, and so does the noise that n
+        rows told: twice what both scatter together is chance.
         """
-        floor = self.worlds.where.sizes(floors)
-        return self._above(fit.residual**2, floor**2, fit.names, floors, share)
+        where, weight = self.worlds.where, self.worlds.weights(floors)
+        floor = where.sizes(floors) ** 2
+        for _, rows in where.signals:
+            count = weight[rows].sum() ** 2 / np.square(weight[rows]).sum()
+            floor[rows] *= 1.0 + 2.0 * np.sqrt(4.0 / count)
+        return self._above(fit.residual**2, floor, fit.names, floors, share)
 
     def _above(
         self, more: Array, less: Array, names: Sequence[str], floors: Floors,

@@ -196,6 +196,17 @@ def test_what_acts_in_few_rows_is_left_even_where_something_sticks() -> None:
     assert not pool.leaves_nothing(less, anywhere=True)
 
 
+def test_noise_that_is_known_to_a_thirtieth_is_no_excess() -> None:
+    """A thousand rows tell a noise to 3 %: a fifth more of it is what something else left."""
+    rows, fit, _ = residuals(0.0, 0.0)
+    pool = Pool(worlds=rows, floors=FLOORS, dearest=PRICE, most=7)
+    noise = fit.residual / np.std(fit.residual)
+    few, much = (
+        pool.mean_excess(replace(fit, residual=share * noise), FLOORS, 1.0) for share in (1.03, 1.2)
+    )
+    assert few == 0.0 < much
+
+
 def test_a_verdict_grants_the_mean_all_that_laws_usually_miss() -> None:
     """A hundredth of the rows is off by twelve usual errors: too much for a search alone."""
     rows, _, less = residuals(0.01, 36.0)
