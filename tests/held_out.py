@@ -20,19 +20,9 @@ import numpy as np
 
 from tendon_newton.cli import main as run
 from tendon_newton.data.dataset import load_dataset, write_dataset
-from tendon_newton.data.files.ledger import Ledger
-from tendon_newton.data.model_file import write_model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
-from tendon_newton.workflows.options import RefreshOptions
-from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
-from tendon_train.refresh.refresh_logs import BEGINNING, HELD_OUT
-from tendon_train.refresh.refresh_outcome import CHANGED, WORN, Drift, FoundWear
-from tests.diagnosis.in_time.test_changes import FIRST as FITTED
-from tests.diagnosis.in_time.test_changes import log_of
-from tests.hardware.silent_operator import SilentOperator
-from tests.physics.runs import ideal_model
 from tests.train.actuator.servo_logs import write_servo_dataset
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
@@ -198,54 +188,11 @@ def weights_of(checkpoint: Path) -> dict[str, bytes]:
     return {name: values.numpy().tobytes() for name, values in kept.items()}
 
 
-def refresh(folder: Path, noisy: bool) -> Made:
-    """The verdict, what is named, and the model by all three ways of correcting it."""
-    worn = ideal_model(coulomb_friction={"force": 1.2})
-    for name, model, seed in (("new", FITTED, 1), ("worn", worn, 2)):
-        log = replace(log_of(model, seed), name=f"{name}.csv")
-        rest = log.time >= log.time[0] + BEGINNING
-        span = log.time[-1] - log.time[rest][0]
-        end = int(np.searchsorted(log.time, log.time[rest][0] + (1.0 - HELD_OUT) * span)) + 1
-        write_dataset(folder / name, [noise_like(log, slice(end, None)) if noisy else log], [])
-    write_model(folder / "model.toml", FITTED)
-    suspects = ("coulomb_friction", "position_offset")
-    made, reported = {}, None
-    slip = FoundWear(name="position_offset", words="", numbers=(), rivals=())
-    ways = {"found": None, "slip": (WORN, (slip,)), "all": (CHANGED, ())}
-    for way, forced in ways.items():
-        config = RefreshOptions(
-            logs=(folder / "worn",),
-            reference=(folder / "new",),
-            model=folder / "model.toml",
-            policy=folder / "none.onnx",
-            out=folder / way,
-            suspects=suspects,
-        )
-        config.out.mkdir()
-        ledger = Ledger(config.out / "refresh.json", {})
-        if forced is None:
-            drift = find_drift_in_logs(config, ledger, SilentOperator())
-            reported = [drift.theta_rmse, drift.corrected_theta_rmse, drift.reference_theta_rmse]
-            made |= {"verdict": drift.verdict, "causes": drift.causes}
-        else:
-            drift = Drift(
-                verdict=forced[0],
-                causes=forced[1],
-                theta_rmse=0.0,
-                corrected_theta_rmse=0.0,
-                reference_theta_rmse=None,
-            )
-        correct_model(config, drift, ledger, SilentOperator())
-        made[f"{way}/model.toml"] = (config.out / "model.toml").read_text()
-    return Made(decided=made, reported=reported)
-
-
 CASES: dict[str, Callable[[Path, bool], Made]] = {
     "simulate": simulate,
     "diagnose": diagnose,
     "diagnose against": changed_days,
     "train-force": train_force,
-    "refresh": refresh,
 }
 """Verbs that read a dataset."""
 

@@ -248,7 +248,6 @@ DELETIONS = {
     "hardware/tendon_hardware/virtual_bench/process.py": "its own temporary folder",
     "hardware/tendon_hardware/virtual_bench/server.py": "links in that folder",
     "tendon_newton/data/files/together.py": "drafts of files that are being written",
-    "tendon_newton/workflows/refreshing.py": "a policy that it has trained and that is no better",
 }
 """Files that delete something, and what: nothing that the same run has not written."""
 

@@ -66,16 +66,6 @@ IN_THE_PAPER = {
     "diagnosed": ("diagnosed physical model, tip RMSE", None),
 }
 """Words for what the paper measured of policies, and its figures [mm]."""
-WORN = {
-    "its policy, before the wear": "its policy, before it wore",
-    "its policy, nothing done": "its policy, nothing done",
-    "refreshed, if better": "refreshed; its old one where that is better",
-    "trained anew": "trained anew on a new diagnosis",
-    "data sheet": "trained on the data sheet",
-    "packaged": "the packaged policy, one for all",
-}
-"""Words for what drives a worn bench."""
-NOTHING = "its policy, nothing done"
 
 
 def units_of(errors: Mapping[str, Any]) -> dict[str, float]:
@@ -123,38 +113,6 @@ def as_the_paper(kept: Records) -> str:
         f"{rows}\n| none: the finger stands still where that is best | | {still} | | | |\n\n"
         f"No nearer than a finger that stands still: {failed} of {climbs} climbs."
     )
-
-
-def worn(kept: Records) -> str:
-    """Return what policies miss on worn benches, by the kind of wear."""
-    figures, rows = kept["worn_benches"].figures, []
-    for arm, words in WORN.items():
-        cells = [words]
-        for state in ("friction", "spool"):
-            own, nothing = (
-                {b: e for b, e in figures["tip_error_mm"][each].items() if b.endswith(state)}
-                for each in (arm, NOTHING)
-            )
-            cells += [about([*own.values()]), str(len(own))]
-            cells.append("" if own == nothing else beside(own, nothing))
-        rows.append(cells)
-    still = f"{figures['still_mm']:.1f}"
-    rows.append(("none: the finger stands still", still, "", "", still, "", ""))
-    noticed = figures["noticed"]
-    told = [
-        f"{words}: {sum(noticed[b]['verdict'] != 'no_drift' for b in own)} of {len(own)}"
-        for words, state in (("dry gear", "friction"), ("slipped spool", "spool"), ("none", "new"))
-        if (own := [b for b in noticed if b.endswith(state)])
-    ]
-    share = "share of nothing done (p)"
-    heads = (
-        "policy on the worn bench",
-        "gear has run dry: tip error [mm] (range)",
-        "benches",
-        share,
-    )
-    lines = table((*heads, "spool has slipped [mm]", "benches", share), rows)
-    return f"{lines}\n\nWear that was noticed, by its kind: {'; '.join(told)}."
 
 
 def mechanics(record: Record, worlds: Sequence[int]) -> str:
@@ -347,7 +305,6 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "rates": ("docs/policies.md", heeded),
     "diagnosed policies": ("docs/lab/policies.md", diagnosed),
     "paper's policies": ("docs/lab/policies.md", as_the_paper),
-    "worn benches": ("docs/lab/policies.md", worn),
     "mechanics on a GPU": (
         "docs/speed.md",
         lambda kept: mechanics(kept["gpu"], (1024, 16384, 65536)),

@@ -24,7 +24,7 @@ import io
 import os
 import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import mean
@@ -42,8 +42,13 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
-from tendon_newton.data.model_file import NamedValues, load_model, write_model
+from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.diagnosis.search.fixed_set import as_stated, fit_set
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
+from tendon_newton.identification.study import Study as Fitted
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.scheduler import THREADS_VARIABLE
 from tendon_newton.workflows.climbing import stair_levels
@@ -56,7 +61,6 @@ from tendon_train.policy.runs.policy_training import train_policy
 from tendon_train.policy.scoring.policy_evaluation import goal_points
 from tendon_train.policy.worlds.force_model import IDEAL, moves_finger
 from tendon_train.policy.worlds.goal_path import GoalPath
-from tendon_train.refresh.drift import tune
 
 Array = NDArray[np.float64]
 Units = Mapping[str, Mapping[int, float]]  # Unit -> seed -> tip error [mm]
@@ -139,7 +143,6 @@ class Study:
     arms: tuple[str, ...]
     recipe: PolicyTrainingConfig
     network: TrainingConfig = NETWORK
-    elsewhere: bool = True  # Whether policies also climb on a unit that they do not know
 
     @property
     def trainings(self) -> list[Training]:
@@ -157,7 +160,7 @@ class Study:
             return [(training.arm, unit) for unit in self.units]
         following = self.units[(self.units.index(training.unit) + 1) % len(self.units)]
         own = [(training.arm, training.unit)]
-        if self.elsewhere and training.arm in LEARNED and following != training.unit:
+        if training.arm in LEARNED and following != training.unit:
             own.append((training.arm + ELSEWHERE, following))
         return own
 
@@ -281,7 +284,26 @@ def write_truth(recordings: Path, path: Path) -> None:
     )  # fmt: skip
     dataset = load_dataset(recordings)
     runs = [run for run in (*dataset.train, *dataset.test) if run.bench == "finger"]
-    write_model(path, tune(runs, truth).model)
+    write_model(path, tuned(runs, truth))
+
+
+def tuned(recordings: Sequence[Recording], model: Model) -> Model:
+    """Fit the numbers of a model's effects, and those that it declares unknown.
+
+    A fit that ends no better than the model leaves it as it is.
+    """
+    names = tuple(effect.name for effect in model.effects)
+    study = Fitted(recordings, model, names, time_step=SEARCH_STEP, in_segments=True)
+    worlds = SearchWorlds(study)
+    found = fit_set(worlds, model, names)
+    if found.score >= as_stated(worlds, model, names).score:
+        return model
+    values, owners = values_of(worlds, found.columns, found.place), study.table.owners
+    effects = tuple(
+        NamedValues(name=n, values={owners[c][1].name: values[c] for c in study.table.columns(n)})
+        for n in names
+    )
+    return replace(study.with_fitted(model, values), effects=effects)
 
 
 def by_direction(
@@ -380,7 +402,7 @@ def write_table(study: Study) -> None:
 
 def command_of(out: Path) -> str:
     """Return the command that runs, with DIR for its folder."""
-    words = [f"python -m lab.studies.{Path(sys.argv[0]).stem}", *sys.argv[1:]]
+    words = ["python -m lab.studies.diagnosed_policies", *sys.argv[1:]]
     return " ".join(words).replace(str(out), "DIR")
 
 
@@ -422,7 +444,7 @@ def paired(one: Units, other: Units, any_seed: bool = False) -> tuple[Array, Arr
 
 
 def reader(about: str | None) -> argparse.ArgumentParser:
-    """Return a parser of the words that this study and `lab.studies.refresh` have in common."""
+    """Return a parser of the words of this study."""
     parser = argparse.ArgumentParser(
         description=about, formatter_class=argparse.ArgumentDefaultsHelpFormatter
     )

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from lab.studies.climbs import file_of
-from lab.studies.diagnosed_policies import PACKAGED, jobs_of, reader, row_of, study_of
+from lab.studies.diagnosed_policies import PACKAGED, jobs_of, reader, row_of, study_of, tuned
 from lab.studies.job_graph import Job, Places, failures, left, run
-from lab.studies.refresh import WORN, benches_of, errors_on, jobs_of_refresh
+from tests.diagnosis.in_time.test_changes import log_of
+from tests.physics.runs import ideal_model
 
 
 def make(path: Path, text: str) -> str:
@@ -88,31 +89,6 @@ def test_only_what_an_arm_needs_is_done(study) -> None:
     assert left(jobs_of(study, 1)) == []
 
 
-def test_worn_benches_come_before_the_second_seed(study) -> None:
-    """Each unit wears one way, is asked as it was too, and has a policy that is trained anew."""
-    jobs = left(jobs_of_refresh(study, 1))
-    names = [job.makes.parent.name for job in jobs if job.on_device]
-    assert names.index("refresh_9_spool") < names.index("ideal-1")
-    assert "diagnosed_8_friction-0" in names
-    assert {job.makes.parent.name for job in jobs if job.makes.name == "noticed"} == {
-        "refresh_8_friction", "refresh_8_new", "refresh_9_spool", "refresh_9_new"
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize("written", [True, False])
-def test_a_refused_policy_leaves_the_old_one(written, study) -> None:
-    """Its error is told, and that of what drives the bench from then on."""
-    bench = next(b for b in benches_of(study, 1) if b.state == "friction")
-    bench.folder.mkdir()
-    path = file_of(bench.policy, "8_friction", study.out / "climbs")
-    path.write_text(json.dumps({"rmse": 8e-3}))
-    assert errors_on(bench, {}) == {WORN: 8.0}
-    (bench.folder / "restored").touch()
-    found = errors_on(bench, {"better": {"new": 9e-3, "written": written}})
-    assert found["refreshed"] == 9.0
-    assert found["refreshed, if better"] == (9.0 if written else 8.0)
-
-
 def test_policies_that_do_no_better_than_a_still_finger_have_failed() -> None:
     """Arms are paired by unit, over the seeds of both; the packaged policy has one for all."""
     errors = {
@@ -124,3 +100,14 @@ def test_policies_that_do_no_better_than_a_still_finger_have_failed() -> None:
     assert (ideal["climbs"], ideal["failed"]) == (4, 1)
     assert network["share"] == pytest.approx((10.0 + 10.0) / (20.0 + 24.0))
     assert packaged["share"] == pytest.approx(6.0 / 23.0)
+
+
+def test_tuning_finds_the_numbers_of_a_model_from_a_log() -> None:
+    """Friction and slack of another unit than the model's, to 5 %; what fits stays as it is."""
+    truth = ideal_model(coulomb_friction={"force": 1.1}, tendon_slack={"length": 0.003})
+    start = ideal_model(coulomb_friction={"force": 0.6}, tendon_slack={"length": 0.001})
+    model = tuned([log_of(truth, 4)], start)
+    found = {effect.name: effect.values for effect in model.effects}
+    assert found["coulomb_friction"]["force"] == pytest.approx(1.1, rel=0.05)
+    assert found["tendon_slack"]["length"] == pytest.approx(0.003, rel=0.05)
+    assert model.actuator == start.actuator

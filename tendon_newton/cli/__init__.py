@@ -38,7 +38,6 @@ VERBS: dict[str, str] = {
     "calibrate": "tendon_newton.cli.bench.calibrate",
     "collect": "tendon_newton.cli.bench.collect",
     "deploy": "tendon_newton.cli.bench.deploy",
-    "refresh": "tendon_newton.cli.training.refresh",
     "plot": "tendon_newton.cli.plot",
     "view": "tendon_newton.cli.view",
     "virtual-bench": "tendon_newton.cli.bench.virtual_bench",

@@ -1,1 +1,1 @@
-"""What takes several packages: recording, deploying, climbing, refreshing, reproducing."""
+"""What takes several packages: recording, deploying, climbing, comparing."""

@@ -143,27 +143,3 @@ class ClimbOptions(BenchPorts):
     logs: tuple[Path, ...] = ()
     """Logs of deployments on stairs, to be compared too; the first policy's bench is assumed."""
     plots: bool = True  # Whether to draw the figure.
-
-
-@dataclass(frozen=True, kw_only=True)
-class RefreshOptions(BenchPorts):
-    """Correct a model and its policy from the logs of deployments.
-
-    On a bench that --port names the new policy follows stairs of goals.
-    """
-
-    logs: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Folders of deployments, or logs that stand in one; the last third of each is held out."""
-    model: Path  # Model file that fitted the bench.
-    policy: Path  # Policy that is to be trained on, in the folder of its training.
-    out: Path  # Folder for the results; made if it is not there.
-    reference: tuple[Path, ...] = ()
-    """Logs of the same policy from the time when the model fitted; with them, how far a spool has
-    slipped is found to some hundredths of a radian."""
-    suspects: tuple[str, ...] = ()  # Effects that may be named; by default all kinds of wear.
-    changes: Path | None = None
-    """Folder of `diagnose --against`: what it says has changed is not looked for again, and its
-    model is trained on."""
-    iterations: int = 100  # Rounds of acting and learning of the new policy.
-    device: Literal["cpu", "cuda"] = "cpu"  # Where it is trained.
-    anyway: bool = False  # Train on even where no drift was found.

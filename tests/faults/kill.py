@@ -22,7 +22,6 @@ from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.family import ServoFamily
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
-from tests.faults.refreshing import before_the_bench
 from tests.hardware.deploy.policies import Proportional, card_of, write_onnx
 from tests.hardware.deploy.runs import calibration_files
 
@@ -58,8 +57,6 @@ class Driving:
     goes_on: bool = False  # Whether it goes on once its adapter is back, and says so
     # Whether the policy's card names the servo, and an answer is asked for as often as usual
     by_card: bool = False
-    # Makes a folder in which it goes on at a port, and returns further words
-    begun: Callable[[Path, str], tuple[str, ...]] | None = None
 
 
 WAYS: dict[str, Driving] = {
@@ -70,7 +67,6 @@ WAYS: dict[str, Driving] = {
         words=("collect", "--excitation", "random_steps", "--duration", "60"), goes_on=True
     ),
     "evaluate-policy": Driving(words=("evaluate-policy", "{policy}"), by_card=True),
-    "refresh": Driving(words=("refresh",), by_card=True, begun=before_the_bench),
     "jog": Driving(words=("deploy", "--jog", "--load-cell-rate", "80"), by_hand=True),
 }
 """Everything that drives a motor."""
@@ -104,8 +100,6 @@ class Program:
     def __enter__(self) -> Self:
         self.begin = time.monotonic()
         words = [word.format(policy=self.policy) for word in self.way.words]
-        if self.way.begun is not None:
-            words += self.way.begun(self.out, self.ports.servo_port)
         cell = calibration_files("finger", 80)[0]
         self.terminal, slave = os.openpty()
         os.set_blocking(self.terminal, False)

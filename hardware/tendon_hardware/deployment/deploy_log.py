@@ -158,11 +158,3 @@ def step_table(path: Path) -> NDArray[np.float64]:
         for step in read_steps(path)
     ]
     return np.array(rows, dtype=np.float64)
-
-
-def policy_span(path: Path) -> float | None:
-    """Return how long a policy acted in a log [s]; None where there are no two steps."""
-    stamps = [step.time for step in read_steps(path)] if path.suffix == ".mcap" else []
-    if len(stamps) < 2:
-        return None
-    return float(stamps[-1] - stamps[0] + np.diff(stamps).min())

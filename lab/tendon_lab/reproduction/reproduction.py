@@ -17,12 +17,11 @@ from tendon_lab.force_scoring.ideal_baseline import PAPER_GAIN, refitted_gain
 from tendon_lab.reproduction.physical import with_ideal
 from tendon_lab.reproduction.settings import ReproductionSettings
 from tendon_lab.reproduction.unit import Unit
-from tendon_newton.data.files.json_file import read_json
-from tendon_newton.data.files.ledger import Ledger
+from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model, load_model, write_model
-from tendon_newton.errors import InvalidDataset, InvalidOutput
+from tendon_newton.errors import InvalidDataset, InvalidOutput, shown
 from tendon_train.actuator.samples.folds import usable
 from tendon_train.actuator.training_config import SERVO_LIMIT
 
@@ -123,7 +122,17 @@ class Reproduction:
         Raises:
             InvalidOutput: It is another one's.
         """
-        Ledger(self.out / "inputs.json", self.inputs).finish("begun", True)
+        path = self.out / "inputs.json"
+        inputs = json.loads(json.dumps(self.inputs))
+        promise = "what a reproduction began with stands in a JSON file"
+        begun = read_json(path, InvalidOutput, promise) if path.exists() else inputs
+        for key, value in inputs.items():
+            if begun.get(key) != value:
+                raise InvalidOutput(
+                    f"{path}: what is here began with {key} = {shown(begun.get(key))}, and now it "
+                    f"is {shown(value)}; use another folder"
+                )
+        write_json(path, inputs)
 
     async def each(self, work: Work, items: Sequence[Any], *, keep: bool = True) -> list[Any]:
         """Return what a function makes of this reproduction and each item, side by side.

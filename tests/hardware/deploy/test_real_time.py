@@ -33,8 +33,8 @@ def test_five_seconds_under_packet_loss(tmp_path: Path) -> None:
     assert outcome.pacing.ticks + outcome.pacing.overruns >= 400
 
 
-LOADING = {"evaluate-policy", "refresh"}
-"""Verbs that load the simulator first, for seconds; they drive as `deploy` and `collect` do."""
+LOADING = {"evaluate-policy"}
+"""What loads the simulator first, for seconds, and drives as `deploy` and `collect` do."""
 
 
 @pytest.mark.parametrize(

@@ -74,22 +74,6 @@ def load_checkpoint(
         ) from error
 
 
-def load_start(file: Path, algorithm: Any, device: str) -> None:
-    """Give a new training the weights of another one's checkpoint; its optimiser begins anew.
-
-    Raises:
-        InvalidPolicyFile: The file is no checkpoint, or its networks have other layers.
-    """
-    try:
-        table = torch.load(file, map_location=device, weights_only=True)["algorithm"]
-        algorithm.load(table, {"actor": True, "critic": True}, True)
-    except Exception as error:  # torch's reader of damaged bytes fails in any way
-        raise InvalidPolicyFile(
-            f"{file}: a training that starts from another one needs its checkpoint, with layers "
-            f"of the same widths ({type(error).__name__})"
-        ) from error
-
-
 def refuse_other_settings(
     path: Path, saved: Mapping[str, Any], settings: Mapping[str, Any]
 ) -> None:

@@ -21,7 +21,6 @@ from tendon_train.policy.runs.curve import CurveLogger, CurvePoint, Progress
 from tendon_train.policy.runs.forecast import Forecast, timed
 from tendon_train.policy.runs.policy_checkpoint import (
     load_checkpoint,
-    load_start,
     save_checkpoint,
     training_settings,
 )
@@ -44,7 +43,6 @@ def train_policy(
     out: Path,
     *,
     report: Callable[[Progress], None],
-    start: Path | None = None,
     expect: Callable[[Forecast], None] | None = None,
     simulator: Any = None,
 ) -> Trained:
@@ -55,7 +53,6 @@ def train_policy(
 
     Args:
         report: Called after every iteration, in the first process.
-        start: Checkpoint of another training whose weights this one begins with.
         expect: Called in the first process before anything is compiled, with the size, and before
             the first iteration, with the time.
         simulator: Worlds of another program in place of ours, as for `FingerEnvironment`.
@@ -72,11 +69,8 @@ def train_policy(
         config.environment, seed=config.seed, device=device, simulator=simulator
     )
     runner = make_runner(environment, config, device)
-    files = files_of(environment, config) | ({} if start is None else hashes(start))
-    settings = training_settings(config, files)
+    settings = training_settings(config, files_of(environment, config))
     points = load_checkpoint(out / "checkpoints", settings, runner.alg, device)
-    if start is not None and not points:
-        load_start(start, runner.alg, device)
     first = process.rank == 0
     logger = CurveLogger(
         points,

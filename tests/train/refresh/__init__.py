@@ -1,1 +1,0 @@
-"""From the logs of a policy back to its model."""

@@ -1,1 +1,0 @@
-"""From what a bench did under its policy back to the model, and from there to a better policy."""
