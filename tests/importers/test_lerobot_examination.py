@@ -11,10 +11,8 @@ import pytest
 from pyarrow import parquet
 
 from tendon_newton.cli import main
-from tendon_newton.data.importers.lerobot.lerobot_examination import (
-    JointExamination,
-    examine_dataset,
-)
+from tendon_newton.data.importers.joint_examination import JointExamination
+from tendon_newton.data.importers.lerobot.lerobot_examination import examine_dataset
 from tests.importers.lerobot_files import lists
 
 DEGREE = pi / 180.0
@@ -243,19 +241,55 @@ def test_the_answer_for_programs_is_one_object(tmp_path, rng, capsys) -> None:
     assert (joint["joint"], joint["following"]["delay"]) == ("pan", pytest.approx(0.03, abs=0.01))
 
 
+def spoiled_arm(folder: Path, rng: np.random.Generator, delay: float, play: float) -> Path:
+    """Write four joints of which the elbow is late, or has play [deg]."""
+    table = parquet.read_table(next(sound_arm(folder / "sound", rng).rglob("*.parquet")))
+    command = np.stack(table["action"].to_numpy())[:, 2] * DEGREE
+    position = servo(command, delay, 0.05 if delay < 0.1 else 0.14, play * DEGREE, 0.0)
+    return sound_arm(folder / "spoiled", np.random.default_rng(20260101), elbow=position)
+
+
 @pytest.mark.parametrize(
     ("delay", "play", "said"), [(0.03, 4.0, "deg of play"), (0.14, 0.5, "ms late")]
 )
 def test_a_joint_is_held_against_its_siblings(delay, play, said, tmp_path, rng) -> None:
     """What would pass alone, 4 deg of play or 190 ms, stands out beside 0.5 deg and 80 ms."""
-    folder = sound_arm(tmp_path / "arm", rng)
-    table = parquet.read_table(next(folder.rglob("*.parquet")))
-    command = np.stack(table["action"].to_numpy())[:, 2] * DEGREE
-    position = servo(command, delay, 0.05 if delay < 0.1 else 0.14, play * DEGREE, 0.0)
-    spoiled = sound_arm(tmp_path / "spoiled", np.random.default_rng(20260101), elbow=position)
+    spoiled = spoiled_arm(tmp_path, rng, delay, play)
     faults = {joint.joint: joint.faults for joint in examine_dataset(spoiled).joints}
     assert [name for name, found in faults.items() if found] == ["elbow"]
     assert said in faults["elbow"][0].evidence
+
+
+def test_joints_in_a_folder_each_are_held_against_each_other_too(tmp_path, rng, capsys) -> None:
+    """A folder of an arm's joints has the table of the LeRobotDataset that it was made of."""
+    spoiled, arm = spoiled_arm(tmp_path, rng, 0.03, 4.0), tmp_path / "arm"
+    assert main(["import", "lerobot", str(spoiled), "--out", str(arm), "--unit", "deg"]) == 0
+    capsys.readouterr()
+    assert main(["doctor", str(spoiled), "--unit", "deg", "--json"]) == 1
+    (as_it_came,) = json.loads(capsys.readouterr().out)["datasets"]
+    assert main(["doctor", str(arm), "--json"]) == 1
+    *alone, table = json.loads(capsys.readouterr().out)["datasets"]
+    assert all(one["sound"] for one in alone)
+    by_name = {joint["joint"]: joint for joint in as_it_came["joints"]}
+    assert {joint["joint"]: joint for joint in table["joints"]} == by_name
+    assert main(["doctor", str(arm)]) == 1
+    said = capsys.readouterr().out
+    assert "4.0 deg of play, siblings 0." in said
+    assert "1 of 4 joints to mend" in said
+
+
+def test_machines_that_were_not_logged_together_are_no_arm(tmp_path, rng, capsys) -> None:
+    """Datasets side by side whose clocks differ have nothing to do with each other."""
+    spoiled, arm = spoiled_arm(tmp_path, rng, 0.03, 4.0), tmp_path / "arm"
+    assert main(["import", "lerobot", str(spoiled), "--out", str(arm), "--unit", "deg"]) == 0
+    for joint in ("lift", "elbow"):
+        (file,) = (arm / joint).glob("*.csv")
+        head, *rows = file.read_text().splitlines()
+        later = [f"{float(row.split(',')[0]) + 0.007},{row.partition(',')[2]}" for row in rows]
+        file.write_text("\n".join([head, *later]) + "\n")
+    capsys.readouterr()
+    assert main(["doctor", str(arm)]) == 0
+    assert "not held against each other: no joints" in capsys.readouterr().out
 
 
 def test_a_sag_that_goes_with_the_posture_is_no_play(tmp_path, rng) -> None:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from tendon_newton.data.checks.bench_checks import BenchFacts
     from tendon_newton.data.checks.finding import Finding
-    from tendon_newton.data.importers.lerobot.lerobot_examination import Examination
+    from tendon_newton.data.importers.joint_examination import Examination
+    from tendon_newton.data.importers.own import OwnDataset
     from tendon_newton.data.recording import Recording
 
 SHOWN = 3  # Recordings of a kind of finding whose evidence is printed.
@@ -37,21 +38,21 @@ class Asked:
 
 def examine_data(config: Asked) -> bool:
     """Examine datasets one after the other; tell whether all are sound."""
-    from tendon_newton.data.dataset import dataset_folders, refuse_other_folder
+    from tendon_newton.data.dataset import dataset_folders
     from tendon_newton.data.importers.lerobot.hub import local_folder
 
     tables: list[dict[str, Any]] = []
     named = dict.fromkeys(folder_of(local_folder(name)) for name in config.names)
-    folders = [part for folder in named for part in dataset_folders(folder) or (folder,)]
-    for folder in folders:
-        if len(folders) > 1 and not config.json:
-            print(f"{folder}:")
-        if not any((folder / mark).is_file() for mark in MARKS):
-            refuse_other_folder(folder)
-        examine = examine_own if (folder / OWN_FILE).is_file() else examine_joints
-        part = None if config.mend is None or folder in named else config.mend / folder.name
-        asked = config if part is None else replace(config, mend=part)
-        tables.append({"dataset": str(folder), **examine(asked, folder)})
+    for folder in named:
+        parts = dataset_folders(folder)
+        seen: dict[str, OwnDataset] = {}
+        for part in parts or (folder,):
+            if (parts or len(named) > 1) and not config.json:
+                print(f"{part}:")
+            inside = config.mend if config.mend is None or not parts else config.mend / part.name
+            tables.append(examine_one(replace(config, mend=inside), part, seen))
+        if len(parts) > 1:
+            tables.append(examine_together(config, folder, seen))
     if config.json:
         print(json.dumps({"schema": 1, "datasets": tables}, indent=1))
     return all(table["sound"] for table in tables)
@@ -65,10 +66,39 @@ def folder_of(path: Path) -> Path:
     return next(above, path)
 
 
-def examine_joints(config: Asked, folder: Path) -> dict[str, Any]:
+def examine_one(config: Asked, folder: Path, seen: dict[str, OwnDataset]) -> dict[str, Any]:
+    """Examine one dataset; one of our own is kept by its folder's name."""
+    from tendon_newton.data.dataset import refuse_other_folder
+
+    if not any((folder / mark).is_file() for mark in MARKS):
+        refuse_other_folder(folder)
+    if (folder / OWN_FILE).is_file():
+        return {"dataset": str(folder), **examine_own(config, folder, seen)}
+    return {"dataset": str(folder), **examine_lerobot(config, folder)}
+
+
+def examine_together(
+    config: Asked, folder: Path, datasets: dict[str, OwnDataset]
+) -> dict[str, Any]:
+    """Examine the joints of an arm beside each other, and print a row for each."""
+    from tendon_newton.data.importers.arm_folder import examine_arm
+
+    seen = examine_arm(datasets)
+    if not config.json:
+        print(f"{folder}:")
+        if seen is None:
+            print(
+                "      not held against each other: no joints of an arm that were logged together"
+            )
+        else:
+            show_joints(seen)
+    return {"dataset": str(folder), "format": "arm", **joint_tables(seen)}
+
+
+def examine_lerobot(config: Asked, folder: Path) -> dict[str, Any]:
     """Examine a LeRobotDataset, print a row for each joint and what to type next."""
     from tendon_newton.data.importers.lerobot import LeRobotUnits
-    from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS, examine_dataset
+    from tendon_newton.data.importers.lerobot.lerobot_examination import examine_dataset
 
     if config.mend is not None:
         raise InvalidParameter(
@@ -78,18 +108,25 @@ def examine_joints(config: Asked, folder: Path) -> dict[str, Any]:
     units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
     seen = examine_dataset(folder, units)
     if not config.json:
-        width = max(len("joint"), *(len(joint.joint) for joint in seen.joints))
-        print(f"      {'joint':{width}}  {HEADINGS}")
-        for joint in seen.joints:
-            print(f"{verdict(sound=not joint.faults)} {joint.joint:{width}}  {joint.text}")
-            show_kinds(joint.faults, width)
-        show_kinds(seen.faults, width)
-        failed = sum(bool(joint.faults) for joint in seen.joints)
-        beside = " and more, as said" if seen.faults and failed else ""
-        beside = ", but the recordings are" if seen.faults and not failed else beside
-        print(f"{failed or 'none'} of {len(seen.joints)} joints to mend{beside}")
+        show_joints(seen)
         show_next(config, folder, seen)
-    return lerobot_table(seen)
+    return {"format": "lerobot", **joint_tables(seen)}
+
+
+def show_joints(seen: Examination) -> None:
+    """Print a row for each joint, and below it what to do."""
+    from tendon_newton.data.importers.joint_examination import HEADINGS
+
+    width = max(len("joint"), *(len(joint.joint) for joint in seen.joints))
+    print(f"      {'joint':{width}}  {HEADINGS}")
+    for joint in seen.joints:
+        print(f"{verdict(sound=not joint.faults)} {joint.joint:{width}}  {joint.text}")
+        show_kinds(joint.faults, width)
+    show_kinds(seen.faults, width)
+    failed = sum(bool(joint.faults) for joint in seen.joints)
+    beside = " and more, as said" if seen.faults and failed else ""
+    beside = ", but the recordings are" if seen.faults and not failed else beside
+    print(f"{failed or 'none'} of {len(seen.joints)} joints to mend{beside}")
 
 
 def verdict(*, sound: bool) -> str:
@@ -115,7 +152,7 @@ def show_kinds(findings: Iterable[Finding], width: int) -> None:
 def show_next(config: Asked, folder: Path, seen: Examination) -> None:
     """Print the command that diagnoses a LeRobotDataset, mended where that is safe."""
     words = ["tendon-newton", "diagnose", str(folder), "--out", "arm_diagnosis"]
-    if config.unit or any(joint.size != 1.0 for joint in seen.joints):
+    if config.unit or not seen.in_radians:
         words += ["--unit", config.unit or "deg"]
     if config.calibration is not None:
         words += ["--calibration", str(config.calibration)]
@@ -125,8 +162,10 @@ def show_next(config: Asked, folder: Path, seen: Examination) -> None:
         print("      or --unit percent --calibration FILE, where the arm was recorded so")
 
 
-def lerobot_table(seen: Examination) -> dict[str, Any]:
-    """Return an examination for programs; angles in rad, times in s."""
+def joint_tables(seen: Examination | None) -> dict[str, Any]:
+    """Return an examination for programs, or that there is none; angles in rad, times in s."""
+    if seen is None:
+        return {"sound": True, "joints": [], "findings": []}
     joints = [
         {
             "joint": joint.joint,
@@ -140,27 +179,23 @@ def lerobot_table(seen: Examination) -> dict[str, Any]:
         }
         for joint in seen.joints
     ]
-    return {
-        "format": "lerobot",
-        "sound": seen.sound,
-        "joints": joints,
-        "findings": [asdict(one) for one in seen.faults],
-    }
+    return {"sound": seen.sound, "joints": joints, "findings": [asdict(one) for one in seen.faults]}
 
 
-def examine_own(config: Asked, folder: Path) -> dict[str, Any]:
+def examine_own(config: Asked, folder: Path, kept: dict[str, OwnDataset]) -> dict[str, Any]:
     """Examine a dataset of our own format, print what was found, and write it mended."""
     from tendon_newton.data.checks.finding import findings_text
     from tendon_newton.data.importers.own import read_own, write_mended
 
-    seen = read_own(folder, known_bench, mend=config.mend is not None)
+    seen = kept[folder.name] = read_own(folder, known_bench, mend=config.mend is not None)
     if config.mend is not None:
         write_mended(folder, seen, config.mend)
     wrong = [one for one in seen.findings if one.severity == "defect"]
     if not config.json:
-        print("\n".join(findings_text(seen.findings, SHOWN)[1:]))
+        lines = findings_text(seen.findings, SHOWN)[1:]
+        print(*lines, *[""] * bool(lines), sep="\n", end="\n" * bool(lines))
         count = len(seen.train) + len(seen.test)
-        print(f"\n{verdict(sound=not wrong)} {folder}: {count} recordings", end="")
+        print(f"{verdict(sound=not wrong)} {folder}: {count} recordings", end="")
         print(f", {len(wrong)} defects" if wrong else "")
         if config.mend is not None:
             print(f"mended: {config.mend}")

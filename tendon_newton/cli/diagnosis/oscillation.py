@@ -76,7 +76,7 @@ def show(log: ReadLog, joints: Sequence[JointOfLog]) -> None:
     """Print what is wrong with the log, how its joints follow, and why they shake."""
     from tendon_newton.cli.bench.examined_data import show_kinds
     from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
-    from tendon_newton.data.importers.lerobot.lerobot_examination import HEADINGS
+    from tendon_newton.data.importers.joint_examination import HEADINGS
     from tendon_newton.data.oscillations.log_told import shaking_lines, supply_text
 
     width = max(len("joint"), *(len(one.joint) for one in joints))

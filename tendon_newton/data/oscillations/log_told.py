@@ -10,8 +10,7 @@ from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.frozen_checks import frozen_rows
 from tendon_newton.data.checks.read_checks import unread_angles
 from tendon_newton.data.checks.supply import supply_of
-from tendon_newton.data.importers.lerobot.info import JointPlace
-from tendon_newton.data.importers.lerobot.lerobot_examination import (
+from tendon_newton.data.importers.joint_examination import (
     JointExamination,
     examine_joint,
     fails,
@@ -85,8 +84,7 @@ def tell_joint_of(
     return JointOfLog(
         joint=joint,
         followed=examine_joint(
-            JointPlace(name=joint, command=place, state=place),
-            1.0,
+            joint,
             {w.name: motion_of(w, frozen_rows(w), place) for w in wholes},
             [one for one in findings if fails(one)],
             [whole.motor_position[:, place] for whole in wholes],

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.checks.frozen_checks import frozen_rows
-from tendon_newton.data.importers.lerobot.joint_faults import MOTION_LIMIT
-from tendon_newton.data.importers.lerobot.lerobot_examination import motion_of
+from tendon_newton.data.importers.joint_examination import motion_of
+from tendon_newton.data.importers.joint_faults import MOTION_LIMIT
 from tendon_newton.data.oscillations.log_reading import ReadLog
 from tendon_newton.data.oscillations.shaking import SHORTEST, Evenly, evenly, uninterrupted
 from tendon_newton.data.recording import Recording

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.data.importers.lerobot.joint_faults import ANGLE_LIMIT
+from tendon_newton.data.importers.joint_faults import ANGLE_LIMIT
 from tendon_newton.data.recording import Array
 from tendon_newton.data.wear.day_fit import NUMBERS, DayFit
 

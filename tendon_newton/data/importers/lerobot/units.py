@@ -16,13 +16,12 @@ import numpy as np
 from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number
 from tendon_newton.data.files.values import is_table
+from tendon_newton.data.importers.joint_faults import DEGREE, GRIPPER
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, InvalidRecording, listed, shown, unknown_name
 
-DEGREE = pi / 180.0
 UNITS = ("rad", "deg", "percent")
 COUNT = 2.0 * pi / 4096.0  # [rad] of the encoders of LeRobot's arms
-GRIPPER = "gripper"
 RADIANS_AT_MOST = 2.0 * pi
 """A joint that never leaves this range is taken to be in radians where no unit is given."""
 

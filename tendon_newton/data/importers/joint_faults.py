@@ -1,13 +1,15 @@
-"""What fails a joint of a LeRobotDataset: how it follows, its rows, its siblings."""
+"""What fails a joint of an arm: how it follows, its rows, its siblings."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import pi
 
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.following import FollowedMotion, Following, follow
-from tendon_newton.data.importers.lerobot.units import DEGREE, GRIPPER
 
+DEGREE = pi / 180.0
+GRIPPER = "gripper"  # In the name of a joint that may hold what it grasps
 ANGLE_LIMIT = 5.0 * DEGREE
 """Offset or play from which on a joint fails; a sound SO-101 sags by up to 2.3 degrees and has up
 to 4.7 degrees of play (docs/lab/so101.md)."""
