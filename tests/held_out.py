@@ -38,7 +38,7 @@ NO_DATASET = {
     "explain": "reads a diagnosis",
     "asset": "reads an asset",
     "export": "reads a model",
-    "train-policy": "reads a model and, if told, the posterior of a diagnosis",
+    "train-policy": "reads a model",
     "evaluate-policy": "reads policies",
     "doctor": "reads a bench; with --against is diagnose --against",
     "calibrate": "reads a load cell",

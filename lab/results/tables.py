@@ -42,7 +42,6 @@ def heeded(kept: Records) -> str:
 
 
 TRAINED_ON = {
-    "posterior": "what its diagnosis leaves open",
     "diagnosed": "its diagnosis, nothing drawn",
     "truth": "the plant's causes, tuned on its runs, nothing drawn",
     "ranges": "data sheet, default ranges",

@@ -1,7 +1,7 @@
 """From a model to a policy: what a finger's tip misses, by what its policy was trained on.
 
-``python -m lab.studies.diagnosed_policies --out DIR --minutes 8`` compares what a diagnosis leaves
-open with a data sheet. The paper's experiment, with a Transformer beside, is
+``python -m lab.studies.diagnosed_policies --out DIR --minutes 8`` compares a diagnosis
+with a data sheet. The paper's experiment, with a Transformer beside, is
 
 ``python -m lab.studies.diagnosed_policies --out DIR --arms ideal ranges network diagnosed truth
 --units 3101 3102 3103 3104 3105 3106 3107 3108 3109 3110``
@@ -67,12 +67,11 @@ Units = Mapping[str, Mapping[int, float]]  # Unit -> seed -> tip error [mm]
 Errors = dict[str, dict[str, dict[int, float]]]  # The same by arm
 UNITS = tuple(str(unit) for unit in range(2001, 2011))
 RANGES = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
-ARMS = ("posterior", "diagnosed", "ranges", "truth", "nominal", "ideal", "network")
-"""A diagnosis with its posterior, and with nothing drawn; a data sheet with the default ranges; the
-unit's own causes; a data sheet with nothing drawn; the paper's ideal source with the default
-ranges, and its Transformer with nothing drawn."""
+ARMS = ("diagnosed", "ranges", "truth", "nominal", "ideal", "network")
+"""A diagnosis; a data sheet with the default ranges; the unit's own causes; a data sheet with
+nothing drawn; the paper's ideal source with the default ranges, and its Transformer."""
 SHARED = ("ideal", "nominal", "ranges")  # Arms that know no unit
-LEARNED = ("network", "diagnosed", "posterior")  # Arms that are tried on a unit they do not know
+LEARNED = ("network", "diagnosed")  # Arms that are tried on a unit they do not know
 ELSEWHERE = " of the next unit"
 OURS, PACKAGED = "finger-stairs", "packaged"
 """The policy that comes with the program, of another unit's diagnosis."""
@@ -329,7 +328,6 @@ def config_of(training: Training, recipe: PolicyTrainingConfig) -> PolicyTrainin
     sheet, answer = out / f"recordings_{unit}" / "model.toml", out / f"answer_{unit}"
     truth, network = out / f"truth_{unit}.toml", network_of(unit, out)
     force, randomise = {
-        "posterior": (answer / "model.toml", (str(answer / "diagnosis.json"),)),
         "diagnosed": (answer / "model.toml", ("none",)),
         "truth": (truth, ("none",)),
         "nominal": (sheet, ("none",)),
@@ -451,7 +449,7 @@ def reader(about: str | None) -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, required=True, help="folder of all results")
     parser.add_argument("--units", nargs="+", default=list(UNITS))
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(5)))
-    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS[:5]))
+    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS[:4]))
     parser.add_argument("--devices", nargs="+", default=[], help="by default all GPUs")
     parser.add_argument("--each", type=int, default=6, help="trainings at once on each device")
     parser.add_argument("--cores", type=int, help="for all but trainings; by default all")

@@ -4,7 +4,7 @@ Without a name each servo is told with what it leaves of logs that no fit has se
 stands wherever a model file may, by its name or by the folder that this verb wrote:
 
   tendon-newton servo xl330 --gain 800 --supply 5 --out mine
-  tendon-newton train-policy --force mine --randomise mine --out policy
+  tendon-newton train-policy --force mine --out policy
 """
 
 from dataclasses import dataclass

@@ -17,10 +17,7 @@ from tendon_newton.diagnosis.known_servos import (
     known_servo,
     known_servos,
     servo_alone,
-    stated_radius,
-    worlds_alone,
 )
-from tendon_newton.diagnosis.posterior import Posterior, read_posterior
 from tendon_newton.errors import InvalidParameter, listed, unknown_name
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
@@ -54,19 +51,6 @@ def open_model(path: str | Path, benches: Collection[Mechanism]) -> Model:
     refuse_other_bench(path, [bench.name for bench in benches])
     model = load_model(model_path(path))
     return model if known_servo(path) is None else servo_alone(model, common_spool(path, benches))
-
-
-def open_worlds(path: Path, bench: Mechanism) -> Posterior:
-    """Return what a diagnosis or a known servo leaves open, on a bench.
-
-    Raises:
-        InvalidDiagnosis: It has no such file, or the file is broken.
-    """
-    if (home := known_servo(path)) is None:
-        refuse_other_bench(path, [bench.name])
-        return read_posterior(path)
-    ratio = common_spool(path, [bench]) / stated_radius(load_model(home / MODEL))
-    return worlds_alone(read_posterior(home / ANSWER), ratio)
 
 
 def common_spool(path: Path, benches: Collection[Mechanism]) -> float:

@@ -9,8 +9,6 @@ the spool of another bench has it; the stand's own numbers stay in the folder.
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from tendon_newton.actuators import ACTUATORS, find_actuator
 from tendon_newton.data.files.checked_table import CheckedTable, read_checked
 from tendon_newton.data.files.json_file import write_json
@@ -19,13 +17,7 @@ from tendon_newton.data.files.together import KEY as HASHES
 from tendon_newton.data.files.together import together
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.posterior import (
-    ENDING,
-    Coordinate,
-    FittedSet,
-    OpenNumber,
-    Posterior,
-)
+from tendon_newton.diagnosis.posterior import ENDING
 from tendon_newton.effects import EFFECTS, law_of
 from tendon_newton.errors import InvalidDiagnosis, InvalidModelFile, InvalidParameter
 from tendon_newton.mechanisms.asset_library import asset_folders
@@ -148,20 +140,6 @@ def stated_radius(model: Model) -> float:
     return radius
 
 
-def worlds_alone(posterior: Posterior, ratio: float) -> Posterior:
-    """Return what is open of the servo alone, on a spool so many times as large."""
-    sets = []
-    for own in posterior.sets:
-        kept = [k for k, number in enumerate(own.numbers) if is_of_servo(number.owner, ratio)]
-        numbers = tuple(number_on_spool(own.numbers[k], ratio) for k in kept)
-        causes = tuple(cause for cause in own.causes if is_of_servo(cause, ratio))
-        covariance = own.covariance[np.ix_(kept, kept)]
-        sets.append(
-            FittedSet(weight=own.weight, causes=causes, numbers=numbers, covariance=covariance)
-        )
-    return Posterior(sets=tuple(sets))
-
-
 def is_of_servo(owner: str, ratio: float) -> bool:
     """Tell whether numbers of an owner are the servo's, and neither its stand's nor a sensor's.
 
@@ -179,16 +157,6 @@ def on_spool(part: NamedValues, ratio: float) -> NamedValues:
         for name, value in part.values.items()
     }
     return replace(part, values=values)
-
-
-def number_on_spool(number: OpenNumber, ratio: float) -> OpenNumber:
-    """Return an open number as a spool so many times as large has it."""
-    own, size = number.coordinate, factor(number.owner, number.name, ratio)
-    unit = own.unit * size if own.kind == "linear" else own.unit
-    coordinate = Coordinate(
-        kind=own.kind, origin=own.origin * size, unit=unit, lower=own.lower, upper=own.upper
-    )
-    return replace(number, coordinate=coordinate)
 
 
 def factor(owner: str, name: str, ratio: float) -> float:

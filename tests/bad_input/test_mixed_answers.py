@@ -133,7 +133,7 @@ def test_an_answer_with_a_file_of_another_is_refused(name: str, tmp_path: Path, 
         ["export", str(answer), "--to", "mujoco", "--out", out],
         ["diagnose", str(data), "--against", str(answer), "--out", out],
         ["experiment", str(answer), "--out", f"{out}/run.csv"],
-        ["train-policy", "--randomise", str(answer / "diagnosis.json"), "--out", out],
+        ["train-policy", "--force", str(answer), "--out", out],
     ]
     assert main(readers[0]) == 0
     (answer / name).write_bytes((answer / name).read_bytes() + b"\n")

@@ -12,16 +12,15 @@ from tendon_newton.cli import main
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnosed_bench import open_model, open_worlds
+from tendon_newton.diagnosis.diagnosed_bench import open_model
 from tendon_newton.diagnosis.known_servos import known_servos, servo_alone
+from tendon_newton.diagnosis.posterior import read_posterior
 from tendon_newton.errors import InvalidModelFile, InvalidParameter, UnknownName
 from tendon_newton.exports.source import read_source
 from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.force_model import open_force_model, trust_force
-from tendon_train.policy.worlds.randomisation import differences_of
 
 SERVOS = sorted(known_servos())
 ON_A_STAND = Model(
@@ -104,24 +103,6 @@ def test_a_name_stands_wherever_a_model_does(name: str) -> None:
     assert read_source(Path(name), "finger", None).model.actuator == model.actuator
     assert read_source(Path(name), None, None).mechanism.name == "finger"  # no stand
     trust_force(name)  # nothing of it is a program
-    (drawn,) = differences_of(EnvironmentConfig(randomise=(name,)), model).posteriors
-    assert drawn.sets
-
-
-@pytest.mark.parametrize("name", SERVOS)
-def test_worlds_scatter_about_the_model(name: str) -> None:
-    """Each number that all worlds have lies in the model within what 95 % of them have of it."""
-    finger = load_mechanism("finger")
-    model, worlds = open_model(Path(name), [finger]), open_worlds(Path(name), finger)
-    deck = worlds.sample(2000, 0)
-    said = {(part.name, key): value for part in (model.actuator, *model.effects)
-            for key, value in part.values.items()}  # fmt: skip
-    shared = set.intersection(*({n.owner for n in own.numbers} for own in worlds.sets))
-    drawn = {key for key in deck.keys() & said.keys() if key[0] in shared}
-    assert drawn
-    for key in drawn:
-        low, high = np.quantile(deck[key], (0.025, 0.975))
-        assert low <= float(said[key]) <= high, key
 
 
 @pytest.mark.parametrize("name", SERVOS)
@@ -173,7 +154,7 @@ def test_a_servo_is_written_with_a_users_gain_and_supply(tmp_path: Path) -> None
     assert duties[1] == pytest.approx(0.5 * duties[0])
     assert half.actuator.values["supply_voltage"] == 5.0
     assert half.effects == open_model(Path(name), [finger]).effects
-    assert open_worlds(tmp_path / "0.5", finger).sets
+    assert read_posterior(tmp_path / "0.5" / "diagnosis.json").sets
     for wrong in (("--gain", "0"), ("--supply", "300")):
         assert main(["servo", name, *wrong, "--out", str(tmp_path / "none")]) == 2
 

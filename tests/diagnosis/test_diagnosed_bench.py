@@ -11,7 +11,7 @@ from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.source import read_source
 from tendon_train.policy.config.environment_config import EnvironmentConfig
-from tendon_train.policy.worlds.randomisation import differences_of, on_diagnosed_finger
+from tendon_train.policy.worlds.randomisation import on_diagnosed_finger
 from tests.bad_input.damage import refusal
 from tests.importers.logs import recording
 
@@ -98,11 +98,5 @@ def test_verbs_refuse_in_one_line(verb, found, tmp_path, capsys) -> None:
 
 def test_a_training_is_on_the_finger_of_the_diagnosis(found: Path) -> None:
     """Said by the model or by the intervals; another finger that is stated is refused."""
-    for settings in (
-        {"force": str(found / "model.toml")},
-        {"randomise": (str(found / "diagnosis.json"),)},
-    ):
-        assert on_diagnosed_finger(EnvironmentConfig(**settings)).finger == "thumb"
-    config = EnvironmentConfig(randomise=(str(found / "diagnosis.json"),))
-    with pytest.raises(InvalidParameter, match="it is to be used on finger"):
-        differences_of(config, ideal())
+    for force in (found / "model.toml", found / "diagnosis.json", found):
+        assert on_diagnosed_finger(EnvironmentConfig(force=str(force))).finger == "thumb"

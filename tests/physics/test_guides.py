@@ -23,7 +23,6 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tendon_newton.simulation.model.bench_numbers import line_numbers
-from tendon_train.policy.worlds.drawn_sets import of_bench
 from tests.physics.runs import DATA_SHEET, RADIUS, run_of, simulate
 
 STIFFNESS, EXPONENT = 9000.0, 0.17  # N/m, 1
@@ -136,10 +135,6 @@ def test_a_bench_s_line_enters_wherever_a_model_is_used(tmp_path: Path) -> None:
         correct(bench, each).corrected.joints[0].friction for each in (model, written, nominal)
     )
     assert first == same > less
-    deck = {("bench", "spring_strong.routing_friction"): np.array([3.0])}
-    key, drawn = ("routing_friction", "exponent"), np.array([0.05])
-    assert of_bench(key, drawn, deck, "spring_strong") == pytest.approx(0.15)
-    assert of_bench(key, drawn, deck, "spring_weak") == pytest.approx(0.05)
 
 
 def test_what_is_stated_of_a_line_is_not_fitted() -> None:

@@ -3,8 +3,8 @@
 The paper's budget of 105 million steps, minutes on a GPU and hours on a CPU:
   tendon-newton train-policy --out policies/ideal
 
-On a diagnosed model, within its intervals, or on a force network:
-  tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
+On a diagnosed model, or on a force network:
+  tendon-newton train-policy --force found/model.toml --randomise none --out policy
   tendon-newton train-policy --force networks/paper-0.safetensors --out policy
 
 A hand that turns a ball in its palm:

@@ -46,7 +46,7 @@ RANKING = (
 )
 
 WORLDS = (
-    "Worlds as train-policy draws them with --randomise: each dot has a whole set of causes, by "
+    "Worlds as the data leave them open: each dot has a whole set of causes, by "
     "its weight, with all its numbers together. Shown are the two numbers that the likeliest set "
     "ties together most; a set without a cause has its number at the value that means nothing."
 )

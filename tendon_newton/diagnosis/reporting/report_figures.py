@@ -269,7 +269,7 @@ class Panels:
             axes.set_xlabel(label(pair[0]))
             axes.set_ylabel(label(pair[1]), fontsize=8)
 
-        return svg(name, "worlds as a training draws them", PANEL, draw)
+        return svg(name, "worlds as the data leave them open", PANEL, draw)
 
 
 def tied(first: FittedSet) -> tuple[OpenNumber, ...]:

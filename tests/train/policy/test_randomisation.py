@@ -1,6 +1,5 @@
 """What differs between worlds."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -8,14 +7,7 @@ import pytest
 import torch
 
 from tendon_newton.data.model_file import Model, NamedValues, write_model
-from tendon_newton.diagnosis.posterior import (
-    Coordinate,
-    FittedSet,
-    OpenNumber,
-    Posterior,
-    write_posterior,
-)
-from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, UnknownName
+from tendon_newton.errors import InvalidParameter, UnknownName
 from tendon_train.policy.worlds.environment import FingerEnvironment
 from tendon_train.policy.worlds.randomisation import BENCH_NUMBERS, effect_ranges
 from tendon_train.policy.worlds.world_draws import WorldDraws, mixed
@@ -33,29 +25,6 @@ def trajectory(finger: FingerEnvironment) -> torch.Tensor:
         finger.loop.step(position + (PULL if step < 12 else 0.2))
         rows.append(finger.loop.reading.motor_position[:, 0].clone())
     return torch.stack(rows)
-
-
-def open_number(owner: str, name: str, middle: float, reach: float) -> OpenNumber:
-    """Return a number in its own unit, from nothing to a reach."""
-    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=0.0, upper=reach)
-    return OpenNumber(owner=owner, name=name, coordinate=scale, place=middle)
-
-
-def write_sets(path: Path, *sets: tuple[float, dict[OpenNumber, float]]) -> str:
-    """Write a diagnosis that leaves open sets of numbers, by weights and standard deviations."""
-    table = {"schema": 1, "verdict": "explained", "wall_time_s": 1.0, "effects": []}
-    path.write_text(json.dumps(table))
-    own = [
-        FittedSet(
-            weight=weight,
-            causes=tuple(n.owner for n in numbers),
-            numbers=tuple(numbers),
-            covariance=np.diag(np.square([*numbers.values()])),
-        )
-        for weight, numbers in sets
-    ]
-    write_posterior(path, Posterior(sets=tuple(own)))
-    return str(path)
 
 
 @pytest.mark.parametrize("name", BENCH_NUMBERS)
@@ -111,38 +80,6 @@ def test_the_friction_of_the_model_counts_before_the_default(tmp_path: Path) -> 
     assert friction == pytest.approx(0.25 * 0.045 * 1.75, rel=1e-6)
 
 
-def test_each_world_has_a_set_of_causes_that_a_diagnosis_leaves_open(tmp_path: Path) -> None:
-    """Causes that the model lacks come in, a suspected one at times; what a cell sees does not."""
-    friction = open_number("coulomb_friction", "force", 1.0, 5.0)
-    delay = open_number("command_delay", "delay", 0.04, 0.1)
-    unseen = open_number("load_cell_bias", "offset", 0.1, 1.0)
-    mass = open_number("bench", "mass_pip", 0.012, 0.1)
-    path = write_sets(
-        tmp_path / "diagnosis.json",
-        (0.75, {friction: 0.1, unseen: 0.1, mass: 0.001}),
-        (0.25, {friction: 0.1, delay: 0.005, mass: 0.001}),
-    )
-    finger = environment(randomise=(path,), worlds=400)
-    force = finger.loop.numbers("coulomb_friction", "force")
-    late = finger.loop.numbers("command_delay", "delay") > 0.0
-    assert float(force.std()) == pytest.approx(0.1, rel=0.15)  # 400 draws: 4 %
-    assert torch.unique(force).numel() > 350  # of a deck of 4096
-    assert float(late.float().mean()) == pytest.approx(0.25, abs=0.08)
-    masses, inertias = (finger.loop.bench_numbers(name) for name in ("mass", "inertia"))
-    assert float(masses[:, 0].std()) == pytest.approx(0.001, rel=0.15)
-    assert float(masses[:, 1].std()) == 0.0
-    ratio = inertias.reshape(400, -1)[:, 0] / masses[:, 0]
-    assert float(ratio.std() / ratio.mean()) < 1e-5
-    assert "load_cell_bias" not in finger.loop.solver.table.effects
-    before, dones = force.clone(), late
-    for _ in range(5):  # episodes of the worlds 3, 7, 11 ... end after five steps
-        _, _, dones, _ = finger.step(torch.ones(400, 1))
-    assert torch.equal(force != before, dones)
-    assert finger.divergence_count == 0
-    low, high = finger.randomiser.told["coulomb_friction.force"]
-    assert (low, high) == pytest.approx((1.0 - 0.196, 1.0 + 0.196), rel=0.02)
-
-
 def test_a_form_that_the_model_leaves_out_is_not_drawn() -> None:
     """A capstan without a stretch behind its guide stays one: the exponent alone differs."""
     model = Model(
@@ -177,13 +114,10 @@ def test_worlds_differ_about_the_numbers_of_the_model(tmp_path: Path) -> None:
         environment(force=force, randomise=("tendon_slack",))
 
 
-def test_what_cannot_be_randomised_is_refused(tmp_path: Path) -> None:
-    """A word that is none of the names, and a diagnosis that names nothing."""
+def test_what_cannot_be_randomised_is_refused() -> None:
+    """A word that is none of the names."""
     with pytest.raises(UnknownName, match="did you mean 'joint_spring'"):
         environment(randomise=("joint_sprin",))
-    path = write_sets(tmp_path / "diagnosis.json")
-    with pytest.raises(InvalidDiagnosis, match="names none that moves the finger"):
-        environment(randomise=(path,))
 
 
 def test_the_numbers_are_those_of_splitmix64() -> None:

@@ -95,7 +95,7 @@ def make_card(
             samples=points[-1].samples if points else 0,
             force=environment.force.name,
             randomisation=environment.randomiser.told,
-            files=files_of(environment, config),
+            files=files_of(environment),
         ),
     )
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import torch
 
-from tendon_newton.diagnosis.posterior import ENDING
 from tendon_train.policy.config.policy_training_config import (
     PolicyTrainingConfig,
     exploration_at,
@@ -69,7 +68,7 @@ def train_policy(
         config.environment, seed=config.seed, device=device, simulator=simulator
     )
     runner = make_runner(environment, config, device)
-    settings = training_settings(config, files_of(environment, config))
+    settings = training_settings(config, files_of(environment))
     points = load_checkpoint(out / "checkpoints", settings, runner.alg, device)
     first = process.rank == 0
     logger = CurveLogger(
@@ -128,9 +127,6 @@ def learn_at(runner: Any, rate: float) -> None:
         group["lr"] = rate
 
 
-def files_of(environment: FingerEnvironment, config: PolicyTrainingConfig) -> dict[str, str]:
+def files_of(environment: FingerEnvironment) -> dict[str, str]:
     """Return the SHA-256 of every file that a training reads, by name."""
-    words = config.environment.randomise
-    diagnoses = [Path(word).with_suffix(ENDING) for word in words if word.endswith(".json")]
-    read = hashes(environment.mechanism.asset, *diagnoses)
-    return {**read, **environment.force.files}
+    return {**hashes(environment.mechanism.asset), **environment.force.files}

@@ -25,7 +25,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.force_model import open_force_model
 from tendon_train.policy.worlds.goal_path import GoalPath
-from tendon_train.policy.worlds.randomisation import Randomiser, differences_of
+from tendon_train.policy.worlds.randomisation import Randomiser, effects_of, ranges_of
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 
@@ -134,7 +134,7 @@ def make_worlds(config: EnvironmentConfig, seed: int) -> tuple[ControlLoop, Mech
     """Return the worlds of an evaluation, on the CPU: the first nominal, the others drawn."""
     mechanism = load_mechanism(config.finger)
     force = open_force_model(config.force, mechanism)
-    differences = differences_of(config, force.model)
+    ranges = ranges_of(config, force.model)
     loop = ControlLoop(
         mechanism,
         force.model,
@@ -142,16 +142,14 @@ def make_worlds(config: EnvironmentConfig, seed: int) -> tuple[ControlLoop, Mech
         rate=config.rate,
         max_step=config.max_step,
         precision="float64",
-        effects=differences.effects,
+        effects=effects_of(ranges),
         network="fused",
         device="cpu",
     )
     others = torch.ones(config.worlds, dtype=torch.bool)
     others[0] = False
     draws = WorldDraws(config.worlds, seed=seed)
-    randomiser = Randomiser(
-        loop, differences, mechanism, force.model, joint_friction=config.joint_friction, draws=draws
-    )
+    randomiser = Randomiser(loop, ranges, joint_friction=config.joint_friction, draws=draws)
     randomiser.draw(others)
     return loop, mechanism, f"simulation, {force.name}"
 

@@ -20,7 +20,7 @@ from tendon_train.policy.config.policy_training_config import HIDDEN, OBSERVED
 from tendon_train.policy.worlds.force_model import open_force_model
 from tendon_train.policy.worlds.goal_path import of_each_servo
 from tendon_train.policy.worlds.observation_tensors import ObservationTensors
-from tendon_train.policy.worlds.randomisation import Randomiser, differences_of
+from tendon_train.policy.worlds.randomisation import Randomiser, effects_of, ranges_of
 from tendon_train.policy.worlds.task import Task
 from tendon_train.policy.worlds.tip_goal import TipGoal
 from tendon_train.policy.worlds.turning import Turning, refuse_long_steps
@@ -84,19 +84,18 @@ class FingerEnvironment(VecEnv):
         self.force = open_force_model(config.force, self.mechanism)
         if config.task == "turn":
             refuse_long_steps(config.max_step, self.force.model)
-        differences = differences_of(config, self.force.model)
-        drawn = differences or config.task != "tip"
+        ranges = ranges_of(config, self.force.model)
+        drawn = ranges or config.task != "tip"
         if simulator is not None and drawn:
             raise InvalidParameter(
                 "another simulator's worlds are all alike: randomise must be none; it is "
                 f"{', '.join(config.randomise)}. The task must be tip; it is {config.task}"
             )
-        self.loop: ControlLoop = simulator or self._own_loop(differences.effects)
+        self.loop: ControlLoop = simulator or self._own_loop(effects_of(ranges))
         self._draws = WorldDraws(config.worlds, self.device)
         self.randomiser = Randomiser(
-            self.loop, differences, self.mechanism, self.force.model,
-            joint_friction=config.joint_friction, draws=self._draws,
-        )  # fmt: skip
+            self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
+        )
         self.task: Task = (
             TipGoal(config, self.loop, self.mechanism, self._draws)
             if config.task == "tip"

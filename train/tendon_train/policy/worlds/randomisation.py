@@ -1,5 +1,6 @@
 """Numbers that differ between the worlds of a training, drawn anew for each episode."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
@@ -8,17 +9,12 @@ import torch
 from torch import Tensor
 
 from tendon_newton.data.model_file import Model
-from tendon_newton.diagnosis.diagnosed_bench import open_worlds, recorded_benches
-from tendon_newton.diagnosis.known_servos import known_servo, known_servos
-from tendon_newton.diagnosis.posterior import Posterior
+from tendon_newton.diagnosis.diagnosed_bench import recorded_benches
 from tendon_newton.effects import EFFECTS, find_effect
-from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, listed, unknown_name
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.errors import InvalidParameter, listed, unknown_name
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import FINGERS, EnvironmentConfig
-from tendon_train.policy.worlds.drawn_sets import DrawnSets, causes_of
 from tendon_train.policy.worlds.world_draws import WorldDraws
 
 BENCH = "bench"  # Owner of the numbers of the mechanism
@@ -49,57 +45,31 @@ class NumberRange:
         return self.name if self.owner == BENCH else f"{self.owner}.{self.name}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Differences:
-    """What differs between worlds: numbers by themselves, and whole sets of causes."""
-
-    ranges: tuple[NumberRange, ...] = ()
-    posteriors: tuple[Posterior, ...] = ()
-
-    def __bool__(self) -> bool:
-        """Tell whether anything differs."""
-        return bool(self.ranges or self.posteriors)
-
-    @property
-    def effects(self) -> tuple[str, ...]:
-        """Effects that a simulation must hold for its numbers to differ."""
-        own = [r.owner for r in self.ranges if r.owner != BENCH]
-        return tuple(dict.fromkeys([*own, *(c for p in self.posteriors for c in causes_of(p))]))
-
-
-def differences_of(config: EnvironmentConfig, model: Model) -> Differences:
+def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...]:
     """Return what a config randomises.
 
     Args:
         model: Force model; effects are drawn about its own numbers.
 
     Raises:
-        UnknownName: A word that is no number, no effect and no file.
-        InvalidDiagnosis: A file is no diagnosis, or names nothing that moves a finger.
-        InvalidParameter: There is nothing that an effect could be drawn about, or a diagnosis is of
-            another bench.
+        UnknownName: A word that is no number and no effect.
+        InvalidParameter: There is nothing that an effect could be drawn about.
     """
-    ranges, posteriors = list[NumberRange](), list[Posterior]()
+    ranges = list[NumberRange]()
     for word in config.randomise:
         if word in BENCH_NUMBERS:
             low, high = 1.0 - config.spread, 1.0 + config.spread
             ranges.append(NumberRange(owner=BENCH, name=word, low=low, high=high))
-        elif word.endswith(".json") or known_servo(word):
-            posteriors.append(open_worlds(Path(word), load_mechanism(config.finger)))
-            if not causes_of(posteriors[-1]):
-                raise InvalidDiagnosis(
-                    f"{word}: worlds differ by the causes that a diagnosis names; this one names "
-                    "none that moves the finger"
-                )
         elif word in EFFECTS:
             ranges += effect_ranges(word, model, config.spread)
         elif word != NONE:
-            raise unknown_name(
-                "number to randomise",
-                word,
-                [*BENCH_NUMBERS, NONE, *EFFECTS, *known_servos(), "a diagnosis.json file"],
-            )
-    return Differences(ranges=tuple(ranges), posteriors=tuple(posteriors))
+            raise unknown_name("number to randomise", word, [*BENCH_NUMBERS, NONE, *EFFECTS])
+    return tuple(ranges)
+
+
+def effects_of(ranges: Sequence[NumberRange]) -> tuple[str, ...]:
+    """Return the effects that a simulation must hold for its numbers to differ."""
+    return tuple(dict.fromkeys(each.owner for each in ranges if each.owner != BENCH))
 
 
 def on_diagnosed_finger(config: EnvironmentConfig) -> EnvironmentConfig:
@@ -110,8 +80,8 @@ def on_diagnosed_finger(config: EnvironmentConfig) -> EnvironmentConfig:
     """
     if config.finger != FINGERS["tip"]:
         return config
-    named = [Path(word) for word in (config.force, *config.randomise) if Path(word).exists()]
-    benches = {bench for path in named for bench in recorded_benches(path)} - {config.finger}
+    force = Path(config.force)
+    benches = {*(recorded_benches(force) if force.exists() else ())} - {config.finger}
     fingers = sorted(bench for bench in benches if load_mechanism(bench).tip is not None)
     if len(fingers) > 1:
         raise InvalidParameter(f"--finger must name one of the diagnosis's: {listed(fingers)}")
@@ -133,7 +103,7 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
         if not isfinite(middle) or middle == 0.0:
             raise InvalidParameter(
                 f"{effect} is drawn about the model's own {known.name}; the model has none: put it "
-                "into the model file, or name a diagnosis.json with its interval"
+                "into the model file"
             )
         ends = (middle * (1.0 - spread), middle * (1.0 + spread))
         least, most = known.widest
@@ -149,8 +119,7 @@ class Randomiser:
     Joint friction is a torque of its own here, so that a stiffer spring brings no more of it.
 
     Args:
-        mechanism: The bench of the worlds, as its asset states it.
-        model: Its actuator, effects and numbers of the bench are those of the worlds.
+        ranges: Numbers that differ.
         joint_friction: Dry friction that `joint_friction` is drawn about [1], where the model has
             none of its own.
     """
@@ -158,20 +127,12 @@ class Randomiser:
     def __init__(
         self,
         loop: ControlLoop,
-        differences: Differences,
-        mechanism: Mechanism,
-        model: Model,
+        ranges: Sequence[NumberRange],
         *,
         joint_friction: float,
         draws: WorldDraws,
     ) -> None:
-        self.ranges = differences.ranges  # Numbers that differ by themselves
-        overrides = model.bench_overrides.get(mechanism.name)
-        bench = mechanism if overrides is None else override_mechanism(mechanism, overrides)
-        self.sets = tuple(
-            DrawnSets(loop, bench, model.actuator.name, p) for p in differences.posteriors
-        )
-        """Whole sets that differ."""
+        self.ranges = tuple(ranges)
         self._draws = draws
         self._loop = loop
         if any(r.owner == BENCH and r.name == "joint_friction" for r in self.ranges):
@@ -185,14 +146,11 @@ class Randomiser:
 
     @property
     def told(self) -> dict[str, tuple[float, float]]:
-        """Ends of what each number is drawn from, 95 % of it in whole sets, for a card."""
-        own = {r.label: (r.low, r.high) for r in self.ranges}
-        return {k: v for each in self.sets for k, v in each.ranges.items()} | own
+        """Ends of what each number is drawn from, for a card."""
+        return {r.label: (r.low, r.high) for r in self.ranges}
 
     def draw(self, worlds: Tensor) -> None:
         """Give new numbers to some worlds, a mask of shape (W,)."""
-        for drawn in self.sets:
-            drawn.draw(self._draws.uniform(worlds=worlds), worlds)
         for number in self.ranges:
             if number.owner == BENCH:
                 self._draw_bench(number, worlds)
