@@ -30,7 +30,9 @@ class SimulateConfig:
     out: Path  # Folder for the results; made if it is not there.
     seconds: float = 20.0  # Beginning of each recording that is simulated [s]; inf takes all.
     time_step: float | None = None
-    """Longest step of the integrator [s]; by default 0.125 ms."""
+    """Longest step of the integrator [s]; by default 0.125 ms, and 0.5 ms for mujoco."""
+    solver: str = "tendon"
+    """Engine: tendon (every effect, friction that sticks) or mujoco (Newton's SolverMuJoCo)."""
     network: str = "torchscript"
     """How the force network of a learned actuator runs: torchscript, or fused (a Transformer as one
     kernel, checked against TorchScript when loaded; other networks run as TorchScript)."""
@@ -65,18 +67,20 @@ def main(config: SimulateConfig) -> None:
     out = make_folder(config.out, config.dataset)
 
     from tendon_newton.cli.duration import TimeLeft
-    from tendon_newton.simulation.hosts.replay import replay
+    from tendon_newton.simulation.simulators import find_simulator
 
+    choice = find_simulator(config.solver)
     options: Any = {"network": config.network, "trust": config.trust}
     if config.time_step is not None:
         options["time_step"] = config.time_step
+    simulator = choice(**options)
     recordings = [beginning(r, config.seconds) if r.duration > config.seconds else r for r in whole]
     if any(recording.duration > config.seconds for recording in whole):
         print(f"  the first {config.seconds:g} s of each recording; --seconds inf takes all")
     told = TimeLeft(sum(recording.duration for recording in recordings))
     for first in range(0, len(recordings), AT_ONCE):
         members = recordings[first : first + AT_ONCE]
-        for recording, trajectory in zip(members, replay(members, model, **options), strict=True):
+        for recording, trajectory in zip(members, simulator.simulate(members, model), strict=True):
             write_result(config, recording, trajectory)
         told(sum(recording.duration for recording in members))
     print(f"\nwrote {len(recordings)} recordings to {out}")

@@ -13,16 +13,17 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
 from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
+from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
 from tests.conftest import SEED
 from tests.physics.hands.chains import TREES, write_chain
-from tests.physics.mujoco_reference import mujoco_run, torques
-from tests.physics.runs import RADIUS, ideal_model, run_of, simulate, stairs
+from tests.physics.runs import GAIN, RADIUS, ideal_model, run_of, simulate, stairs
 
 ANGLE, FORCE = 0.044e-3, 0.005  # rad, N: a tenth of an encoder's and a load cell's noise
 CASES = ("c005", "c008", "c021")
@@ -144,6 +145,7 @@ COMMANDS = {"pendulum": (-0.1, 0.1)}
 def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -> float:
     """Return the greatest RMS difference of a joint as a share of the range it moves through."""
     rng = np.random.default_rng(1)
+    # more than one recording: worlds of different length in one solver
     commands = [stairs(rng, rows, lower, upper, 40) for rows in (121, 81)]
     # a second tendon holds against the first
     held = [np.full((len(c), len(mechanism.tendons) - 1), HOLDING) for c in commands]
@@ -152,7 +154,7 @@ def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -
         for command, rest in zip(commands, held, strict=True)
     ]
     ours = simulate(runs, ideal_model(), time_step=STEP, mechanism=mechanism)
-    theirs = [mujoco_run(mechanism, *pair, STEP) for pair in zip(runs, ours, strict=True)]
+    theirs = MujocoRollout(mechanism, runs, ideal_model(), time_step=STEP, device="cpu").run()
     shares = [
         np.sqrt(np.mean((a.joint_position - b.joint_position) ** 2, axis=0))
         / np.ptp(a.joint_position, axis=0)
@@ -212,7 +214,13 @@ def rounded(mechanism: Mechanism) -> Mechanism:
 
 def imbalance(mechanism: Mechanism, q: np.ndarray, command: np.ndarray) -> float:
     """Return the greatest torque that nothing balances [N m], from numpy's own lengths and arms."""
-    torque = passive_torque(mechanism, q) + torques(mechanism, q, command)
+    torque = passive_torque(mechanism, q)
+    for tendon, angle in zip(mechanism.tendons, command.astype(np.float64), strict=True):
+        radius = 1.0 if tendon.direct else float(np.float32(RADIUS))
+        pull = GAIN * (angle - excursion(tendon, q) / radius)
+        least = -tendon.force_limit if tendon.direct else 0.0
+        pull = np.clip(pull, least, tendon.force_limit)
+        torque = torque + moment_arms(tendon, q) * pull
     return float(np.max(np.abs(torque)))
 
 

@@ -9,7 +9,8 @@ from tendon_lab.reproduction.unit import kind_of
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Mask, Recording
 from tendon_newton.data.root_mean_square import rms
-from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tendon_newton.simulation.hosts.replay import simulated_recording
+from tendon_newton.simulation.simulators import TendonSimulator
 
 SETTLED = 2.0
 """Start of what counts [s]: one period of the paper's sinusoid, in which a start is forgotten."""
@@ -53,10 +54,11 @@ class Replayed:
 def replayed(recordings: Sequence[Recording], model: Model, *, time_step: float) -> list[Replayed]:
     """Simulate recordings from their commands and first rows; known obstacles are put in."""
     out: dict[int, Replayed] = {}
+    simulator = TendonSimulator(time_step=time_step)
     for obstacle in dict.fromkeys(map(obstacle_of, recordings)):
         members = [i for i, r in enumerate(recordings) if obstacle_of(r) == obstacle]
         own = [recordings[i] for i in members]
-        trajectories = replay(own, blocked(model, obstacle), time_step=time_step)
+        trajectories = simulator.simulate(own, blocked(model, obstacle))
         for place, recording, trajectory in zip(members, own, trajectories, strict=True):
             out[place] = Replayed(
                 recording=recording, simulated=simulated_recording(recording, trajectory)

@@ -39,6 +39,7 @@ def rollout_of(
     time_step: float = TIME_STEP,
     network: str = "torchscript",
     trust: bool = False,
+    free_spools: bool = True,
     device: Any = None,
 ) -> Rollout:
     """Return the rollout of a model, with its force network where it has one.
@@ -62,6 +63,7 @@ def rollout_of(
         stiffness=stiffness_of(model),
         unknown=unknown,
         time_step=time_step,
+        free_spools=free_spools,
         device=device,
     )
 
@@ -104,31 +106,6 @@ def replay(
         )
         out.update(zip(members, rollout.run(rollout.base_vectors(model)[None])[0], strict=True))
     return [out[index] for index in range(len(recordings))]
-
-
-def simulate(
-    recordings: Sequence[Recording],
-    model: Model,
-    *,
-    time_step: float = TIME_STEP,
-    network: str = "torchscript",
-    trust: bool = False,
-) -> tuple[Recording, ...]:
-    """Return recordings as a model would have made them, from their commands and first rows.
-
-    Args:
-        recordings: Recordings of any benches.
-        model: Actuator and effects with their numbers.
-        time_step: Longest step [s].
-        network: How a force network runs, ``torchscript`` or ``fused``.
-        trust: Whether to trust its file from now on.
-
-    Raises:
-        UnknownName: A bench, the actuator or an effect is not known.
-        InvalidModelFile: A number of the model is missing or out of range.
-    """
-    found = replay(recordings, model, time_step=time_step, network=network, trust=trust)
-    return tuple(map(simulated_recording, recordings, found))
 
 
 def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recording:

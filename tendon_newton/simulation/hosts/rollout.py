@@ -119,6 +119,8 @@ class Rollout:
         stiffness: Force by which the servo answers a turn of its shaft [N/rad]; it matters only
             between rows without commands.
         time_step: Longest step [s]; each row's interval is divided evenly.
+        free_spools: Whether spools of servos with a rotor move on their own while their string is
+            slack or stretches; else a rotor is only inertia at its mechanism.
         device: Warp device.
     """
 
@@ -137,6 +139,7 @@ class Rollout:
         force: ForceSource | None = None,
         by_chain: bool = False,
         time_step: float = TIME_STEP,
+        free_spools: bool = True,
         device: Any = None,
     ) -> None:
         mechanism.refuse_moving_obstacle("Rollout")
@@ -192,7 +195,9 @@ class Rollout:
                 by_servo=self.table.of_chain(copies).by_servo,
                 planar=plane_of(model, whole) is not None,
                 driven_by=self.driven_by,
-                free_spool=self.driven_by == "command" and spools_are_free(model, actuator),
+                free_spool=(
+                    free_spools and self.driven_by == "command" and spools_are_free(model, actuator)
+                ),
             )
         )
         if self.kernels.structure.holds_force != self.force.is_network:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,11 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
+from tendon_newton.simulation.mujoco.mujoco_rollout import (
+    MujocoContacts,
+    MujocoRollout,
+    solver_with_contacts,
+)
 from tests.physics.contact.bodies import (
     FAR,
     RADIUS,
@@ -29,8 +35,8 @@ from tests.physics.contact.bodies import (
     scene_of,
     wall,
 )
-from tests.physics.mujoco_reference import mujoco_run, mujoco_steps
-from tests.physics.runs import ideal_model, run_of, simulate
+from tests.physics.runs import GAIN, ideal_model, replayed, run_of, simulate
+from tests.physics.runs import RADIUS as SPOOL
 
 STEP = 2.5e-4  # s
 STIFF = 2.0e4  # N/m
@@ -45,7 +51,9 @@ def closing_pair(bench: str, obstacle: Obstacle) -> tuple[Mechanism, Trajectory,
     commands = np.concatenate([np.full(6, 0.3), closing, np.full(24, HOLD), np.full(10, 0.3)])
     runs = [run_of(commands, bench=bench)]
     (ours,) = simulate(runs, ideal_model(), time_step=STEP, mechanism=mechanism)
-    return mechanism, ours, mujoco_run(mechanism, runs[0], ours, STEP)
+    rollout = MujocoRollout(mechanism, runs, ideal_model(), time_step=STEP, device="cpu")
+    (theirs,) = rollout.run()
+    return mechanism, ours, theirs
 
 
 def check_alike(ours: Trajectory, theirs: Trajectory) -> None:
@@ -116,6 +124,8 @@ def test_a_finger_in_space_meets_a_ball_alike() -> None:
     assert np.linalg.norm(held_torque(mechanism, ours, HELD)) > 0.01  # N m
 
 
+ARMS = np.array([0.0080, 0.0055])  # m
+
 TIME = 0.3  # s
 ON_FLOOR = -0.1 + RADIUS - SINK  # m
 
@@ -140,15 +150,38 @@ def ours(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float =
     return np.array(rows)
 
 
+def theirs(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float = 0.0) -> Array:
+    """Return the same of SolverMuJoCo, whose joints get the torque of the tendon."""
+    model = build_model(mechanism, 1, device="cpu")
+    contacts, solver = MujocoContacts(model), solver_with_contacts(model)
+    states: Any = [model.state(), model.state()]
+    states[0].joint_q.assign(coordinates.astype(np.float32))
+    states[0].joint_qd.assign(speeds.astype(np.float32))
+    control: Any = model.control()
+
+    def step(begin: Any, end: Any) -> None:
+        solver.step(begin, end, control, contacts.find(begin), STEP)
+
+    steps = [replayed(partial(step, *ends)) for ends in (states, states[::-1])]
+    rows, torque = [coordinates], np.zeros(len(speeds), dtype=np.float32)
+    for number in range(round(TIME / STEP)):
+        wound = ARMS @ rows[-1][:2]
+        torque[:2] = ARMS * max(0.0, GAIN * (angle - wound / SPOOL))
+        control.joint_f.assign(torque)
+        steps[number % 2]()
+        rows.append(states[(number + 1) % 2].joint_q.numpy().astype(np.float64))
+    return np.array(rows[1:])
+
+
 def both(
     mechanism: Mechanism, place: Array | list[float], speed: float = 0.0, angle: float = 0.0
 ) -> tuple[Array, Array]:
     """Let both engines begin with a ball somewhere that moves along x, and an open finger."""
     coordinates = np.array([0.0, 0.0, *place, 0.0, 0.0, 0.0, 1.0])
     speeds = np.array([0.0, 0.0, speed, *np.zeros(5)])
-    asked, steps = np.array([angle]), round(TIME / STEP)
-    theirs = mujoco_steps(mechanism, coordinates, speeds, lambda _: asked, steps, STEP)[1:]
-    return ours(mechanism, coordinates, speeds, angle), theirs
+    return ours(mechanism, coordinates, speeds, angle), theirs(
+        mechanism, coordinates, speeds, angle
+    )
 
 
 def apart(pair: tuple[Array, Array]) -> float:

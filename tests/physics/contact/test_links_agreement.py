@@ -8,9 +8,9 @@ import pytest
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
 from tests.physics.contact.pinches import CROSSED, FACING, Place, pinch
 from tests.physics.contact.test_contact_agreement import STIFF, held_torque
-from tests.physics.mujoco_reference import mujoco_run
 from tests.physics.runs import ideal_model, run_of, simulate
 
 STEP = 2.5e-4  # s
@@ -33,7 +33,9 @@ def closing_pair(
     start, end = np.array(OPEN[place]), np.array(PRESSED[place])
     runs = [run_of(start + way[:, None] * (end - start), bench="pinch")]
     (ours,) = simulate(runs, ideal_model(), time_step=step, mechanism=mechanism)
-    return mechanism, ours, mujoco_run(mechanism, runs[0], ours, step)
+    rollout = MujocoRollout(mechanism, runs, ideal_model(), time_step=step, device="cpu")
+    (theirs,) = rollout.run()
+    return mechanism, ours, theirs
 
 
 def apart(ours: Trajectory, theirs: Trajectory, rows: slice = slice(None)) -> Array:

@@ -1,0 +1,1 @@
+"""A bench in MuJoCo, as a reference."""
