@@ -8,6 +8,7 @@ import pytest
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.diagnose import conclude
 from tendon_newton.diagnosis.findings import Findings, PlainModel
+from tendon_newton.diagnosis.search.decide import decision
 from tendon_newton.diagnosis.search.decide.decision import Decided, best_predictor
 from tendon_newton.diagnosis.search.decide.find_causes import predictor_of
 from tendon_newton.diagnosis.search.decide.fitted_sets import found_of
@@ -105,6 +106,27 @@ def test_a_published_model_pays_nothing_for_its_numbers(pool: Pool, monkeypatch)
     for plain, best in (({}, nothing), ({label: chosen}, chosen)):
         found, _ = best_predictor(pool, Decided(fit=nothing), plain)
         assert found.names == best.names
+
+
+def test_what_comes_to_a_published_model_costs_itself_alone(
+    pool: Pool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its own causes were not chosen: neither they nor those of the answer are paid for."""
+    nothing = pool.fits[frozenset()]
+    grown = started(pool, coulomb_friction=0.6, viscous_friction=1.2)
+    published = started(pool, viscous_friction=1.2)
+    pool.add([published, grown])
+    alone = pool.worlds.rows_alone(nothing.residual)
+    gains = {1: 0.1 / alone, 2: 1.6 / alone}  # by causes
+
+    def unseen(_: Pool, fit: Fit, until: float = np.inf) -> Array:
+        return np.array([1.0 - gains.get(len(fit.names), 0.0)])
+
+    monkeypatch.setattr(Pool, "unseen_terms", unseen)
+    monkeypatch.setattr(decision, "PLAIN_MODELS", {"viscous": published.names})
+    for plain, best in (({}, nothing), ({"viscous": published}, grown)):
+        found, _ = best_predictor(pool, Decided(fit=nothing), plain)
+        assert set(found.names) == set(best.names)
 
 
 def test_explained_is_not_said_where_a_plain_model_halves_what_is_left(pool: Pool) -> None:

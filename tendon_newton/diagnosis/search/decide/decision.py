@@ -300,9 +300,9 @@ def best_predictor(
     """Return the set that predicts parts best that no number has seen, and its score there.
 
     What helps there helps whoever simulates, though it is worth less than a name costs: to explain
-    and to predict are two things. Each cause of the answer stays; it may have none. A number costs
-    what choosing it out of the catalogue does (see `cost_of_choice`). A published plain model was
-    fixed beforehand: nobody chose it for what it predicts here.
+    and to predict are two things. Each cause of the answer stays; it may have none. A number that
+    comes to the answer, or to a published plain model, costs what choosing it out of the catalogue
+    does (see `cost_of_choice`): nobody chose these for what they predict here.
 
     Args:
         decisive: Has the fits of all rows.
@@ -311,11 +311,11 @@ def best_predictor(
     """
     answer, plain = decided.fit, plain or {}
     choice = cost_of_choice(decisive, answer)
-    published = {frozenset(plain[name].names) for name in PLAIN_MODELS if name in plain}
+    given = [answer, *(plain[name] for name in PLAIN_MODELS if name in plain)]
 
     def cost(fit: Fit) -> float:
-        numbers = sum(map(decisive.bar, fit.names)) / decisive.price
-        return 0.0 if frozenset(fit.names) in published else choice * numbers
+        added = [set(fit.names) - set(f.names) for f in given if set(f.names) <= set(fit.names)]
+        return choice * min(sum(map(decisive.bar, names)) for names in added) / decisive.price
 
     beyond = {name for name, refusal in decided.refused.items() if refusal.at_bound}
     sets = [
