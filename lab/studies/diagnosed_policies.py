@@ -77,11 +77,11 @@ OURS, PACKAGED = "finger-stairs", "packaged"
 """The policy that comes with the program, of another unit's diagnosis."""
 NETWORK = TrainingConfig(network="transformer", purpose="simulation")
 RECIPE = PolicyTrainingConfig(
-    steps=32, batch=16_384, epochs=4, iterations=100, checkpoint_every=10,
+    steps=32, batch=16_384, epochs=4, iterations=200, checkpoint_every=20,
     learning_rate=1.0e-3, learning_rate_end=1.0e-4, exploration_end=0.2,
     environment=EnvironmentConfig(worlds=4096, goal_change=0.03, max_step=1.0e-3),
 )  # fmt: skip
-"""13.1 million steps."""
+"""26.2 million steps."""
 LINKS = {
     "mass": "masses", "length": "lengths", "moment_arm": "moment_arms", "stiffness": "stiffness",
     "damping": "damping", "range": "limits",
