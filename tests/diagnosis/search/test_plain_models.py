@@ -1,11 +1,14 @@
 """Models that a reader would try first, and what is written where no cause is sure."""
 
 import time
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis import diagnose
 from tendon_newton.diagnosis.diagnose import conclude
 from tendon_newton.diagnosis.findings import Findings, PlainModel
 from tendon_newton.diagnosis.search.decide import decision
@@ -88,6 +91,29 @@ def test_where_no_cause_is_sure_the_set_that_predicts_best_is_written(pool: Pool
     assert {e.name for e in diagnosis.suspected} == {"coulomb_friction", "viscous_friction"}
     assert {e.name for e in diagnosis.model.effects} == {"coulomb_friction", "viscous_friction"}
     assert diagnosis.extended.theta_rmse < 0.5 * diagnosis.baseline.theta_rmse
+
+
+@pytest.mark.parametrize(
+    ("predicts", "named", "kept"),
+    [(True, True, ("predictor", "final")), (False, True, ("final",)), (False, False, ())],
+)
+def test_what_misses_more_on_test_recordings_is_not_written(
+    predicts: bool, named: bool, kept: tuple[str, ...], pool: Pool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The set that is only suspected goes first, then the names."""
+    found = found_of(pool, pool.fits[frozenset()])
+    findings = Findings(
+        verdict="explained", baseline=found, final=found, closest=found, suspected=(), classes={},
+        candidates=(), predictor=found,
+    )  # fmt: skip
+
+    def measured(_: Study, told: Findings, __: Study) -> Any:
+        helps = predicts if told.predictor else named if told.final else False
+        return SimpleNamespace(fraction=0.5 if helps else -0.5)
+
+    monkeypatch.setattr(diagnose, "measure", measured)
+    written, _ = diagnose.helpful(pool.worlds.study, findings, pool.worlds.study)
+    assert tuple(k for k in ("predictor", "final") if getattr(written, k) is not None) == kept
 
 
 def test_a_published_model_pays_nothing_for_its_numbers(pool: Pool, monkeypatch) -> None:
