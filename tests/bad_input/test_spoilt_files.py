@@ -44,7 +44,8 @@ from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.usd.stage_file import open_stage
-from tendon_train.policy.runs.policy_checkpoint import load_start
+from tendon_train.policy.runs.curve import curve_table
+from tendon_train.policy.runs.policy_checkpoint import load_checkpoint
 from tests.bad_input.memory import peak_memory
 from tests.bad_input.spoiling import (
     Change,
@@ -375,9 +376,15 @@ class Learner:
 
 def checkpoint(folder: Path) -> Path:
     """Write a checkpoint of a policy's training."""
-    table = {"settings": {}, "algorithm": {"actor_state_dict": network().state_dict()}}
+    kept = {"actor_state_dict": network().state_dict()}
+    table = {"settings": {}, "curve": curve_table(()), "algorithm": kept}
     torch.save(table, folder / "000001.pt")
     return folder / "000001.pt"
+
+
+def read_checkpoint(path: Path) -> None:
+    """A training goes on from it."""
+    load_checkpoint(path.parent, {}, Learner(), "cpu")
 
 
 TEXT = either(change_lines, flip)
@@ -427,7 +434,7 @@ TARGETS: dict[str, Target] = {
         flip_head,
         lambda path: load_network(path, trust=True),
     ),
-    "checkpoint": Target(checkpoint, flip, lambda path: load_start(path, Learner(), "cpu")),
+    "checkpoint": Target(checkpoint, flip, read_checkpoint),
 }
 
 

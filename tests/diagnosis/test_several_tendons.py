@@ -263,7 +263,7 @@ def test_a_run_tells_of_the_servo_that_moves(tmp_path: Path) -> None:
         model=Model(actuator=ideal, effects=(cause,)),
         noise=NoiseFloor(theta=0.00044, force=0.05),
     )
-    forecast = Forecast(question, [], usual_task(hand, 2.0), 1.0 / 80.0)
+    forecast = Forecast(question, usual_task(hand, 2.0), 1.0 / 80.0)
     plans = [plan for plan in library_plans([hand], (0,), 2.0) if plan.excitation == "ramps"]
     told = {e.plan.servo: sum(e.told.numbers.values()) for e in forecast.runs(plans)}
     assert told[1] > 2.0

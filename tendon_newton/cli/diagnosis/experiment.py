@@ -56,7 +56,7 @@ def main(config: ExperimentConfig) -> None:
     import numpy as np
 
     from tendon_newton.diagnosis.next_experiment.by_hand import best_by_hand
-    from tendon_newton.diagnosis.next_experiment.expected_run import SETS_WORTH, Forecast
+    from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
     from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
     from tendon_newton.diagnosis.next_experiment.planned_runs import settings_to_try
     from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
@@ -76,7 +76,7 @@ def main(config: ExperimentConfig) -> None:
     task = usual_task(settings[0], config.duration)
     if config.task is not None:
         task = read_task(config.task, settings[0])
-    forecast = Forecast(question, [], task, SETS_WORTH)
+    forecast = Forecast(question, task)
     found = design(
         forecast,
         settings,

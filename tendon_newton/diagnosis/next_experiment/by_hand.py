@@ -6,7 +6,6 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, Told
-from tendon_newton.diagnosis.next_experiment.further_causes import Seen
 from tendon_newton.diagnosis.next_experiment.open_sets import PlayedSets
 
 
@@ -63,21 +62,16 @@ def best_by_hand(forecast: Forecast) -> Worth | None:
     found = [
         Worth(number=name, told=forecast.told(measured(forecast, name, own.error), 1.0))
         for name, own in BY_HAND.items()
-        if cause_of(name) in forecast.further or any(name in one.names for one in forecast.sets)
+        if any(name in one.names for one in forecast.sets)
     ]
     return max(found, key=lambda worth: worth.rate, default=None)
-
-
-def cause_of(name: str) -> str:
-    """Return the owner of a number ``owner.name``."""
-    return name.partition(".")[0]
 
 
 def measured(forecast: Forecast, name: str, error: float) -> PlayedSets:
     """Return a measurement as a run of one row; a set without the number has it at nothing.
 
     Args:
-        forecast: The sets, and the causes that may act beside them.
+        forecast: The sets.
         name: Number, ``owner.name``.
         error: Standard deviation of the result [unit of the number].
     """
@@ -91,18 +85,9 @@ def measured(forecast: Forecast, name: str, error: float) -> PlayedSets:
             size = abs(scale.place(scale.value(place) + error) - place)
             means[k], slope[f] = place / size, 1.0 / size
         slopes.append(slope)
-    further = np.array(
-        [[size / error if cause == cause_of(name) else 0.0]
-         for cause, size in forecast.further.items()]
-    ).reshape(-1, 1)  # fmt: skip
     return PlayedSets(
         means=means @ means.T,
         slopes=tuple(tuple(one @ other.T for other in slopes) for one in slopes),
         mixed=tuple(one @ means.T for one in slopes),
-        further=Seen(
-            numbers=slopes[0] @ slopes[0].T,
-            along=slopes[0] @ further.T,
-            causes=np.square(further).sum(axis=1),
-        ),
         rows=1,
     )

@@ -9,9 +9,7 @@ from scipy.linalg import block_diag
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.excitations import RATE
-from tendon_newton.data.recording import Array, Recording
-from tendon_newton.diagnosis.explanation import Setting
-from tendon_newton.diagnosis.next_experiment.further_causes import chances, entropy, told_of
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, PlayedSets, moved_sets, play
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan
 from tendon_newton.diagnosis.search.search_worlds import INDEPENDENT
@@ -20,17 +18,14 @@ from tendon_newton.identification.intervals import SHARED_FORM
 
 QUIET = 0.1  # Spread of a prediction that matters to nobody [errors of form]
 SETS_WORTH = INDEPENDENT / RATE / SHARED_FORM**2
-"""Independent witnesses per row as a diagnosis weighs sets, where no runs at hand say more [1]."""
-WORTHS, HALVINGS = (1.0e-6, 1.0), 30
-"""Least and greatest worth of a row [independent witnesses], and steps to find it between them."""
+"""Independent witnesses per row, as a diagnosis weighs sets [1]: errors of form last over rows."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
     """Information, expected or brought [bit]."""
 
-    names: float
-    """By which the entropy of the sets of causes falls, and that of whether further ones act."""
+    names: float  # By which the entropy of the sets of causes falls
     task: float  # log2 of what the spread of predictions of the task shrinks by
     numbers: Mapping[str, float]
     """log2 of what the interval of each number of the likeliest set shrinks by, ``owner.name``."""
@@ -53,21 +48,15 @@ class Expected:
 class Forecast:
     """What is open now, and what would be left of it.
 
-    Each set is Gaussian in its numbers, and its predictions are linear in them. Rows are no
-    independent witnesses, since errors of form last: what the runs at hand tell of the numbers is
-    scaled until it agrees with the intervals of the diagnosis, and that of a new run likewise.
+    Each set is Gaussian in its numbers, and its predictions are linear in them.
 
     Args:
         question: The sets.
-        known: Runs at hand: what they tell already is no news. Without them the sets' own
-            covariances count.
         task: The run whose prediction matters to the user.
-        row_worth: Independent witnesses per row in place of what the runs at hand say [1].
+        row_worth: Independent witnesses per row [1].
     """
 
-    def __init__(
-        self, question: OpenSets, known: Sequence[Plan], task: Plan, row_worth: float | None = None
-    ) -> None:
+    def __init__(self, question: OpenSets, task: Plan, row_worth: float = SETS_WORTH) -> None:
         if find_actuator(question.model.actuator.name).leads:
             raise InvalidParameter(
                 "runs are designed as commands of a servo, and here a shaft is led along a path: "
@@ -77,32 +66,14 @@ class Forecast:
         self.question, self.weights = question, question.weights
         study = question.study([task])
         self.sets = moved_sets(question, study)
-        self.further = {
-            name: next(v - study.base_value(c) for c, v in cause.items())
-            for name, cause in question.further(study).items()
-        }
-        """Causes that the likeliest set lacks and that may act, with the size of their number."""
-        self._task, *seen = play(question, [task, *known])
-        told = [sum((p.slopes[k][k] for p in seen), np.zeros_like(own.prior))
-                for k, own in enumerate(self.sets)]  # fmt: skip
-        self._worth = self._row_worth(told[0]) if row_worth is None else row_worth
+        (self._task,) = play(question, [task])
+        self._worth = row_worth
         self._covariances = [own.covariance for own in self.sets]
-        self._loose = self.sets[0].prior if known else self._covariances[0]
-        self._seen = sum((self._worth * p.further for p in seen), 0.0 * self._task.further)
-        if known:
-            self._covariances = [informed(own.prior, self._worth * rows)
-                                 for own, rows in zip(self.sets, told, strict=True)]  # fmt: skip
 
     @property
     def entropy(self) -> float:
-        """Entropy of the sets of causes, and of whether further ones act [bit]."""
-        further = entropy(chances(self._seen.apart(self._loose)))
-        return float(further.sum() - self.weights @ np.log2(self.weights))
-
-    @property
-    def spread(self) -> float:
-        """Spread of the predictions of the task [errors of form]."""
-        return float(np.sqrt(self._variance(self.weights, self._covariances)))
+        """Entropy of the sets of causes [bit]."""
+        return -float(self.weights @ np.log2(self.weights))
 
     def runs(self, plans: Sequence[Plan]) -> tuple[Expected, ...]:
         """Return what runs are expected to bring, best first."""
@@ -125,11 +96,8 @@ class Forecast:
         before = self._variance(self.weights, self._covariances)
         left = self.weights @ np.array([self._variance(own, after) for own in likely])
         first = shrinks(self._covariances[0].diagonal(), after[0].diagonal()).tolist()
-        apart = self._seen.apart(self._loose)
-        more = (self._seen + worth * played.further).apart(self._loose) - apart
-        further = told_of(chances(apart), np.maximum(0.0, more)).sum()
         return Told(
-            names=float(further - self.weights @ np.log2(overlap @ self.weights)),
+            names=-float(self.weights @ np.log2(overlap @ self.weights)),
             task=0.5 * float(np.log2(before / left)),
             numbers={
                 name: 0.5 * float(np.log2(shrinks))
@@ -171,20 +139,6 @@ class Forecast:
         apart = weights @ task.means.diagonal() - weights @ task.means @ weights
         return QUIET**2 + float(weights @ within + apart) / task.rows
 
-    def _row_worth(self, told: Array) -> float:
-        """Return the witnesses per row with which the runs at hand leave what a diagnosis says.
-
-        Args:
-            told: Information of all rows about the numbers of the likeliest set, shape (F, F).
-        """
-        first, (low, high) = self.sets[0], WORTHS
-        for _ in range(HALVINGS):
-            middle = float(np.sqrt(low * high))
-            left = informed(first.prior, middle * told).diagonal()
-            is_wide = np.log(left / first.covariance.diagonal()).sum() > 0.0
-            low, high = (middle, high) if is_wide else (low, middle)
-        return float(np.sqrt(low * high))
-
 
 def informed(covariance: Array, information: Array) -> Array:
     """Return a covariance once further information is there, shape (F, F)."""
@@ -200,22 +154,6 @@ def log_size(covariance: Array, information: Array) -> float:
 def ranked(found: Iterable[Expected]) -> tuple[Expected, ...]:
     """Return runs, those that bring the most first."""
     return tuple(sorted(found, key=lambda expected: -expected.told.worth))
-
-
-def plan_of(recording: Recording) -> Plan:
-    """Return a recorded run as if it were still to be made."""
-    if recording.command is None:
-        raise ValueError(f"{recording.name}: a run to be made again has commands")
-    return Plan(
-        setting=Setting(
-            bench=recording.bench,
-            bench_overrides=recording.bench_overrides,
-            actuator_overrides=dict(recording.actuator_overrides),
-        ),
-        excitation=recording.name,
-        time=recording.time,
-        command=recording.command[:, 0],
-    )
 
 
 def shrinks(before: Array, after: Array) -> Array:

@@ -9,9 +9,8 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.next_experiment.further_causes import Seen, further_causes
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, blank_recording, by_run
-from tendon_newton.diagnosis.posterior import QUARTERS, Coordinate, FittedSet, Posterior
+from tendon_newton.diagnosis.posterior import FittedSet, Posterior
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.effects import EFFECTS
@@ -33,7 +32,6 @@ class OpenSets:
     model: Model  # The model that the sets start from
     noise: NoiseFloor
     scale: BenchScale = field(default_factory=BenchScale)  # How large the benches are
-    looks_further: bool = False  # Whether causes may act that no set holds
 
     @property
     def weights(self) -> Array:
@@ -50,10 +48,6 @@ class OpenSets:
         """
         runs = [blank_recording(plan, self.noise.force is not None) for plan in plans]
         return Study(runs, self.model, tuple(EFFECTS), time_step=step, scale=self.scale)
-
-    def further(self, study: Study) -> dict[str, dict[int, float]]:
-        """Return the causes that the likeliest set lacks and that may act, as models change."""
-        return further_causes(study, self.posterior.sets[0].causes) if self.looks_further else {}
 
 
 def likeliest(posterior: Posterior) -> Posterior:
@@ -80,10 +74,6 @@ class MovedSet:
         self._columns = [places[own.numbers[i].owner, own.numbers[i].name] for i in seen]
         self._seen, self._own = seen, own
         self.place = place = np.array([own.numbers[i].place for i in seen])
-        spreads = [spread_before(study, c, scale, own)
-                   for c, scale in zip(self._columns, self.coordinates, strict=True)]  # fmt: skip
-        self.prior = np.diag(np.square(np.array(spreads)))
-        """Covariance of the numbers before there are data, shape (F, F)."""
         steps = STRIDE * (1.0 + np.abs(place))
         over = place + steps > [c.upper for c in self.coordinates]
         self.steps = np.where(over, -steps, steps)
@@ -103,18 +93,6 @@ class MovedSet:
         return dict(zip(self._columns, values, strict=True))
 
 
-def spread_before(study: Study, column: int, scale: Coordinate, own: FittedSet) -> float:
-    """Return the standard deviation of a number before there are data [coordinate].
-
-    What is stated has its tolerance, unless it is one of the causes; else there is the range.
-    """
-    parameter, owner = study.parameter(column), study.table.owners[column][0]
-    if parameter.tolerance > 0.0 and owner not in own.causes:
-        is_log = scale.kind == "log"
-        return float(np.log1p(parameter.tolerance) if is_log else parameter.tolerance) / scale.unit
-    return (scale.upper - scale.lower) / QUARTERS
-
-
 @dataclass(frozen=True, kw_only=True)
 class PlayedSets:
     """A planned run under all sets, its rows reduced to what a forecast needs."""
@@ -124,7 +102,6 @@ class PlayedSets:
     """Products of the changes by the numbers of two sets, shape (F, F') each."""
     mixed: tuple[Array, ...]
     """Products of the changes by a set's numbers with what the sets predict, shape (F, K) each."""
-    further: Seen  # What the rows tell of causes that the likeliest set lacks
     rows: int  # Rows of all signals
     peak_force: float | None = None  # Largest tension under the sets [N]; None without a load cell
 
@@ -144,35 +121,28 @@ def play(question: OpenSets, plans: Sequence[Plan]) -> tuple[PlayedSets, ...]:
     study, noise, form = question.study(plans), question.noise, form_scales(question.scale)
     sets = moved_sets(question, study)
     models = [m for own in sets for m in own.models]
-    further = [{**models[0], **cause} for cause in question.further(study).values()]
     out: list[PlayedSets] = []
-    for r in by_run(study, [*models, *further]):
+    for r in by_run(study, models):
         parts, peak = [-r.theta / max(form.theta, noise.theta)], None
         if r.force is not None and noise.force is not None:
             parts.append(-r.force / max(form.force, noise.force))
-            peak = float(np.max(-r.force[: len(models)]))
+            peak = float(np.max(-r.force))
         played = reduced(sets, np.concatenate(parts, axis=1))
         out.append(replace(played, peak_force=peak))
     return tuple(out)
 
 
 def reduced(sets: Sequence[MovedSet], signals: Array) -> PlayedSets:
-    """Return the products of signals, shape (N, M): of all sets' models, and of further causes."""
+    """Return the products of signals, shape (N, M), of all sets' models."""
     ends = np.cumsum([0, *(len(own.models) for own in sets)])
     means = np.stack([signals[i] for i in ends[:-1]])
     slopes = [
         (signals[i + 1 : j] - signals[i]) / own.steps[:, None]
         for own, (i, j) in zip(sets, pairwise(ends.tolist()), strict=True)
     ]
-    further = signals[ends[-1] :] - signals[0]
     return PlayedSets(
         means=means @ means.T,
         slopes=tuple(tuple(one @ other.T for other in slopes) for one in slopes),
         mixed=tuple(one @ means.T for one in slopes),
-        further=Seen(
-            numbers=slopes[0] @ slopes[0].T,
-            along=slopes[0] @ further.T,
-            causes=np.square(further).sum(axis=1),
-        ),
         rows=signals.shape[1],
     )

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tendon_newton.diagnosis.explanation import Setting
-from tendon_newton.diagnosis.next_experiment.expected_run import SETS_WORTH, Forecast
+from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import library_plans
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, usual_task
@@ -32,7 +32,7 @@ def separating_run(
         names: The causes.
         duration: Length of the run [s].
     """
-    forecast = Forecast(question, [], usual_task(settings[0], duration), SETS_WORTH)
+    forecast = Forecast(question, usual_task(settings[0], duration))
     found = forecast.runs(library_plans(settings, (SEED,), duration))
     best = max(found, key=lambda expected: expected.told.names)
     sentence = (

@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     DesignedCommand,
 )
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, shrinks
-from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, play
 from tendon_newton.diagnosis.next_experiment.planned_runs import Plan, library_plans, plan_run
 from tendon_newton.diagnosis.next_experiment.run_design import SEED, design, usual_task
 from tendon_newton.diagnosis.next_experiment.worst_case import DRAWS, WorstCase, within_limit
@@ -84,9 +84,12 @@ def task(bench: str = "finger") -> Plan:
 
 def test_a_run_as_informative_as_all_data_brings_half_a_bit() -> None:
     """Twice the information shrinks an interval by the root of two, whatever the rows are worth."""
-    known = plan_run(Setting(bench="finger"), "random_steps", 0, 4.0)
-    forecast = Forecast(open_sets(0.1, ("gravity_misalignment", 0.3)), [known], task())
-    (again,) = forecast.runs([known])
+    run = plan_run(Setting(bench="finger"), "random_steps", 0, 4.0)
+    question = open_sets(0.1, ("gravity_misalignment", 0.3))
+    (played,) = play(question, [run])
+    (known,) = question.posterior.sets[0].covariance.ravel()
+    worth = 1.0 / (known * played.slopes[0][0].item())
+    (again,) = Forecast(question, task(), worth).runs([run])
     assert again.told.numbers == pytest.approx({"gravity_misalignment.angle": 0.5}, abs=0.02)
     assert 0.0 < again.told.task < 0.5  # at most, and less where some spread matters to nobody
 
@@ -99,9 +102,8 @@ def test_a_number_that_is_certain_already_learns_nothing() -> None:
 
 def test_a_run_tells_names_apart_where_no_set_can_imitate_another() -> None:
     """On a spring a tilt is like an offset; a finger tells one from the other, which is a bit."""
-    known = plan_run(Setting(bench="spring_weak"), "random_steps", 0, 4.0)
     alike = open_sets(0.1, ("gravity_misalignment", 0.08), ("position_offset", 0.013))
-    forecast = Forecast(alike, [known], task(), 1.0e-2)
+    forecast = Forecast(alike, task(), 1.0e-2)
     assert forecast.entropy == pytest.approx(1.0)
     plans = [plan_run(Setting(bench=b), "ramps", 0, 4.0) for b in ("finger", "spring_weak")]
     told = {e.plan.setting.bench: e.told.names for e in forecast.runs(plans)}
@@ -112,19 +114,19 @@ def test_a_run_tells_names_apart_where_no_set_can_imitate_another() -> None:
 def test_a_caliper_settles_whether_the_spool_is_wrong() -> None:
     """A spool a twentieth too large against a load cell: a bit of names, for two minutes."""
     question = open_sets(0.1, ("spool_radius_error", 1.05), ("load_cell_gain", 1.05))
-    worth = best_by_hand(Forecast(question, [], task(), 1.0e-2))
+    worth = best_by_hand(Forecast(question, task(), 1.0e-2))
     assert worth.number == "spool_radius_error.scale"
     assert worth.told.names > 0.5  # of one
     assert worth.rate == pytest.approx(0.5 * (worth.told.names + worth.told.task))
     assert worth.text().startswith("measure the spool with a caliper (2 min): 1.0 bits about names")
     tilted = open_sets(0.1, ("gravity_misalignment", 0.3))
-    assert best_by_hand(Forecast(tilted, [], task(), 1.0e-2)) is None
+    assert best_by_hand(Forecast(tilted, task(), 1.0e-2)) is None
 
 
 @pytest.mark.slow
 def test_designed_commands_beat_the_library_and_keep_the_limit() -> None:
     """The search never ends below where it began, and no run pulls beyond what it may."""
-    forecast, settings = Forecast(open_sets(), [], task(), 1.0e-2), [Setting(bench="finger")]
+    forecast, settings = Forecast(open_sets(), task(), 1.0e-2), [Setting(bench="finger")]
     rng = np.random.default_rng(0)
     found = design(forecast, settings, rng, duration=4.0, force_limit=12.0).runs
     worst = WorstCase(open_sets(), np.random.default_rng(0))
@@ -143,7 +145,7 @@ def test_no_run_comes_back_whose_worst_case_was_not_looked_at() -> None:
     uncertain = open_sets(spread=0.9)
     settings = [Setting(bench="finger"), Setting(bench="spring_weak")]
     plans = [plan_run(s, "random_steps", seed, 4.0) for s in settings for seed in range(12)]
-    found = Forecast(uncertain, [], task(), 1.0e-2).runs(plans)
+    found = Forecast(uncertain, task(), 1.0e-2).runs(plans)
     middle = [e.peak_force for e in found if e.peak_force is not None]
     limit = float(np.median(middle))
     designs = within_limit(found, WorstCase(uncertain, np.random.default_rng(0)), limit)
