@@ -1,7 +1,6 @@
-"""What a diagnosis leaves open, as worlds to draw: whole sets of causes, their numbers together."""
+"""What a diagnosis leaves open: whole sets of causes, their numbers together."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
@@ -24,8 +23,6 @@ RIGID = 0.01
 """Coordinate below which a drawn number that is infinite when absent is absent [1]: strings stiffer
 than a hundred typical ones, 1 MN/m, do not stretch, and no step of a simulation follows them."""
 Kind = Literal["linear", "log", "inverse"]
-Worlds = Mapping[tuple[str, str], Array]
-"""Owner and name of each number that differs, and its value in each world, shape (N,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,26 +113,6 @@ class Posterior:
     """The sets of causes that a diagnosis fitted, by their weight; none where it knows none."""
 
     sets: tuple[FittedSet, ...] = ()
-
-    def sample(self, count: int, seed: int) -> Worlds:
-        """Draw worlds: a set each, by its weight, and all numbers of that set together.
-
-        A number that a world's set does not have is as the starting model has it.
-
-        Args:
-            count: Number of worlds N.
-            seed: Seed of all draws.
-        """
-        rng, out = np.random.default_rng(seed), dict[tuple[str, str], Array]()
-        weights = np.array([own.weight for own in self.sets])
-        chosen = rng.choice(len(weights), size=count, p=weights / weights.sum())
-        for k, own in enumerate(self.sets):
-            worlds = np.flatnonzero(chosen == k)
-            values = own.at(rng.normal(size=(len(worlds), len(own.numbers))))
-            for number, column in zip(own.numbers, values.T, strict=True):
-                absent = np.full(count, number.coordinate.value(0.0))
-                out.setdefault((number.owner, number.name), absent)[worlds] = column
-        return out
 
 
 def write_posterior(diagnosis: Path, posterior: Posterior) -> None:

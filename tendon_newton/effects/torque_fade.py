@@ -43,7 +43,7 @@ class TorqueFade(Effect):
 
     Source: copper gains 0.39 % of resistance per kelvin, and its heat grows with the square of the
     current; a driver that folds its current back does the same. Logs of a Dynamixel XL330 ask for
-    this law with a time constant of 0.75 s (docs/lab/xl330.md). Copper alone would have to warm by
+    this law with a time constant of 0.75 s. Copper alone would have to warm by
     180 K there.
     Validity: one time constant; the motor has its full strength after a rest.
     Signature: the first pull at a load is stronger than the next; a slow approach ends short of a

@@ -145,7 +145,6 @@ def pictures(
         ],
         "spreads": [panels.residual_spread(f"spread-{s}", s) for s in panels.signals],
         "ranking": panels.ranking("ranking"),
-        "worlds": panels.worlds("worlds"),
         "errors": [panels.errors(f"errors-{s}", s) for s in panels.signals],
         **remainder(diagnosis, panels),
     }

@@ -45,12 +45,6 @@ RANKING = (
     "each."
 )
 
-WORLDS = (
-    "Worlds as the data leave them open: each dot has a whole set of causes, by "
-    "its weight, with all its numbers together. Shown are the two numbers that the likeliest set "
-    "ties together most; a set without a cause has its number at the value that means nothing."
-)
-
 
 def captions(diagnosis: Diagnosis) -> Mapping[str, str]:
     """Return the texts of all groups."""
@@ -59,7 +53,6 @@ def captions(diagnosis: Diagnosis) -> Mapping[str, str]:
         "residual_caption": RESIDUALS,
         "errors_caption": ERRORS,
         "ranking_caption": ranking_caption(diagnosis),
-        "worlds_caption": WORLDS,
         "remainder_caption": remainder_caption(diagnosis),
         "model_caption": EXTENDED if diagnosis.effects else UNCHANGED,
     }

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.plain_numbers import number
-from tendon_newton.diagnosis.posterior import FittedSet, OpenNumber
 from tendon_newton.diagnosis.reporting.held_out import (
     HeldOutComparison,
     Window,
@@ -17,7 +16,6 @@ from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, FAINT, G
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.unexplained.remainder import side_words
 from tendon_newton.diagnosis.unexplained.remainder_structure import Profile, RemainderStructure
-from tendon_newton.effects import law_of
 
 PANEL = (4.6, 2.5)  # Width and height of a panel [inch]
 SIGNALS = ("theta", "force")
@@ -32,7 +30,6 @@ AXES = {
     "voltage": "supply voltage [V]",
 }
 BARS = 12  # Candidates that the ranking shows
-WORLDS = 400  # Drawn worlds that a panel shows
 
 
 class Panels:
@@ -249,38 +246,6 @@ class Panels:
             axes.set_ylabel(f"{what},\nmeasured − modelled [{shown}]", fontsize=8)
 
         return svg(name, f"{what}: what remains against {profile.signal}", PANEL, draw)
-
-    def worlds(self, name: str) -> str | None:
-        """Draw worlds by the two numbers of causes that the first set ties together most."""
-        posterior, scale = self.diagnosis.posterior, self.diagnosis.scale
-        pair = () if not posterior.sets else tied(posterior.sets[0])
-        if not pair:
-            return None
-        drawn = posterior.sample(WORLDS, 0)
-
-        def label(of: OpenNumber) -> str:
-            units = {p.name: p.on(scale).unit for p in law_of(of.owner).parameters}
-            return f"{of.owner}: {of.name} [{units[of.name]}]".replace("_", " ")
-
-        def draw(axes: Any) -> None:
-            x, y = (drawn[own.owner, own.name] for own in pair)
-            finite = np.isfinite(x) & np.isfinite(y)
-            axes.scatter(x[finite], y[finite], s=5.0, color=AFTER, alpha=0.5, linewidths=0.0)
-            axes.set_xlabel(label(pair[0]))
-            axes.set_ylabel(label(pair[1]), fontsize=8)
-
-        return svg(name, "worlds as the data leave them open", PANEL, draw)
-
-
-def tied(first: FittedSet) -> tuple[OpenNumber, ...]:
-    """Return the two numbers of its causes with the greatest correlation, none if it has no two."""
-    spreads = np.sqrt(np.diag(first.covariance))
-    own = [f for f, n in enumerate(first.numbers) if n.owner in first.causes and spreads[f] > 0.0]
-    if len(own) < 2:
-        return ()
-    shares = np.abs(first.covariance / np.outer(spreads, spreads).clip(1.0e-300))[np.ix_(own, own)]
-    np.fill_diagonal(shares, 0.0)
-    return tuple(first.numbers[own[k]] for k in np.unravel_index(shares.argmax(), shares.shape))
 
 
 def bracket(axes: Any, rows: list[int], x: float) -> None:

@@ -18,7 +18,7 @@ from tendon_newton.data.plain_numbers import estimate_text, number, quantity
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
-from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
+from tendon_newton.diagnosis.posterior import FittedSet, Posterior
 from tendon_newton.diagnosis.report_words import SENTENCES, cause_sentence, headline
 from tendon_newton.diagnosis.reporting.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
@@ -103,33 +103,6 @@ def test_every_group_of_pictures_is_there(verdict: Verdict, pages: dict[str, str
     """Two windows, trace, spread and errors for both signals, one ranking, and what remains."""
     remaining = 2 if diagnosis(verdict).unexplained.depends_on else 0
     assert Page(pages[verdict]).count["svg"] == 4 + 2 + 2 + 1 + 2 + remaining
-
-
-def test_what_is_left_open_is_drawn(with_force: Evidence, tmp_path: Path) -> None:
-    """By the two numbers that go together most, with their units; what no cause has is not."""
-    scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=0.0, upper=9.0)
-    names = (
-        ("coulomb_friction", "force"),
-        ("tendon_slack", "length"),
-        ("position_offset", "angle"),
-        ("bench", "finger.mass_pip"),
-    )
-    covariance = np.eye(4)
-    covariance[0, 2] = covariance[2, 0] = -0.5
-    covariance[0, 3] = covariance[3, 0] = 0.9
-    own = FittedSet(
-        weight=1.0,
-        causes=("coulomb_friction", "tendon_slack", "position_offset"),
-        numbers=tuple(OpenNumber(owner=o, name=n, coordinate=scale, place=1.0) for o, n in names),
-        covariance=covariance,
-    )
-    found = replace(diagnosis("explained"), posterior=Posterior(sets=(own,)))
-    write_report(tmp_path / "page", found, with_force)
-    text = (tmp_path / "page").read_text(encoding="utf-8")
-    assert "What is left open" in text
-    assert "coulomb friction: force [N]" in text
-    assert "position offset: angle [rad]" in text
-    assert "tendon slack: length" not in text
 
 
 def test_without_a_load_cell_only_angles_are_drawn(tmp_path: Path) -> None:
