@@ -83,17 +83,24 @@ def test_a_camera_may_stand_anywhere() -> None:
     assert np.abs(left.signals["tip"]).max() < 1e-9
 
 
-def test_a_camera_that_is_off_is_a_cause() -> None:
-    """With its factor and its delay nothing is left but what a spline misses, and else much."""
-    run = measured(joint_position=None)
-    late = TipSensorDelay.tip_reading(run.tip, run.time, np.array([0.031]))
-    study = study_of(replace(run, tip=1.07 * late))
-    columns = [study.table.columns(f"tip_sensor_{name}")[0] for name in ("gain", "delay")]
-    right, bare = study.residuals(
-        *replacements([dict(zip(columns, (1.07, 0.031), strict=True)), {}])
-    )[0].signals["tip"]
-    assert np.abs(bare).max() > 1e-3
-    assert np.abs(right).max() < 5e-5
+@pytest.mark.parametrize(
+    ("sensor", "signal", "read", "field", "most", "least"),
+    [
+        ("tip_sensor", "tip", TipSensorDelay.tip_reading, "tip", 5e-5, 1e-3),
+        # a cubic spline through rows of 80 Hz misses what lies between by a thousandth of a radian
+        ("joint_encoder", "joint", JointEncoderDelay.joint_reading, "joint_position", 1e-3, 20e-3),
+    ],
+)
+def test_a_sensor_that_is_off_is_a_cause(sensor, signal, read, field, most, least) -> None:
+    """With the factor and the delay by which it is off nothing is left, and else much."""
+    run = measured(joint_position=None) if signal == "tip" else measured()
+    late = read(getattr(run, field), run.time, np.array([0.031]))
+    study = study_of(replace(run, **{field: 1.07 * late}))
+    columns = [study.table.columns(f"{sensor}_{name}")[0] for name in ("gain", "delay")]
+    off = dict(zip(columns, (1.07, 0.031), strict=True))
+    right, bare = study.residuals(*replacements([off, {}]))[0].signals[signal]
+    assert np.abs(bare).max() > least
+    assert np.abs(right).max() < most
 
 
 def test_a_tip_follows_the_lengths_of_its_links() -> None:
@@ -114,22 +121,6 @@ def test_a_tip_follows_the_lengths_of_its_links() -> None:
     expected -= expected.mean(axis=0)
     assert pytest.approx(expected, abs=1e-7) == moved.signals["tip"][0].T
     assert np.abs(expected).max() > 4e-4
-
-
-def test_encoders_on_joints_that_are_off_are_a_cause() -> None:
-    """With the factor and the delay by which they are off nothing is left, and else much.
-
-    A cubic spline through rows of 80 Hz misses what lies between them by a thousandth of a radian.
-    """
-    run = measured()
-    late = JointEncoderDelay.joint_reading(run.joint_position, run.time, np.array([0.031]))
-    study = study_of(replace(run, joint_position=1.07 * late))
-    columns = [study.table.columns(f"joint_encoder_{name}")[0] for name in ("gain", "delay")]
-    right, bare = study.residuals(
-        *replacements([dict(zip(columns, (1.07, 0.031), strict=True)), {}])
-    )[0].signals["joint"]
-    assert np.abs(bare).max() > 20e-3
-    assert np.abs(right).max() < 1e-3
 
 
 def with_current(**stated: str) -> Recording:

@@ -49,36 +49,29 @@ def test_a_line_is_dated_by_the_piece_that_ends_it() -> None:
     assert reading.host_time == 0.2
 
 
-def test_banners_and_comments_are_no_readings() -> None:
-    """The microcontroller says hello; only what begins with # is silent about it."""
+GREETING = (0.0, b"\x00\xf8boot\r\n# gain 128\n")
+AFTER = [(13.0 + t, data) for t, data in lines(0, 10)]
+
+
+@pytest.mark.parametrize(
+    ("pieces", "readings", "counted"),
+    [
+        # the microcontroller says hello; only what begins with # is silent about it
+        ([GREETING, *lines(0, 2)], 2, {"rejected": 1}),
+        ([*lines(0, 10), *lines(12, 20), *lines(23, 30)], 25, {"gaps": 2, "lost": 5}),
+        # 32 bits of sequence and of microseconds wrap without a gap
+        (lines(0, 40, start=2**32 - 20), 40, {"lost": 0, "restarts": 0}),
+        # sequence and clock begin anew; the first reading waits for one that follows it
+        ([*lines(1000, 1010), *AFTER], 20, {"restarts": 1, "lost": 0, "rejected": 0}),
+    ],
+    ids=["banner", "missing", "wrap", "restart"],
+)
+def test_what_is_no_reading_or_missing_is_counted(pieces, readings, counted) -> None:
+    """All others arrive."""
     cell, stream, _ = reader()
-    stream.pieces = [(0.0, b"\x00\xf8boot\r\n# gain 128\n"), *lines(0, 2)]
-    assert len(cell.drain()) == 2
-    assert cell.counters.rejected == 1
-
-
-def test_missing_readings_are_counted() -> None:
-    """Two gaps, five readings."""
-    cell, stream, _ = reader()
-    stream.pieces = [*lines(0, 10), *lines(12, 20), *lines(23, 30)]
-    assert len(cell.drain()) == 25
-    assert (cell.counters.gaps, cell.counters.lost) == (2, 5)
-
-
-def test_the_sequence_goes_on_across_its_wrap() -> None:
-    """32 bits of sequence and of microseconds wrap without a gap."""
-    cell, stream, _ = reader()
-    stream.pieces = lines(0, 40, start=2**32 - 20)
-    assert len(cell.drain()) == 40
-    assert (cell.counters.lost, cell.counters.restarts) == (0, 0)
-
-
-def test_a_restart_of_the_microcontroller_costs_no_reading() -> None:
-    """Sequence and clock begin anew; the first reading waits for one that follows it."""
-    cell, stream, _ = reader()
-    stream.pieces = [*lines(1000, 1010), *((13.0 + t, data) for t, data in lines(0, 10))]
-    assert len(cell.drain()) == 20
-    assert (cell.counters.restarts, cell.counters.lost, cell.counters.rejected) == (1, 0, 0)
+    stream.pieces = pieces
+    assert len(cell.drain()) == readings
+    assert {name: getattr(cell.counters, name) for name in counted} == counted
 
 
 @pytest.mark.parametrize("broken", [frame(900_000), frame(3), frame(14, start=2**31)])
