@@ -311,7 +311,7 @@ def motor_case(
     bench, load, levels = "lab_thumb", FINGERTIP, (0.3, 1.5)
     asset = (
         f"asset new {bench} --joints mcp --length {REACH} --mass {MASS} --moment-arm 0.009 "
-        "--stiffness 0.05 --range 1.6 --force-limit 41"
+        "--stiffness 0.05 --range 2.2 --force-limit 41"  # nothing stops the joint above
     )
     if shaft:
         bench, load, levels = "lab_shaft", PENDULUM, (-0.9, 0.9)

@@ -40,13 +40,14 @@ SHARES = (
     ("viscoelastic_spring", "stiffness_ratio"),
 )
 """(effect, parameter) without a unit that reads best in per cent."""
+LEAST = 5.0e-7  # A smaller number is written as none
 LARGE = 1.0e4  # Numbers from here on are written in thousands
 
 
 def number(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits and no exponent."""
-    if value == 0.0 or not math.isfinite(value):
-        return f"{value:g}".replace("inf", "∞")
+    if abs(value) < LEAST or not math.isfinite(value):
+        return f"{value:g}".replace("inf", "∞") if abs(value) >= LEAST else "0"
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     return f"{value:.{min(decimals, 6)}f}".replace("-", "−")
 

@@ -32,6 +32,7 @@ Mask = NDArray[np.bool_]  # What holds for each row, entry or parameter
 DrivenBy = Literal["command", "path", "force"]
 """What a recording gives a simulation: commands of its servo; where its shaft was, and what loaded
 the joint; or its measured tension alone."""
+SERVO = "servo"  # Bench of a servo whose load is not known
 FREE = "free"  # Obstacle of a recording in which nothing touches the mechanism
 FEW_ROWS = 0.05  # Share of rows beyond belief that are failed reads; more are another unit [1]
 BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
@@ -135,6 +136,11 @@ class Recording:
     def tendon_count(self) -> int:
         """Tendons D."""
         return int(self.motor_position.shape[1])
+
+    @property
+    def coupled(self) -> bool:
+        """Whether strings of one mechanism are wound, which turn each other's motors."""
+        return self.tendon_count > 1 and self.bench != SERVO
 
     @property
     def driven_by(self) -> DrivenBy:

@@ -15,19 +15,14 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
+from tendon_newton.simulation.model.stated_size import range_of_tendon, scale_by, turns_a_shaft
 
-NOMINAL_FORCE = 21.0  # Most that the servo of the nominal benches gives [N]
-NOMINAL_TRAVEL = (0.01, 0.08)
-"""Travel of their tendons [m]: from 20 mm of a finger to 80 mm of a spring."""
-NOMINAL_SPOOL = 0.0125  # Radius of their spools [m]
 NEARLY_ALL = 0.99  # Share of the rows that decides what recordings show; a few spikes must not
 USED = (0.1, 1.25)
 """A limit or a range that an asset states counts where recordings use this share of it [1]. Where
 they go beyond, it is not the machine's own; far below, it is a formality."""
 SPARE = 3.0  # Otherwise a machine can do so many times what its recordings show [1]
-DIGITS = 6  # Significant digits of a scale: an asset's numbers are of single precision
 
 
 def scale_of(
@@ -60,19 +55,11 @@ def bench_scale(
     """Return the scale of one bench."""
     tendon = mechanisms[0].tendons[0]
     radius = spool_radius_of(model) or tendon.spool_radius
-    is_shaft = tendon.direct and mechanisms[0].joints[0].kind == "revolute"
     forces = [greatest_force(r, model, radius, tendon.force_limit) for r in recordings]
     force = usable(tendon.force_limit, max(forces))
-    if is_shaft:  # an angle is an angle on any shaft
-        return BenchScale(force=rounded(force / NOMINAL_FORCE), is_shaft=True)
     moved = max(float(np.ptp(recording.motor_position[:, 0])) for recording in recordings)
     travel = usable(max(map(range_of_tendon, mechanisms)), radius * moved)
-    low, high = NOMINAL_TRAVEL
-    return BenchScale(
-        force=rounded(force / NOMINAL_FORCE),
-        travel=rounded(travel / min(max(travel, low), high)),
-        turn=rounded(NOMINAL_SPOOL / radius),
-    )
+    return scale_by(force, travel, radius, is_shaft=turns_a_shaft(mechanisms[0]))
 
 
 def greatest_force(recording: Recording, model: Model, radius: float, limit: float) -> float:
@@ -94,21 +81,7 @@ def greatest_force(recording: Recording, model: Model, radius: float, limit: flo
     return min(limit, find_actuator(model.actuator.name).static_force(values, asked, radius))
 
 
-def range_of_tendon(mechanism: Mechanism) -> float:
-    """Return the travel of a mechanism's tendon between its joints' ends [m]; may be infinite."""
-    ends = np.array(mechanism.joint_limits)
-    if not np.isfinite(ends).all():
-        return np.inf
-    tendon = mechanism.tendons[0]
-    return float(abs(excursion(tendon, ends[:, 1]) - excursion(tendon, ends[:, 0])))
-
-
 def usable(stated: float, shown: float) -> float:
     """Return what a machine can do: what is stated of it, if what it showed bears that out."""
     low, high = USED
     return stated if shown == 0.0 or low * stated <= shown <= high * stated else SPARE * shown
-
-
-def rounded(ratio: float) -> float:
-    """Return a ratio without what single precision adds to it."""
-    return float(f"{ratio:.{DIGITS}g}")

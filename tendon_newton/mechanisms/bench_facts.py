@@ -4,39 +4,54 @@ from functools import cache
 
 import numpy as np
 
-from tendon_newton.data.checks.bench_checks import BenchFacts
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.checks.bench_checks import BenchFacts, MotorWay
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon, excursion
 from tendon_newton.mechanisms.loading import load_mechanism
+
+AS_DRAWN = BenchOverrides()
 
 
 @cache
-def facts_of(bench: str) -> BenchFacts:
-    """Return what the asset of a bench says, by its name or file.
+def facts_of(bench: str, overrides: BenchOverrides = AS_DRAWN) -> BenchFacts:
+    """Return what the asset of a bench says, by its name or file, and recordings in its place.
 
     Raises:
         UnknownName: No asset has that name.
     """
     mechanism = load_mechanism(bench)
-    ends = np.array([joint.limits for joint in mechanism.joints])
-    pulls = pulls_within_limits(mechanism)
-    reach = max(  # from one end of all joints to the other [rad]
-        float(np.abs(tendon.moment_arm) @ np.ptp(ends, axis=1)) / tendon.spool_radius
-        for tendon in mechanism.tendons
-    )
-    tendon, alone = mechanism.tendons[0], len(mechanism.joints) == 1
-    cart = alone and tendon.direct and bool(np.isfinite(ends).all())
+    used = override_mechanism(mechanism, overrides)
     return BenchFacts(
         name=mechanism.name,
         force_limit=max(tendon.force_limit for tendon in mechanism.tendons),
-        pulls=pulls,
-        reach=reach if pulls else None,
-        rail=mechanism.joints[0].limits if cart else None,
-        per_angle=tendon.spool_radius / float(tendon.moment_arm[0]) if cart else 0.0,
+        pulls=pulls_within_limits(mechanism),
+        ways=tuple(way_of(used, tendon) for tendon in used.tendons),
         numbers={
             "mass": tuple(joint.mass for joint in mechanism.joints),
             "stiffness": tuple(joint.stiffness for joint in mechanism.joints),
-            "moment_arm": tuple(tendon.moment_arm.tolist()) if len(mechanism.tendons) == 1 else (),
+            "moment_arm": tuple(mechanism.tendons[0].moment_arm.tolist())
+            if len(mechanism.tendons) == 1
+            else (),
         },
+    )
+
+
+def way_of(mechanism: Mechanism, tendon: Tendon) -> MotorWay:
+    """Return how far the joints' ranges let a motor go."""
+    low, high = np.array([joint.limits for joint in mechanism.joints]).T
+    moved, forward = tendon.moment_arm != 0.0, tendon.moment_arm > 0.0
+    opened, closed = (
+        float(excursion(tendon, np.where(moved, np.where(forward == up, high, low), 0.0)))
+        for up in (False, True)
+    )
+    return MotorWay(
+        ends=(opened, closed) if np.isfinite(closed - opened) else (-np.inf, np.inf),
+        radius=tendon.spool_radius,
+        direct=tendon.direct,
+        arm=float(tendon.moment_arm[0]),
+        unit="m" if mechanism.joints[0].kind == "prismatic" else "rad",
     )
 
 

@@ -24,13 +24,15 @@ from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.split import read_conditions, split_logs
 from tendon_newton.data.importers.writing import ImportReport, write_import
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Array, BenchOverrides, Recording
+from tendon_newton.data.recording import SERVO, Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
 
 if TYPE_CHECKING:
     from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
+LITTLE = 1e-3  # [rad] an error at which no servo is at its limit
+MOVING = ("armature", "kd")  # Numbers that make no force at rest
 AT_REST = 0.01  # [rad] from the friction-free rest; the slowest encoder's noise is a tenth of it
 
 
@@ -57,6 +59,7 @@ def admit(imported: Imported) -> Imported:
     """
     for bench in {log.recording.bench for log in imported.logs}:
         check_bench(bench)
+        check_stated(bench, imported.model)
     passed = [admit_log(log, imported) for log in imported.logs]
     gains = stated_gains([log.recording for log in imported.logs], imported.model)
     return replace(
@@ -66,14 +69,31 @@ def admit(imported: Imported) -> Imported:
     )
 
 
+def check_stated(bench: str, model: Model) -> None:
+    """Refuse numbers that no servo on a bench has; any servo may be one whose load is not known."""
+    from tendon_newton.simulation.model.stated_size import check_size
+
+    if bench != SERVO:
+        check_size(model.actuator, bench_of(bench))
+
+
 def stated_gains(recordings: Sequence[Recording], model: Model) -> tuple[Finding, ...]:
-    """Say where a servo's stated gain is far from what the forces of recordings grow by."""
+    """Say where a servo's stated numbers are far from what the forces of recordings grow by."""
+    from tendon_newton.actuators import find_actuator  # loads Warp
+
+    kind = find_actuator(model.actuator.name)
+    needed = {one.name: one.unit for one in kind.parameters if not one.optional}
     groups: dict[float, list[Recording]] = {}
-    for recording in recordings if model.actuator.name == "ideal" else ():
-        gain = {**model.actuator.values, **recording.actuator_overrides}.get("gain")
-        if isinstance(gain, float):
+    for recording in recordings:
+        values = {**model.actuator.values, **recording.actuator_overrides}
+        if recording.bench == SERVO or not all(name in values for name in needed):
+            continue
+        radius = values.get("spool_radius") or bench_of(recording.bench).tendons[0].spool_radius
+        ends = (kind.static_force(values, k * LITTLE, float(radius)) for k in (1.0, 2.0))
+        if np.isfinite(gain := float(np.diff([*ends])[0]) / LITTLE) and gain > 0.0:
             groups.setdefault(gain, []).append(recording)
-    return tuple(found for gain, own in groups.items() for found in other_gain(own, gain))
+    numbers = [f"{name} [{unit}]" for name, unit in needed.items() if name not in MOVING]
+    return tuple(one for gain, own in groups.items() for one in other_gain(own, gain, numbers))
 
 
 def write_parts(
@@ -113,12 +133,12 @@ def mend(imported: Imported) -> Imported:
 
 
 def known_bench(recording: Recording) -> BenchFacts | None:
-    """Return what is known of a recording's bench, where something in it can be held against it."""
-    if recording.force is None and not recording.bench_overrides.given:
+    """Return what is known of a recording's bench; None where nothing is of its load."""
+    if recording.bench == SERVO:
         return None
     from tendon_newton.mechanisms.bench_facts import facts_of  # loads Newton, for some seconds
 
-    return facts_of(recording.bench)
+    return facts_of(recording.bench, recording.bench_overrides)
 
 
 def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Finding | None]:

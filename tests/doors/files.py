@@ -103,6 +103,16 @@ def pushing(run: Columns) -> None:
 
 
 GAIN = '[model]\nkind = "ideal"\ngain = {:.6g}\nspool_radius = 0.0125\n'
+PWM = """[model]
+kind = "pwm_servo"
+duty_per_rad = {:.6g}
+max_duty = 1.0
+supply_voltage = 5.0
+torque_constant = 0.4
+armature = 0.001
+resistance = 5.0
+spool_radius = 0.0125
+"""
 FILES: tuple[Mistake, ...] = (
     of_kind("stamps in milliseconds", 'unit = "ms"', stamped(1e3)),
     of_kind("stamps in microseconds", 'unit = "us"', stamped(1e6)),
@@ -174,6 +184,12 @@ FILES: tuple[Mistake, ...] = (
         lambda text: text + GAIN.format(4.2 / 57.3)),
     of_bench("a gain of the torque", "gain is in N/rad at the spool", pulled,
         lambda text: text + GAIN.format(4.2 * 0.0125)),
+    of_bench("a P register of another family", "or a register's count", pulled,
+        lambda text: text + PWM.format(32.0)),
+    of_bench("a resistance in milliohm", "resistance [ohm]", pulled,
+        lambda text: text + PWM.format(1.05 * 4.2).replace("5.0\nspool", "0.2\nspool")),
+    of_bench("a register for a duty", "must be between 0.00333 and 300 1/rad on finger", pulled,
+        lambda text: text + PWM.format(850.0)),
     of_bench("an unknown number to fit", "No number to fit named 'kp'", pulled,
         lambda text: 'fit = ["kp"]\n' + text + GAIN.format(4.2)),
     of_bench("a period for the cell's rate", "readings a second", pulled,

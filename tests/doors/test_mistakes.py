@@ -84,6 +84,16 @@ class Mistake:
 
 
 ACTUATOR = '[actuator]\nkind = "ideal"\ngain = 4.2\nspool_radius = 0.0125\n'
+PWM = """[actuator]
+kind = "pwm_servo"
+duty_per_rad = 1.15
+max_duty = 1.0
+supply_voltage = 5.0
+torque_constant = 0.4
+resistance = 5.0
+armature = 0.001
+spool_radius = 0.0125
+"""
 DIAGNOSE = "diagnose data --out new"
 OWN_ASSETS = "your own are looked for in the folders in TENDON_NEWTON_ASSETS"
 MISTAKES: dict[str, Mistake] = {
@@ -138,6 +148,16 @@ MISTAKES: dict[str, Mistake] = {
     "a spool in millimetres": Mistake(words="simulate data --model data/model.toml --out new",
         said=("spool_radius", "must be between 0.001 and 1 m"),
         change=wrote("data/model.toml", ACTUATOR.replace("0.0125", "12.5"))),
+    "a P register for a duty": Mistake(words=DIAGNOSE,
+        said=("duty_per_rad of actuator 'pwm_servo' must be between 0.00333 and 300 1/rad",
+              "on finger", "P-gain registers", "it is 850"),
+        change=wrote("data/model.toml", PWM.replace("1.15", "850.0"))),
+    "a rotor in g cm2": Mistake(words="simulate data --model data/model.toml --out new",
+        said=("armature of actuator 'pwm_servo' must be between 0 and 0.3 kg m2", "it is 12"),
+        change=wrote("data/model.toml", PWM.replace("armature = 0.001", "armature = 12.0"))),
+    "a gain in N/m": Mistake(words="export data/model.toml --to mujoco --bench finger --out new",
+        said=("gain of actuator 'ideal' must be between", "300 N/rad on finger", "it is 4200"),
+        change=wrote("data/model.toml", ACTUATOR.replace("4.2", "4200.0"))),
     "a model in YAML": Mistake(words=DIAGNOSE, said=("must be TOML", "line 1"),
         change=wrote("data/model.toml", "gain: 4\n")),
     "a format": Mistake(words="import xl430 raw --out new", said=("did you mean 'xl330'?",)),

@@ -10,6 +10,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Array, BenchOverrides
+from tendon_newton.diagnosis.accounts.checked_data import findings_of
 from tendon_newton.workflows.importing import rest_of
 from tests.proposed import proposed
 
@@ -238,3 +239,19 @@ def test_a_cart_beyond_its_rail_is_a_defect(tmp_path, capsys, monkeypatch) -> No
     said = capsys.readouterr().out
     assert "run_1.csv  lies up to 0.4 m beyond the range of gate_cart, -0.5 to 0.5 m" in said
     assert "run_0.csv  lies" not in said
+
+
+def test_a_string_wound_in_beyond_the_joints_is_told_by_every_door(tmp_path, capsys) -> None:
+    """The packaged finger is closed at 22 mm, 1.76 rad of its motor; this one went on to 2 rad."""
+    q = run(0)["q"]
+    far = {**run(0), "q": 2.0 * (q - q.min()) / np.ptp(q)}
+    assert main(Logs(runs=[far, run(1)]).write(tmp_path)) == 0
+    said = capsys.readouterr().out
+    assert "run_0.csv  winds in 25 mm, and all joints of finger are at their ends at" in said
+    assert "--range of asset new" in said
+    assert "run_1.csv  winds" not in said
+    main(["doctor", str(tmp_path / "out")])
+    assert "run_0.csv  winds in 25 mm" in capsys.readouterr().out
+    data = load_dataset(tmp_path / "out", require_train=False, require_test=False)
+    found = [f for f in findings_of(data.train, data.test) if "winds in" in f.evidence]
+    assert [(f.severity, f.recording) for f in found] == [("caution", "run_0.csv")]

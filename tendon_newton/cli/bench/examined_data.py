@@ -12,7 +12,7 @@ from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
 from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from tendon_newton.data.checks.bench_checks import BenchFacts
     from tendon_newton.data.checks.finding import Finding
@@ -190,9 +190,10 @@ def examine_own(config: Asked, folder: Path, kept: dict[str, OwnDataset]) -> dic
     seen = kept[folder.name] = read_own(folder, known_bench, mend=config.mend is not None)
     if config.mend is not None:
         write_mended(folder, seen, config.mend)
-    wrong = [one for one in seen.findings if one.severity == "defect"]
+    findings = (*seen.findings, *against_stated(folder, (*seen.train, *seen.test)))
+    wrong = [one for one in findings if one.severity == "defect"]
     if not config.json:
-        lines = findings_text(seen.findings, SHOWN)[1:]
+        lines = findings_text(findings, SHOWN)[1:]
         print(*lines, *[""] * bool(lines), sep="\n", end="\n" * bool(lines))
         count = len(seen.train) + len(seen.test)
         print(f"{verdict(sound=not wrong)} {folder}: {count} recordings", end="")
@@ -205,8 +206,20 @@ def examine_own(config: Asked, folder: Path, kept: dict[str, OwnDataset]) -> dic
     return {
         "format": "own",
         "sound": not wrong,
-        "findings": [asdict(one) for one in seen.findings],
+        "findings": [asdict(one) for one in findings],
     }
+
+
+def against_stated(folder: Path, recordings: Sequence[Recording]) -> Sequence[Finding]:
+    """Return what recordings contradict in the model beside them; nothing in a light install."""
+    try:
+        from tendon_newton.data.model_file import load_model
+        from tendon_newton.workflows.importing import stated_gains
+
+        stated = folder / "model.toml"
+        return stated_gains(recordings, load_model(stated)) if stated.is_file() else ()
+    except ModuleNotFoundError:
+        return ()
 
 
 def known_bench(recording: Recording) -> BenchFacts | None:

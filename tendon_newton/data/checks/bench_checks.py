@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.checks.measures import names_of
 from tendon_newton.data.recording import Array, Recording
 
 PUSH = 0.1  # [N] mean below zero that no load cell's offset explains after taring
@@ -26,15 +27,24 @@ FAR_OFF = 30.0  # [1] times the asset's number; a degree is 57 times off, and a 
 
 
 @dataclass(frozen=True, kw_only=True)
+class MotorWay:
+    """How far the joints' ranges let a motor go."""
+
+    ends: tuple[float, float]  # Excursions at which all joints that it moves are at an end [m]
+    radius: float  # Excursion per angle of the motor [m/rad]
+    direct: bool  # Whether a shaft stands in for the string
+    arm: float  # Excursion per angle or place of the first joint [m/rad, 1]
+    unit: str  # Of that joint's place
+
+
+@dataclass(frozen=True, kw_only=True)
 class BenchFacts:
     """What a bench's asset says of it."""
 
     name: str
     force_limit: float  # The most that a servo of it pulls [N], or turns with [N m]
     pulls: bool  # Whether strings pull joints that have ends
-    reach: float | None  # Turn of the motor from one end of all joints to the other [rad]
-    rail: tuple[float, float] | None = None  # Range of a cart [m]; None for anything else
-    per_angle: float = 0.0  # Place of the cart per angle of its motor [m/rad]
+    ways: tuple[MotorWay, ...] = ()  # Of each motor
     # Numbers that a recording may state otherwise, by the key of ``bench_overrides``
     numbers: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
 
@@ -42,9 +52,9 @@ class BenchFacts:
 def against(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
     """Say what a recording holds that its bench cannot do."""
     yield from another_unit(recording, bench)
+    yield from beyond_ends(recording, bench)
     if recording.force is not None:
         yield from too_strong(recording, recording.force, bench)
-        yield from beyond_rail(recording, bench)
         if bench.pulls:
             yield from pushed(recording, recording.force)
             yield from beyond_reach(recording, bench)
@@ -83,20 +93,34 @@ def too_strong(recording: Recording, force: Array, bench: BenchFacts) -> Iterato
         )
 
 
-def beyond_rail(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
-    """A cart that stands where its rail has ended."""
-    if bench.rail is None:
-        return
-    place = recording.motor_position[:, 0] * bench.per_angle
-    low, high = bench.rail
-    beyond = float(max(low - place.min(), place.max() - high))
-    if beyond > OVERSHOOT * (high - low):
-        yield Examined(recording.name, "theta").defect(
-            f"lies up to {beyond:.3g} m beyond the range of {bench.name}, {low:.3g} to {high:.3g} "
-            "m",
-            "its zero is another one (offset in the mapping), or the range is (--range of asset "
-            "new)",
-        )
+def beyond_ends(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
+    """A motor that goes on where the stated ranges of all joints have ended.
+
+    A string that is slack leaves its motor free, so that it has one end alone.
+    """
+    stated = recording.actuator_overrides.get("spool_radius")
+    columns = zip(names_of(recording, "theta"), recording.motor_position.T, strict=True)
+    for way, (column, theta) in zip(bench.ways, columns, strict=False):
+        low, high = way.ends
+        wound = theta * (stated or way.radius)
+        beyond = max(float(wound.max()) - high, low - float(wound.min()) if way.direct else 0.0)
+        if not OVERSHOOT * (high - low) < beyond < REACH * (high - low):
+            continue
+        seen, arm = Examined(recording.name, column), way.arm
+        if way.direct:
+            yield seen.defect(
+                f"lies up to {beyond / arm:.3g} {way.unit} beyond the range of {bench.name}, "
+                f"{low / arm:.3g} to {high / arm:.3g} {way.unit}",
+                "its zero is another one (offset in the mapping), or the range is (--range of "
+                "asset new)",
+            )
+        else:
+            yield seen.caution(
+                f"winds in {1e3 * wound.max():.3g} mm, and all joints of {bench.name} are at their "
+                f"ends at {1e3 * high:.3g} mm",
+                "a simulation is stopped there: mend the joints' ranges (--range of asset new), "
+                "spool_radius or the zero of theta, unless the string stretches so far",
+            )
 
 
 def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
@@ -114,8 +138,9 @@ def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
 def beyond_reach(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
     """A motor that turns much farther than its bench reaches."""
     span = float(np.ptp(recording.motor_position, axis=0).max())
-    if bench.reach is not None and span > REACH * bench.reach:
+    reach = max((way.ends[1] - way.ends[0]) / way.radius for way in bench.ways)
+    if span > REACH * reach:
         yield Examined(recording.name, "theta").defect(
-            f"spans {span:.3g} rad, and the whole range of {bench.name} is {bench.reach:.3g} rad",
+            f"spans {span:.3g} rad, and the whole range of {bench.name} is {reach:.3g} rad",
             'theta is in degrees (unit = "deg" in the mapping), or the bench is another one',
         )

@@ -7,7 +7,7 @@ import numpy as np
 from tendon_newton.data.checks.command_checks import LEAST_TIME
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.measures import lag_between, names_of, resolution
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import SERVO, Array, Recording
 from tendon_newton.data.stamps import unit_of_step
 
 FASTEST_ROWS = 5e-4  # [s] between rows; servos of a bus are read more slowly
@@ -77,7 +77,7 @@ def degrees(recording: Recording) -> Iterator[Finding]:
         spread, asked = float(np.std(theta)), float(np.std(command))
         if not spread > 0.0 or not asked > 0.0 or np.corrcoef(theta, command)[0, 1] < LIKENESS:
             continue
-        own, its = SERVO_RATIOS if recording.bench == "servo" else (LEAST_RATIO, LEAST_RATIO)
+        own, its = SERVO_RATIOS if recording.bench == SERVO else (LEAST_RATIO, LEAST_RATIO)
         for column, other, size, ratio, low, least in (
             ("theta", "theta_d", theta, spread / asked, own, ANGLE_TOO_FAR),
             ("theta_d", "theta", command, asked / spread, its, COMMAND_TOO_FAR),

@@ -19,6 +19,7 @@ SAME_SIZE = (0.5, 2.0)  # [1] of a column's slope on another that is the same qu
 LEAST_ROWS = 20  # Rows that a correlation needs
 ON_ITS_OWN = 0.25  # [1] of its motion, which no load moves a servo on one goal
 STRANGE = 0.3  # [1] correlation that no servo was seen to stay below, however it sticks
+ALIKE_COMMANDS = 0.01  # [1] of a command's square, which others do not tell where it has its own
 MOVED = 0.1  # [rad] a shaft that keeps its command is pushed no farther
 SLOWEST = 0.4  # [s] a servo that takes longer for a way is rarer than a speed in another unit
 SHIFTS = range(-3, 4)  # Rows by which a copy may be moved
@@ -40,19 +41,27 @@ class Likeness:
     turned_slope: float  # Angle per command turned around, at its delay [1]
 
 
-def likeness(command: Array, theta: Array, delays: range, used: Mask) -> Likeness:
+def likeness(
+    command: Array, theta: Array, delays: range, used: Mask, others: Array | None = None
+) -> Likeness:
     """Correlate an angle with a command at several delays, shape (T,) each.
 
     Args:
         used: Rows of the angle that count, shape (T,).
+        others: Commands that move it too, whose part is taken from both before, shape (T, N).
     """
     scores = np.zeros((len(delays), 2))
     for k, delay in enumerate(delays):
         rows = used[delay:]
         goal, angle = command[: len(command) - delay][rows], theta[delay:][rows]
         goal, angle = goal - goal.mean(), angle - angle.mean()
+        whole = goal @ goal
+        if others is not None:
+            moved = others[: len(command) - delay][rows]
+            basis, _ = np.linalg.qr(moved - moved.mean(axis=0))
+            goal, angle = (x - basis @ (basis.T @ x) for x in (goal, angle))
         size = float(np.sqrt((goal @ goal) * (angle @ angle)))
-        if size > 0.0:
+        if size > 0.0 and goal @ goal > ALIKE_COMMANDS * whole:
             scores[k] = goal @ angle / size, goal @ angle / (goal @ goal)
     most, least = int(np.argmax(scores[:, 0])), int(np.argmin(scores[:, 0]))
     return Likeness(
@@ -130,7 +139,7 @@ def no_command(recording: Recording) -> Iterator[Finding]:
         used = answering(recording, place)
         if used.sum() < LEAST_ROWS:
             continue
-        like = likeness(goal, theta, delays, used)
+        like = likeness(goal, theta, delays, used, others_of(recording, place))
         seen = Examined(recording.name, column)
         if reversed_joint(like):
             yield seen.defect(
@@ -138,6 +147,8 @@ def no_command(recording: Recording) -> Iterator[Finding]:
                 "angle and command count in opposite directions: turn the sign of one (sign = -1 "
                 "in the mapping; calibrate the joint anew)",
             )
+        elif recording.coupled:
+            continue  # what else is said below is of a servo that moves alone
         elif (size := likeness(np.abs(goal), theta, delays, used).same) > ALIKE and (
             theta.min() >= 0.0 > goal.min() and 1.0 - size**2 < CLEARER * (1.0 - like.same**2)
         ):
@@ -165,6 +176,13 @@ def no_command(recording: Recording) -> Iterator[Finding]:
                 "theta_d must be the goal of this angle in its unit: it may be another joint's, a "
                 "place of the tip, or the motor was off",
             )
+
+
+def others_of(recording: Recording, place: int) -> Array | None:
+    """Return the commands of other servos that turn a motor too, shape (T, N); None without any."""
+    if recording.command is None or not recording.coupled:
+        return None
+    return np.delete(recording.command, place, axis=1)
 
 
 def unasked_rows(recording: Recording, place: int) -> Mask:
@@ -345,13 +363,20 @@ def exchanged_joints(recording: Recording) -> Iterator[Finding]:
         return
     score = np.array(
         [
-            [likeness(goal, theta, delays, used).same if moves(goal) else 0.0 for goal in goals.T]
+            [
+                likeness(goal, theta, delays, used, others_of(recording, k)).same
+                if moves(goal)
+                else 0.0
+                for k, goal in enumerate(goals.T)
+            ]
             for theta in recording.motor_position.T
         ]
     )
     for place in np.flatnonzero([moves(theta) for theta in recording.motor_position.T]):
         best = int(np.argmax(score[place]))
         own, other = float(score[place, place]), float(score[place, best])
+        if recording.coupled and not (np.argmax(score[best]) != best and max(score[best]) > LIKE):
+            continue  # a string that the other one pulls follows its command too
         same, its = (recording.motor_position[:, k] for k in (place, best))
         if best != place and np.mean((same == its)[np.gradient(same) != 0.0]) > COPIED:
             yield Examined(recording.name, columns[place]).defect(

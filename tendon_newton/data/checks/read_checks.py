@@ -142,10 +142,11 @@ def unasked_jumps(recording: Recording, place: int) -> tuple[Array, Indices]:
     Steps of the command explain a jump soon after; where no command was logged none does.
     """
     theta = recording.motor_position[:, place]
-    off, goal = theta, np.zeros_like(theta)
+    off, goals = theta, np.zeros((theta.size, 1))
     if recording.command is not None:
-        off, goal = theta - expected(recording, place), recording.command[:, place]
-    leaps, steps = np.abs(np.diff(goal)), np.diff(off)
+        off, goals = theta - expected(recording, place), recording.command
+        goals = goals if recording.coupled else goals[:, [place]]
+    leaps, steps = np.abs(np.diff(goals, axis=0)).max(axis=1), np.diff(off)
     window = max(1, round(ANSWERED / float(np.median(np.diff(recording.time)))))
     asked = sliding_window_view(np.pad(leaps, (window, 0)), window + 1).max(axis=1)
     sizes = np.minimum(np.abs(steps), np.abs(np.diff(theta)))

@@ -10,6 +10,7 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.lint_checks import CORRELATION_LIMIT
 from tendon_newton.data.checks.measures import correlations
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.errors import listed
 
 SLOW = 0.3  # [rad/s] a motion whose friction and inertia matter less than the servo's pull
 PUSHING = 0.9  # [1] of the rows below zero: a string that pushes is told of by its bench
@@ -115,16 +116,24 @@ def off_zero(recordings: Sequence[Recording]) -> Iterator[Finding]:
         )
 
 
-def other_gain(recordings: Sequence[Recording], gain: float) -> Iterator[Finding]:
-    """A stated gain [N/rad] that is far from what the force grows by."""
+def other_gain(
+    recordings: Sequence[Recording], gain: float, numbers: Sequence[str]
+) -> Iterator[Finding]:
+    """A stated gain [N/rad] that is far from what the force grows by.
+
+    Args:
+        numbers: Names of what is stated, each with its unit.
+    """
     found = [pull for recording in recordings if (pull := pull_of(recording)) is not None]
     slopes = [slope for sure, _, slope in found if sure > 0.0]
     if slopes and not 1.0 / FAR_GAIN < gain / np.median(slopes) < FAR_GAIN:
         yield Examined("all", "force").defect(
-            f"grows by {np.median(slopes):.3g} N per rad of theta_d - theta, and the model says "
-            f"gain = {gain:g}",
+            f"grows by {np.median(slopes):.3g} N per rad of theta_d - theta, and by "
+            f"{listed(numbers)} of the model by {gain:.3g}",
             "gain is in N/rad at the spool: one of N/deg is times 57.3, a torque's of N m/rad is "
-            "divided by spool_radius",
+            "divided by spool_radius"
+            if len(numbers) == 1
+            else "one of these is in another unit, or a register's count",
         )
 
 

@@ -9,9 +9,8 @@ import numpy as np
 from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.read_checks import neighbours_reads
 from tendon_newton.data.importers.joint_examination import Examination, examine_joints, fails
-from tendon_newton.data.importers.mapped import SERVO
 from tendon_newton.data.importers.own import OwnDataset
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import SERVO, Array, Recording
 
 TOGETHER = 0.5  # Share of its rows that a joint has in common with the others [1]
 

@@ -28,11 +28,10 @@ from tendon_newton.data.model_file import (
     read_fit,
     read_tolerances,
 )
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import SERVO, Array, Recording
 from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, listed, shown
 
 NOMINAL_GAIN = 4.2  # Force of the paper's servo per angle [N/rad], where a mapping states no model
-SERVO = "servo"  # Bench of a servo whose load is not known
 LEADS = "measured_path"  # Actuator to which the shaft's path is given
 SAVED_BY = 'save it as CSV there (File, Save As, "CSV UTF-8"), one run a file'
 TO_CSV = "write it as CSV, with pandas by DataFrame.to_csv"

@@ -19,9 +19,9 @@ from tendon_newton.data.importers.lerobot.reading import (
     read_joints,
 )
 from tendon_newton.data.importers.lerobot.units import LeRobotUnits, angle_sizes
-from tendon_newton.data.importers.mapped import SERVO, find_logs, read_log
+from tendon_newton.data.importers.mapped import find_logs, read_log
 from tendon_newton.data.importers.own import read_own
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import SERVO, Recording
 from tendon_newton.errors import InvalidRecording, listed
 
 LONGEST_HEADER = 4096  # Letters of a first line that are looked at

@@ -15,7 +15,11 @@ from tendon_newton.mechanisms.bench_facts import facts_of
 
 def findings_of(train: Sequence[Recording], test: Sequence[Recording] = ()) -> tuple[Finding, ...]:
     """Return what all checks find, what their benches cannot do among it."""
-    own = [one for r in (*train, *test) for one in lint_recording(r, bench=facts_of(r.bench))]
+    own = [
+        one
+        for r in (*train, *test)
+        for one in lint_recording(r, bench=facts_of(r.bench, r.bench_overrides))
+    ]
     return (*lint_dataset(train, test), *own)
 
 
@@ -40,7 +44,10 @@ def sound(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     return tuple(
         r
         for r in recordings
-        if not any(one.severity == "defect" for one in lint_recording(r, bench=facts_of(r.bench)))
+        if not any(
+            one.severity == "defect"
+            for one in lint_recording(r, bench=facts_of(r.bench, r.bench_overrides))
+        )
     )
 
 

@@ -35,9 +35,8 @@ def separating_run(
     forecast = Forecast(question, usual_task(settings[0], duration))
     found = forecast.runs(library_plans(settings, (SEED,), duration))
     best = max(found, key=lambda expected: expected.told.names)
-    sentence = (
-        f"record {duration:.0f} s of {best.plan.excitation.replace('_', ' ')} on bench "
-        f"{best.plan.place}: of {forecast.entropy:.1f} bits that tell {' from '.join(names)}, "
-        f"{best.told.names:.1f} are expected"
-    )
-    return sentence if best.told.names >= LITTLE else f"{NO_RUN}; the best is to {sentence}"
+    run = f"{duration:.0f} s of {best.plan.excitation.replace('_', ' ')} on bench {best.plan.place}"
+    bits = f"of {forecast.entropy:.1f} bits that tell {' from '.join(names)}, {best.told.names:.1f}"
+    if best.told.names < LITTLE:
+        return f"{NO_RUN}: {bits} are expected of the best, {run}; a further sensor may"
+    return f"record {run}: {bits} are expected"

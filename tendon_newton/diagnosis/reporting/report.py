@@ -78,7 +78,7 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
     return {
         "title": f"{headline(diagnosis)} {name}",
         "subject": f"{name}: {count(len(train), 'recording')} to learn from, "
-        f"{len(comparisons)} held out ({benches})",
+        f"{len(evidence.test.wholes)} held out ({benches})",
         "headline": headline(diagnosis),
         **answer(diagnosis),
         "consequence": CONSEQUENCES[diagnosis.verdict],

@@ -63,6 +63,8 @@ def windows_caption(diagnosis: Diagnosis) -> str:
     gap = diagnosis.verdict != "no_gap"
     choice = "where the starting model errs most" if gap else "in which most moves"
     text = f"For each bench the {WINDOW:g} seconds of a held-out recording {choice}. "
+    if diagnosis.actuator is not None:
+        text += "In all pictures the starting model has the actuator that was found already. "
     if diagnosis.effects:
         return text + (
             "The dashed line is the starting model; the solid one, with what was named, should "

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Array, Indices, Recording
+from tendon_newton.data.recording import SERVO, Array, Indices, Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.reporting.held_out import WINDOW, Window
 from tendon_newton.diagnosis.reporting.report_figures import full_name
@@ -29,7 +29,7 @@ def moving_fingers(
 ) -> Mapping[str, Any] | None:
     """Draw a finger in the first window of a bench that has a tip; None where none has.
 
-    Neither is one drawn that was led: all models move as it was measured.
+    Neither is one drawn that was led, since all models move as it was measured, nor a servo alone.
 
     Args:
         model: The extended model, for the bench's own numbers.
@@ -39,7 +39,8 @@ def moving_fingers(
     for window in windows if not evidence.test.is_led else ():
         recording = window.comparison.recording
         mechanism = override_mechanism(bench_of(recording.bench, model), recording.bench_overrides)
-        if mechanism.tip is not None and len(mechanism.tendons) == 1:
+        drawn = recording.bench != SERVO and len(mechanism.tendons) == 1
+        if drawn and mechanism.tip is not None:
             return fingers_of(evidence, window, ClosingPostures(mechanism), found=found)
     return None
 

@@ -19,11 +19,17 @@ from tendon_newton.simulation.model.parameter_table import (
     spool_radius_of,
     stiffness_of,
 )
+from tendon_newton.simulation.model.stated_size import check_size
 
 
 def bench_of(bench: str, model: Model) -> Mechanism:
-    """Load a bench with the numbers in which a model says that it differs."""
+    """Load a bench with the numbers in which a model says that it differs.
+
+    Raises:
+        InvalidModelFile: A number of the actuator is none of a servo on such a bench.
+    """
     mechanism = load_mechanism(bench)
+    check_size(model.actuator, mechanism)
     overrides = model.bench_overrides.get(bench)
     return mechanism if overrides is None else override_mechanism(mechanism, overrides)
 

@@ -25,6 +25,7 @@ from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.reporting.report import write_report
 from tendon_newton.diagnosis.result import CandidateScore, Criterion, Errors
 from tendon_newton.diagnosis.search.decide.account import ADDED, TOGETHER
+from tendon_newton.errors import InvalidModelFile
 from tendon_newton.identification.study import Study
 from tests.diagnosis.made_up import COEFFICIENT, EXAMPLE, beginning, diagnosis, evidence
 
@@ -85,7 +86,9 @@ def test_a_gain_of_another_unit_is_seen_at_rest() -> None:
     (said,) = [text for text in told(springs(), 4.2 * 0.0125) if "not that of the data" in text]
     assert float(re.findall(r"grows by ([\d.]+) times", said)[0]) == pytest.approx(80.0, rel=0.3)
     assert "N m/rad in place of N/rad" in said
-    assert any("not that of the data" in text for text in told(springs(), 4.2 / 0.0125))
+    assert any("not that of the data" in text for text in told(springs(), 57.3 * 4.2))
+    with pytest.raises(InvalidModelFile, match="gain of actuator 'ideal' must be between"):
+        told(springs(), 4.2 / 0.0125)
     for gain in (2.1, 8.4):
         assert not any("not that of the data" in text for text in told(springs(), gain))
 

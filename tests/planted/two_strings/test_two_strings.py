@@ -1,10 +1,12 @@
 """Faults of one of two servos are named with their owner; data come from a plant of its own."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tendon_newton.data.checks.lint import lint_recording
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.servo_names import servo_of
@@ -19,14 +21,64 @@ from tests.planted.owners.checks import (
     diagnosed,
     effect,
 )
-from tests.planted.owners.plant import GAIN, ROW_RATE, SPOOL, Faults
+from tests.planted.owners.plant import GAIN, ROW_RATE, SPOOL, Faults, Run, simulate
 from tests.planted.owners.sets import Recipe, commands
 from tests.planted.two_strings.bench import FINGER, TWO_STRINGS
+
+COUNT = 2.0 * np.pi / 4096.0  # [rad] of an encoder
 
 
 def test_strings_are_as_long_as_the_assets() -> None:
     """Two derivations that share no code give the same excursions to 10 nm in every posture."""
     check_strings(FINGER, "finger_antagonist")
+
+
+def logs_of(commands: list[np.ndarray], sticks: float) -> list[Recording]:
+    """Record the finger between two strings, of which the extensor's servo sticks [N]."""
+    runs = [Run(command=u, faults=Faults(coulomb=(0.0, sticks))) for u in commands]
+    return [
+        Recording(
+            name=f"run_{number}.csv",
+            bench="finger_antagonist",
+            time=np.arange(len(run.command)) / ROW_RATE,
+            command=run.command,
+            motor_position=(angle := COUNT * np.round(motion.angle / COUNT)),
+            motor_velocity=np.gradient(angle, 1.0 / ROW_RATE, axis=0),
+            force=motion.force,
+        )
+        for number, (run, motion) in enumerate(zip(runs, simulate(FINGER, runs), strict=True))
+    ]
+
+
+def swings(rng: np.random.Generator, turns: float | None) -> np.ndarray:
+    """Return commands of both servos: steps at random, or a sine of so many turns."""
+    low, high = np.array(TWO_STRINGS.levels).T
+    share = 0.5 + 0.5 * np.sin(2.0 * np.pi * (turns or 0.0) * np.arange(400) / 400.0)
+    shares = np.stack([share, np.roll(share, 3)], axis=1)
+    if turns is None:
+        held = [np.repeat(rng.uniform(size=20), rng.integers(25, 60, 20))[:400] for _ in range(2)]
+        shares = np.stack(held, axis=1)
+    return low + (high - low) * shares
+
+
+def test_what_the_other_string_moves_is_no_fault_of_a_log(rng) -> None:
+    """A string that is pulled by the other servo turns its own motor, against its command too."""
+    for log in logs_of([swings(rng, turns) for turns in (None, 2.0, 8.0, None)], 1.1):
+        assert [f for f in lint_recording(log) if f.severity == "defect"] == []
+
+
+def test_commands_that_are_turned_or_exchanged_are_told_of_two_strings(rng) -> None:
+    """What the other command explains does not hide it."""
+    (log,) = logs_of([swings(rng, None)], 0.0)
+    for place in (0, 1):
+        sign = np.where(np.arange(2) == place, -1.0, 1.0)
+        told = lint_recording(replace(log, command=sign * log.command))
+        assert [(f.check, f.channel) for f in told if f.severity == "defect"] == [
+            ("no command", f"theta_d_{place}")
+        ]
+    told = lint_recording(replace(log, command=log.command[:, ::-1]))
+    exchanged = {f.channel for f in told if f.check == "exchanged joints"}
+    assert "theta_0" in exchanged
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.measures import rows_text
 from tendon_newton.data.importers.lerobot.info import JointPlace, LeRobotInfo
 from tendon_newton.data.importers.lerobot.lerobot_rows import LeRobotRows
-from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.data.recording import SERVO, Array, Mask, Recording
 from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed
 
 LEAST_ALIKE = 3  # Episodes of one length from which that is the length of all
@@ -82,7 +82,7 @@ def whole(
     command = columns_of(rows.command[chosen], {p.command: size for p, size in joints.items()})
     recording = Recording(
         name=name,
-        bench="servo",
+        bench=SERVO,
         time=time,
         command=command,
         motor_position=position,
