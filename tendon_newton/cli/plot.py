@@ -27,9 +27,15 @@ def main(config: PlotConfig) -> None:
     """Draw it."""
     from tendon_hardware.deployment.deploy_plot import panels_of, title_of
     from tendon_hardware.deployment.svg_panels import draw
+    from tendon_newton.data.dataset import listed_files
     from tendon_newton.data.files.text_file import write_text
     from tendon_newton.errors import InvalidParameter
 
+    folder = config.log.is_dir() and not (config.log / "metadata.yaml").is_file()
+    if folder or (config.log.is_file() and config.log.suffix not in (".mcap", ".csv", ".db3")):
+        own = [config.log / name for name in listed_files(config.log)] if folder else []
+        such = f", such as {own[0]}" if own else ""
+        raise InvalidParameter(f"{config.log}: a picture is of one log, .mcap, .csv{such}")
     out = config.out or config.log.with_suffix(".svg")
     if out.suffix != ".svg":
         raise InvalidParameter(f"{out}: the picture is an SVG file, named .svg")

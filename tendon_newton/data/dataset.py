@@ -289,12 +289,12 @@ def refuse_other_folder(path: Path) -> None:
             f"dataset that it was made of. Why its causes were named is told by "
             f"{shlex.join(['tendon-newton', 'explain', f'{path}'])}"
         )
-    if (path / "meta" / "info.json").is_file():
-        command = shlex.join(["tendon-newton", "diagnose", f"{path}", "--out", "arm_diagnosis"])
+    if found := sorted(file.parent.name for file in path.glob("*/diagnosis.json")):
         raise InvalidDataset(
-            f"{path}: is a LeRobotDataset, which {command} takes as it is, or import it first with "
-            f"{shlex.join(['tendon-newton', 'import', 'lerobot', f'{path}', '--out', 'arm'])}"
+            f"{path}: a dataset is a folder with {FILE_NAME}; this one holds the diagnoses of "
+            f"{listed(found)}: name the dataset that they were made of"
         )
+    refuse_lerobot(path)
     folder, files = (path, path.iterdir()) if path.is_dir() else (path.parent, [path])
     logs = (file for file in files if file.suffix in LOG_SUFFIXES and file.is_file())
     if log := next(logs, None):
@@ -304,6 +304,23 @@ def refuse_other_folder(path: Path) -> None:
             f"{path}: a dataset is a folder with {FILE_NAME}; {came}, to be imported first: "
             f"{shlex.join([*words, '--out', 'dataset'])} (docs/your_logs.md)"
         )
+
+
+def refuse_lerobot(path: Path) -> None:
+    """Refuse a LeRobotDataset, with what takes it."""
+    if (path / "meta" / "info.json").is_file():
+        command = shlex.join(["tendon-newton", "diagnose", f"{path}", "--out", "arm_diagnosis"])
+        raise InvalidDataset(
+            f"{path}: is a LeRobotDataset, which {command} takes as it is, or import it first with "
+            f"{shlex.join(['tendon-newton', 'import', 'lerobot', f'{path}', '--out', 'arm'])}"
+        )
+
+
+def refuse_own(path: Path) -> None:
+    """Refuse a dataset of ours where another format is to be imported."""
+    if (path / FILE_NAME).is_file():
+        command = shlex.join(["tendon-newton", "diagnose", f"{path}", "--out", f"{path}_diagnosis"])
+        raise InvalidDataset(f"{path}: is a dataset of ours already: {command}")
 
 
 def read_entry(row: dict[str, Any], where: str) -> ListedRecording:

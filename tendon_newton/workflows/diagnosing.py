@@ -19,7 +19,13 @@ from tendon_newton.diagnosis.in_time.log_events import CalmDay, calm_day, find_e
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis, write_diagnosis
 from tendon_newton.diagnosis.unblocked import free
-from tendon_newton.errors import InvalidDataset, InvalidModelFile, InvalidOutput, listed
+from tendon_newton.errors import (
+    InvalidDataset,
+    InvalidModelFile,
+    InvalidOutput,
+    InvalidParameter,
+    listed,
+)
 
 ANSWER = "diagnosis.json"
 
@@ -80,6 +86,10 @@ def compare_days(
     if out is not None and (out / ANSWER).is_file():
         raise InvalidOutput(f"{out}: holds a diagnosis; what changed goes into a folder of its own")
     against = against.parent if against.name == ANSWER else against
+    if against.resolve() in (folder.resolve() for folder in days_in(new)):
+        raise InvalidParameter(
+            f"{new}: a day is held against another one; --against names the same"
+        )
     days = {folder.name: day_of(folder) for folder in days_in(new)}
     known = earlier_model(against, model)
     calm: CalmDay | None = None

@@ -205,7 +205,11 @@ def test_a_folder_of_joints_names_one_command_for_all(tmp_path, rng, capsys) -> 
     """
     pair = np.stack([teleoperated(rng)] * 2, 1)
     folder = write_arm(tmp_path / "raw", {"pan": pair, "lift": pair}, np.arange(ROWS) / RATE)
-    out = tmp_path / "arm"
+    out, mapping = tmp_path / "arm", tmp_path / "mapping.toml"
+    mapping.write_text('bench = "servo"\n[columns]\ntheta = {column = "q"}\n')
+    words = ["import", "mapped", str(folder), "--mapping", str(mapping), "--out", str(out)]
+    assert main(words) == 2
+    assert f"tendon-newton import lerobot {folder} --out arm" in capsys.readouterr().err
     assert main(["simulate", str(folder), "--model", "m.toml", "--out", str(tmp_path / "x")]) == 2
     assert f"tendon-newton diagnose {folder}" in capsys.readouterr().err
     assert main(["import", "lerobot", str(folder), "--out", str(out), "--unit", "deg"]) == 0

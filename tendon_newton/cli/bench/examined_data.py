@@ -70,6 +70,8 @@ def examine_one(config: Asked, folder: Path, seen: dict[str, OwnDataset]) -> dic
     """Examine one dataset; one of our own is kept by its folder's name."""
     from tendon_newton.data.dataset import refuse_other_folder
 
+    if folder.is_file():
+        raise InvalidParameter(f"{folder}: a dataset is a folder with {' or '.join(MARKS)}")
     if not any((folder / mark).is_file() for mark in MARKS):
         refuse_other_folder(folder)
     if (folder / OWN_FILE).is_file():
@@ -187,6 +189,10 @@ def examine_own(config: Asked, folder: Path, kept: dict[str, OwnDataset]) -> dic
     from tendon_newton.data.checks.finding import findings_text
     from tendon_newton.data.importers.own import read_own, write_mended
 
+    if config.unit is not None or config.calibration is not None:
+        raise InvalidParameter(
+            f"{folder}: --unit and --calibration are for LeRobotDatasets; this one is in SI units"
+        )
     seen = kept[folder.name] = read_own(folder, known_bench, mend=config.mend is not None)
     if config.mend is not None:
         write_mended(folder, seen, config.mend)

@@ -65,8 +65,12 @@ def main(config: ExperimentConfig) -> None:
         write_command,
         write_setting,
     )
+    from tendon_newton.diagnosis.next_experiment.separating_run import LITTLE
     from tendon_newton.diagnosis.next_experiment.task_file import read_task
+    from tendon_newton.workflows.importing import check_bench
 
+    for bench in config.benches:
+        check_bench(bench)
     try:
         question, recorded = read_open_sets(config.diagnosis)
     except NothingToSeparate as answer:
@@ -93,6 +97,8 @@ def main(config: ExperimentConfig) -> None:
         )
         return
     best = found.runs[0]
+    if best.told.names < LITTLE:
+        print("no run that was tried tells the causes apart: a further sensor may")
     make_folder(config.out.parent)
     write_command(config.out, best.plan)
     write_setting(config.out.with_suffix(".toml"), best)

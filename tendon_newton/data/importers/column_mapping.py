@@ -100,6 +100,11 @@ def read_mapping(path: Path, only: Sequence[str] = ()) -> ColumnMapping:
             speed as the mapping says, by default.
     """
     table = read_toml(path, InvalidMapping, "a mapping is a TOML file")
+    if "recordings" in table:
+        raise InvalidMapping(
+            f"{path}: is the list of a dataset; a mapping.toml says which column is which "
+            "(docs/recordings_mapping.md)"
+        )
     refuse_unknown_keys(table, FILE_KEYS, str(path), InvalidMapping)
     for key in ("bench", "columns"):
         if key not in table:

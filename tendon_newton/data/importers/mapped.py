@@ -12,7 +12,7 @@ from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.mends import without_failed_reads
 from tendon_newton.data.checks.read_checks import neighbours_reads
-from tendon_newton.data.dataset import LOG_SUFFIXES
+from tendon_newton.data.dataset import LOG_SUFFIXES, refuse_lerobot, refuse_own
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import SHARED_COLUMNS, TENDON_COLUMNS, recording_of
@@ -63,10 +63,14 @@ def read_mapped(
         spool_radius: Gives the radius [m] that a bench's asset states, by the bench's name.
         mend: Whether to mend what else makes no recording: lost signs, a clock that begins again.
     """
-    mapping = read_mapping(mapping_file)
     if not folder.is_dir():
-        came = "it is a file" if folder.exists() else "no such folder"
+        came = "no such folder"
+        if folder.exists():
+            came = f"it is a file: name {folder.parent}, and files = {folder.name!r} in the mapping"
         raise InvalidRecording(f"{folder}: logs come as a folder; {came}")
+    refuse_own(folder)
+    refuse_lerobot(folder)
+    mapping = read_mapping(mapping_file)
     paths = find_logs(folder, mapping)
     for part in mapping.stated:
         if not any(fnmatchcase(path.name, part.pattern) for path in paths):

@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Examined, Finding
+from tendon_newton.data.dataset import refuse_own
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.lerobot.episodes import (
@@ -89,6 +90,7 @@ def read_joints(folder: Path) -> tuple[LeRobotInfo, LeRobotRows]:
     if not folder.is_dir():
         came = "it is a file" if folder.exists() else "no such folder"
         raise InvalidRecording(f"{folder}: a LeRobotDataset is a folder with {INFO}; {came}")
+    refuse_own(folder)
     info = read_info(folder)
     rows = read_rows(folder)
     for place in info.joints:
