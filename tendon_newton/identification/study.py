@@ -127,45 +127,50 @@ class Study:
         """How many times as much of an effect a further bench has as the first."""
         if like is None and tolerant and self.servos == 1:
             self.lines = line_numbers(model, benches, self.wholes)
-        self.table = ParameterTable(actuator=model.actuator.name, effects=())
-        self.mechanisms: list[Mechanism] = []
-        self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
-        causes, shared = causes_of(effects, self.servos, independent=self.independent)
-        for members in rollout_groups(self.wholes):
-            mechanism = benches[self.wholes[members[0]].bench]
-            self.mechanisms.append(mechanism)
-            rollout = rollout_of(
-                mechanism,
-                [self.wholes[i] for i in members],
-                model,
-                effects=causes,
-                shared=shared,
-                unknown=(*self.unknown, *self.tolerated, *self.lines),
-                time_step=time_step,
-                device=DEVICE,
-            )
-            self.table = replace(rollout.table, scale=self.scale)
-            self._groups.append((rollout, members))
-        # together, since those of one group may wait for a core while others compile
-        sets = [rollout.kernels.launched for rollout, _ in self._groups]
-        load_kernels([kernel for kernels in zip(*sets, strict=True) for kernel in kernels], DEVICE)
+        self._groups = self._rollouts(benches, effects)
+        self.mechanisms = [benches[self.wholes[own[0]].bench] for _, own in self._groups]
+        self.table = replace(self._groups[-1][0].table, scale=self.scale)
         refuse_unknown_tolerances(model, self.table)
         self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
-        self.views = tuple(
-            View(
-                recording=recording,
-                mechanism=override_mechanism(benches[recording.bench], recording.bench_overrides),
-                servo=servo,
-                cell=find_cell(recording, self.timeline(k)),
-                draw=self._draw_of(benches[recording.bench]),
-            )
-            for k, ((_, servo), recording) in enumerate(
-                zip(self.sources, self.recordings, strict=True)
-            )
-        )
+        self.views = tuple(self._view(k, benches) for k in range(len(self.sources)))
         self.compared = tuple(compared(view) for view in self.views)
         """Signals of each of its recordings as measured, name -> components, shape (C, T)."""
         self.noise = self._with_driving_noise(noise_of(self.views))
+
+    def _rollouts(
+        self, benches: Mapping[str, Mechanism], effects: Sequence[str]
+    ) -> list[tuple[Rollout, tuple[int, ...]]]:
+        """Return what simulates the recordings, and which of them each does; kernels are loaded."""
+        causes, shared = causes_of(effects, self.servos, independent=self.independent)
+        groups = []
+        for members in rollout_groups(self.wholes):
+            rollout = rollout_of(
+                benches[self.wholes[members[0]].bench],
+                [self.wholes[i] for i in members],
+                self._model,
+                effects=causes,
+                shared=shared,
+                unknown=(*self.unknown, *self.tolerated, *self.lines),
+                time_step=self.time_step,
+                device=DEVICE,
+            )
+            groups.append((rollout, members))
+        # together, since those of one group may wait for a core while others compile
+        sets = [rollout.kernels.launched for rollout, _ in groups]
+        load_kernels([kernel for kernels in zip(*sets, strict=True) for kernel in kernels], DEVICE)
+        return groups
+
+    def _view(self, index: int, benches: Mapping[str, Mechanism]) -> View:
+        """Return one of the recordings that are compared, with its servo and its bench."""
+        recording = self.recordings[index]
+        bench = benches[recording.bench]
+        return View(
+            recording=recording,
+            mechanism=override_mechanism(bench, recording.bench_overrides),
+            servo=self.sources[index][1],
+            cell=find_cell(recording, self.timeline(index)),
+            draw=self._draw_of(bench),
+        )
 
     def _draw_of(self, bench: Mechanism) -> float | None:
         """Return the current of an only motor per newton [A/N]; None where the model tells none."""

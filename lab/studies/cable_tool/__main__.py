@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lab.studies.board import interval
 from lab.studies.cable_tool.figure import draw
 from lab.studies.cable_tool.rivals import fitted_law, learned
 from lab.studies.cable_tool.runs import (
@@ -43,7 +44,6 @@ CONSTANT = ("coulomb_friction",)
 BY_LOAD = (*CONSTANT, "load_dependent_friction")
 """What is fitted by hand: half of the torque between both directions is a + b times the load."""
 SEED = 0
-DRAWS = 2000
 
 Errors = Sequence[Residual]  # Residuals of the test runs' rows that count, the first of each array
 
@@ -169,8 +169,7 @@ def angles(errors: Errors) -> Array:
 
 def with_interval(sizes: Array) -> str:
     """Return the RMS over runs with its 95 % interval, by drawing runs, and the worst run."""
-    draws = np.random.default_rng(SEED).choice(sizes, (DRAWS, len(sizes)))
-    low, high = np.quantile(np.sqrt((draws**2).mean(axis=1)), (0.025, 0.975))
+    low, high = interval(sizes)
     return f"{rms(sizes):5.2f} [{low:.2f}, {high:.2f}], worst {sizes.max():.1f}"
 
 

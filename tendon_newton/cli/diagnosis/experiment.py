@@ -30,9 +30,6 @@ class ExperimentConfig:
     out: Path  # Command file to write, ending in .csv; its folder is made if it is not there.
     benches: tuple[str, ...] = ()
     """Benches that you have; by default those of the data, and for a tendon all of the assets."""
-    task: Path | None = None
-    """Recording, or CSV file with t and theta_d, whose motion a model shall predict. By default
-    steps to random angles on the first bench."""
     duration: float = 12.0  # Length of the run [s].
     force_limit: float = 24.0
     """Tension that the run may not reach in simulation [N]; a torque where a shaft is turned."""
@@ -66,7 +63,6 @@ def main(config: ExperimentConfig) -> None:
         write_setting,
     )
     from tendon_newton.diagnosis.next_experiment.separating_run import LITTLE
-    from tendon_newton.diagnosis.next_experiment.task_file import read_task
     from tendon_newton.workflows.importing import check_bench
 
     for bench in config.benches:
@@ -77,10 +73,7 @@ def main(config: ExperimentConfig) -> None:
         print(answer)
         return
     settings = settings_to_try(recorded, config.benches or None)
-    task = usual_task(settings[0], config.duration)
-    if config.task is not None:
-        task = read_task(config.task, settings[0])
-    forecast = Forecast(question, task)
+    forecast = Forecast(question, usual_task(settings[0], config.duration))
     found = design(
         forecast,
         settings,

@@ -17,8 +17,6 @@ LARGEST_SWING = pi / 4.0
 """Amplitude of the swing about a ramp or a hold [rad]; half of all segments have none."""
 FREQUENCIES = (0.5, 6.0)  # Frequencies of the swing [Hz]
 COMMAND_RATE = 20.0  # Commands per second, as a bench is commanded [Hz]
-RUN_LENGTHS = (2.0, 120.0)
-"""Shortest and longest run that is designed [s]: eight segments need a quarter of a second each."""
 
 
 @dataclass(frozen=True, kw_only=True)

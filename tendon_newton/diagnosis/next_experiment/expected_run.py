@@ -1,4 +1,4 @@
-"""What a run, or a measurement by hand, is expected to tell: names, the user's task, numbers."""
+"""What a run, or a measurement by hand, is expected to tell: names, predictions, numbers."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class Forecast:
 
     Args:
         question: The sets.
-        task: The run whose prediction matters to the user.
+        task: The run that a model shall predict.
         row_worth: Independent witnesses per row [1].
     """
 

@@ -56,7 +56,7 @@ def design(
     the best of them that stay below the limit. Runs that may pull harder are left out.
 
     Args:
-        forecast: What is open, and what the user's task is.
+        forecast: What is open, and which run a model shall predict.
         settings: Benches that may be used.
         rng: Draws commands and models.
         duration: Length of a run [s].
@@ -86,7 +86,7 @@ def design(
 
 
 def usual_task(setting: Setting, duration: float) -> Plan:
-    """Return what is to be predicted where the user states no task: steps to random angles."""
+    """Return the run that a model shall predict: steps to random angles."""
     _, servo, servos = servos_of([setting])[-1]
     return plan_run(setting, "random_steps", TASK_SEED, duration, servo, servos)
 

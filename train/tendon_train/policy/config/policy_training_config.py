@@ -1,7 +1,7 @@
 """Settings of the training of a policy."""
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import tyro
 
@@ -41,8 +41,6 @@ class PolicyTrainingConfig:
     learning_rate_end: float | None = None
     """Last learning rate, reached evenly from iteration to iteration; none keeps it. The less a
     policy explores, the more a change of its weights does to the probability of an action."""
-    schedule: Literal["fixed", "adaptive"] = "fixed"
-    """Whether the learning rate stays, or follows how far an update moves the policy."""
     clip: float = 0.2  # Most that an update may change the probability of an action, as a share.
     discount: float = 0.95  # Worth of a reward one step earlier [1].
     trace: float = 0.95
@@ -80,10 +78,6 @@ class PolicyTrainingConfig:
             end = getattr(self, name)
             if end is not None and not 0.0 < end < 1.0e9:
                 raise InvalidParameter(f"{name} must be positive; it is {end}")
-        if self.schedule == "adaptive" and self.learning_rate_end is not None:
-            raise InvalidParameter(
-                "a learning rate that adapts by itself takes no learning_rate_end"
-            )
         if self.seed < 0:
             raise InvalidParameter(f"seed must not be negative; it is {self.seed}")
         if not self.hidden or min(self.hidden) < 1:
@@ -139,7 +133,7 @@ def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:
             "num_learning_epochs": config.epochs,
             "num_mini_batches": config.batch_count,
             "learning_rate": config.learning_rate,
-            "schedule": config.schedule,
+            "schedule": "fixed",  # `learning_rate_at` says how it falls
             "clip_param": config.clip,
             "gamma": config.discount,
             "lam": config.trace,
