@@ -127,8 +127,6 @@ class CandidateScore:
     at_bound: Mapping[str, float] = field(default_factory=dict)
     """Numbers that ended at a bound, with that bound: it cannot be named, whatever its score."""
     criteria: tuple[Criterion, ...] = ()  # What it passed and what it did not
-    probability: float | None = None
-    """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
     acts_in: tuple[str, ...] | None = None
     """Recordings in which it changes more than is left over anyway; None where nobody looked."""
     looked_at: int = 0  # Recordings in which that was looked at
@@ -144,7 +142,7 @@ class CandidateScore:
             out["at_bound"] = list(self.at_bound)
         if self.acts_in is not None:
             out |= {"acts_in": list(self.acts_in), "looked_at": self.looked_at}
-        return {**out, **account_json(self.criteria, self.probability)}
+        return {**out, **account_json(self.criteria)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -377,7 +375,9 @@ def gain_json(without: Errors, extended: Errors) -> dict[str, Any]:
     return gain
 
 
-def account_json(criteria: tuple[Criterion, ...], probability: float | None) -> dict[str, Any]:
+def account_json(
+    criteria: tuple[Criterion, ...], probability: float | None = None
+) -> dict[str, Any]:
     """Return what a cause passed, and its chance; what nobody asked is left out."""
     out: dict[str, Any] = {}
     if criteria:

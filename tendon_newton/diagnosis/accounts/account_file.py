@@ -30,7 +30,6 @@ class Account:
     experiment: str | None  # What to record to tell them apart
     at_bound: tuple[str, ...]  # Numbers that ended at the edge of their ranges
     criteria: tuple[Criterion, ...]  # What it had to pass, in order
-    probability: float | None  # Share of draws of blocks of time in which it passes again [1]
     acts_in: tuple[str, ...] | None
     """Recordings in which it changes more than is left over anyway; None where unknown."""
     looked_at: int  # Recordings in which that was looked at
@@ -104,7 +103,6 @@ def state_account(row: CheckedTable, stated: StatedDiagnosis, scale: BenchScale)
         experiment=None if own is None else own.separating_experiment,
         at_bound=words(row.values.get("at_bound")) or (),
         criteria=row.value("criteria", tuple[Criterion, ...]) if "criteria" in row else (),
-        probability=finite_number(row.values.get("probability")),
         acts_in=None if acts is None else words(acts),
         looked_at=int(finite_number(row.values.get("looked_at")) or 0),
         scale=scale,

@@ -38,10 +38,6 @@ def sentences(cause: Account) -> list[str]:
         out.append(f"In the answer, beside all that was found, its {numbers}.")
     out.append(outcome(cause))
     out += [LONG.get(criterion.name, plainly)(criterion) for criterion in cause.criteria]
-    if cause.probability is not None:
-        out.append(
-            f"In {percent(cause.probability)} of the draws of blocks of time it passes again."
-        )
     return [*out, *what_would_tell(cause)]
 
 

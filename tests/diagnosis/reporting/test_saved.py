@@ -81,7 +81,7 @@ def test_what_is_seldom_said_comes_back_too(tmp_path: Path) -> None:
     found = diagnosis("explained")
     tried = CandidateScore(
         name="tendon_slack", score=0.1, values={"length": 0.01}, at_bound={"length": 0.01},
-        criteria=(CRITERION,), probability=0.5, acts_in=("a.csv",), looked_at=2,
+        criteria=(CRITERION,), acts_in=("a.csv",), looked_at=2,
     )  # fmt: skip
     found = replace(
         found,
