@@ -155,6 +155,10 @@ MISTAKES: dict[str, Mistake] = {
     "a rotor in g cm2": Mistake(words="simulate data --model data/model.toml --out new",
         said=("armature of actuator 'pwm_servo' must be between 0 and 0.3 kg m2", "it is 12"),
         change=wrote("data/model.toml", PWM.replace("armature = 0.001", "armature = 12.0"))),
+    "a rotor in g cm2 to train on": Mistake(
+        words="train-policy --force heavy.toml --out new --worlds 16 --iterations 1",
+        said=("armature of actuator 'pwm_servo' must be between 0 and 0.3 kg m2", "it is 12"),
+        change=wrote("heavy.toml", PWM.replace("armature = 0.001", "armature = 12.0"))),
     "a gain in N/m": Mistake(words="export data/model.toml --to mujoco --bench finger --out new",
         said=("gain of actuator 'ideal' must be between", "300 N/rad on finger", "it is 4200"),
         change=wrote("data/model.toml", ACTUATOR.replace("4.2", "4200.0"))),

@@ -3,12 +3,11 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from tendon_newton.data.checks.command_checks import exchanges
 from tendon_newton.data.checks.finding import Finding, kinds_of
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.importers.arm_folder import beside
 from tendon_newton.data.recording import Recording
 from tendon_newton.mechanisms.bench_facts import facts_of
 
@@ -55,17 +54,6 @@ def exchanges_between(datasets: Mapping[str, Dataset]) -> Iterator[Finding]:
     """Say which joints of an arm follow each other's commands, by recordings of the same rows."""
     names = list(datasets)
     for runs in zip(*(data.train for data in datasets.values()), strict=False):
-        same = [np.array_equal(run.time, runs[0].time) for run in runs]
-        if len(runs) < 2 or not all(same) or any(run.command is None for run in runs):
-            continue
-        commands = [run.command for run in runs if run.command is not None]
-        whole = replace(
-            runs[0],
-            command=np.concatenate(commands, axis=1),
-            motor_position=np.concatenate([run.motor_position for run in runs], axis=1),
-            motor_velocity=np.concatenate([run.motor_velocity for run in runs], axis=1),
-            force=None,
-            extra={},
-        )
-        for place, finding in exchanges(whole, names):
+        whole = beside(dict(zip(names, runs, strict=True)))
+        for place, finding in exchanges(whole, names) if whole is not None else ():
             yield replace(finding, recording=runs[place].name)

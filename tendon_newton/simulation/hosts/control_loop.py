@@ -30,6 +30,7 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     coordinate_axis,
     moving_joints,
 )
+from tendon_newton.simulation.model.stated_size import check_size
 from tendon_newton.simulation.model.structure import Precision
 
 SHOWN_WORLDS = 8  # Most worlds that a message names
@@ -105,6 +106,7 @@ class ControlLoop:
     ) -> None:
         if not 0.1 <= rate <= 10_000.0:
             raise InvalidParameter(f"a control rate must be 0.1 to 10000 Hz; it is {rate}")
+        check_size(model.actuator, mechanism)
         model = model.on_bench(mechanism.name)
         overrides = model.bench_overrides.get(mechanism.name)
         bench = mechanism if overrides is None else override_mechanism(mechanism, overrides)
