@@ -8,7 +8,6 @@ from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.floors import Floors
 from tendon_newton.diagnosis.search.refit import (
-    LAST_SHARE,
     Fit,
     linearise,
     row_units,
@@ -122,7 +121,7 @@ def linearised(
     once = tuple(dict.fromkeys(columns))
     values = {c: there.get(c, worlds.study.base_value(c)) for c in once}
     (fit,) = start_fits(worlds, [(tuple(names), values)], floors, near=True)
-    unit = row_units(worlds, fit, floors, LAST_SHARE, None)
+    unit = row_units(worlds, fit, floors)
     (jacobian,) = linearise(worlds, [fit])
     order = [once.index(c) for c in columns]
     return fit.residual / unit, (jacobian / unit[:, None])[:, order], fit.place[order]

@@ -21,9 +21,6 @@ STRIDES, STICKING = (0.01, 0.03), (0.02, 0.1)
 size besides; and where something sticks. A short difference says where something happened to stick,
 or to hit a stop, so differences are as long as the last step."""
 SHORTER = 0.2  # A stride's share of the one before where that led no further
-FIRST_SHARE, LAST_SHARE = 1.0, 0.98
-"""Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
-seen before rows at a jump are left out."""
 WAYS = tuple(side * 0.01 * 2.0**k for k in range(7) for side in (-1.0, 1.0))
 """How far the numbers at which a law switches are looked at, as logarithms of their ratios [1]."""
 LEAST_GAIN = 1.0e-3  # A step that lowers the loss per row by less is a fit's last [nat]
@@ -47,6 +44,14 @@ class Fit:
     next step makes do with them."""
     damping: float = DAMPING  # Marquardt factor of the next step [1]
     settled: bool = False  # Whether no further step would lower its loss at these floors
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rows:
+    """How a fit counts the rows of its residual, shape (M,) each."""
+
+    unit: Array  # What a residual is measured in [rad, N, m, A]
+    weight: Array  # How often a row counts, 0 where a fit may not look [1]
 
 
 def values_of(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> dict[int, float]:
@@ -151,16 +156,17 @@ def refit(
         chosen = [i for i, on in enumerate(active) if on]
         if not chosen:
             break
-        share = FIRST_SHARE if step < coarse else LAST_SHARE
         if jacobians is None:
             slopes = linearise(worlds, [current[i] for i in chosen])
         else:
             slopes = [jacobians[i] for i in chosen]
-        units = [row_units(worlds, current[i], floors, share, rows) for i in chosen]
+        counted = [
+            rows_of(worlds, current[i], floors, seen=rows, coarse=step < coarse) for i in chosen
+        ]
         together = [worlds.rows_together(current[i].residual) for i in chosen]
         trials = [
             (current[i].names, values_of(worlds, current[i].columns, damped(
-                worlds, current[i], slopes[k], units[k], part * current[i].damping, together[k],
+                worlds, current[i], slopes[k], counted[k], part * current[i].damping, together[k],
                 hold=0.0 if holds is None else holds[i],
             )))
             for k, i in enumerate(chosen) for part in (1.0, BOLDER)
@@ -168,7 +174,7 @@ def refit(
         moved = start_fits(worlds, trials, floors)
         for k, i in enumerate(chosen):
             fit, pair = current[i], moved[2 * k : 2 * k + 2]
-            losses = [mean_loss(worlds, f, units[k], together[k]) for f in (fit, *pair)]
+            losses = [mean_loss(worlds, f, counted[k], together[k]) for f in (fit, *pair)]
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
             may_shorten = gain <= 0.0 and fit.damping < MOST_DAMPING
@@ -249,15 +255,15 @@ def stepped(worlds: SearchWorlds, before: Fit, after: Fit, jacobian: Array) -> F
     return replace(after, stride=stride, slopes=dict(zip(before.columns, better.T, strict=True)))
 
 
-def mean_loss(worlds: SearchWorlds, fit: Fit, unit: Array, together: float) -> float:
-    """Return the loss per row that counts; rows whose unit is infinite do not.
+def mean_loss(worlds: SearchWorlds, fit: Fit, rows: Rows, together: float) -> float:
+    """Return the loss per row that counts.
 
     What is stated counts as a row does that tells something of its own, and of which so many are
     together.
     """
-    seen = np.isfinite(unit)
     stated = together * surprise(worlds, fit)
-    return float((loss_terms(fit.residual[seen] / unit[seen]).sum() + stated) / seen.sum())
+    terms = rows.weight @ loss_terms(fit.residual / rows.unit)
+    return float((terms + stated) / rows.weight.sum())
 
 
 def surprise(worlds: SearchWorlds, fit: Fit) -> float:
@@ -275,16 +281,39 @@ def offsets(worlds: SearchWorlds, fit: Fit) -> Array:
     return (fit.place - stated) / worlds.spreads(fit.columns, fit.names)
 
 
-def row_units(
-    worlds: SearchWorlds, fit: Fit, floors: Floors, share: float, rows: Mask | None
-) -> Array:
-    """Return one unit of residual for each row, infinite where a fit may not look, shape (M,)."""
-    unit = np.full(len(fit.residual), np.inf)
-    for signal, own in worlds.where.signals:
-        chosen = own if rows is None else own & rows
-        if chosen.any():
-            unit[chosen] = max(floors.of(signal), trimmed_size(fit.residual[chosen], share))
-    return unit / np.sqrt(worlds.weights(floors))
+def rows_of(
+    worlds: SearchWorlds,
+    fit: Fit,
+    floors: Floors,
+    *,
+    seen: Mask | None = None,
+    coarse: bool = False,
+) -> Rows:
+    """Return the unit and the weight of each row, as the score has them.
+
+    Args:
+        worlds: Say which rows are whose.
+        fit: Tells the units: its scales, or the root mean squares of all its residuals.
+        floors: Least unit of each signal.
+        seen: Rows that the fit may see, shape (M,); all by default.
+        coarse: Whether rows at a jump tell how large residuals are: what acts at times must be seen
+            before they are left out.
+    """
+    chosen = np.ones(len(fit.residual), dtype=bool) if seen is None else seen
+    scales = worlds.score(fit.residual[None], floors, chosen).scales[0]
+    counts, unit, weight = worlds.weights(floors), np.ones(len(chosen)), np.zeros(len(chosen))
+    for (signal, every), scale in zip(worlds.where.signals, scales, strict=True):
+        own = every & chosen
+        if own.any():
+            whole = trimmed_size(fit.residual[own], 1.0) if coarse else scale
+            unit[own] = max(floors.of(signal), whole)
+            weight[own] = counts[own] / counts[own].sum()
+    return Rows(unit=unit, weight=weight * chosen.sum() / weight.sum())
+
+
+def row_units(worlds: SearchWorlds, fit: Fit, floors: Floors) -> Array:
+    """Return the size of a residual that tells as much as a row that counts once, shape (M,)."""
+    return rows_of(worlds, fit, floors).unit / np.sqrt(worlds.weights(floors))
 
 
 def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
@@ -321,7 +350,7 @@ def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
 
 
 def damped(
-    worlds: SearchWorlds, fit: Fit, jacobian: Array, unit: Array, damping: float,
+    worlds: SearchWorlds, fit: Fit, jacobian: Array, rows: Rows, damping: float,
     together: float, *, hold: Array | float = 0.0,
 ) -> Array:  # fmt: skip
     """Return where one Marquardt step leads, inside the bounds, shape (F,).
@@ -330,14 +359,14 @@ def damped(
         worlds: Say what is stated of the numbers.
         fit: Where to start.
         jacobian: Derivatives of the residual, shape (M, F).
-        unit: Unit of each row's residual, shape (M,).
+        rows: How each row counts.
         damping: Marquardt factor [1].
         together: Rows that tell as much as one alone would [1].
         hold: Curvature besides, which holds numbers where they are, shape (F, F).
     """
-    scaled = fit.residual / unit
-    weight = loss_weights(scaled)
-    slopes = jacobian / unit[:, None]
+    scaled = fit.residual / rows.unit
+    weight = rows.weight * loss_weights(scaled)
+    slopes = jacobian / rows.unit[:, None]
     hessian = slopes.T @ (weight[:, None] * slopes)
     gradient = slopes.T @ (weight * scaled)
     if fit.columns:

@@ -17,7 +17,9 @@ from tendon_newton.diagnosis.search.refit import (
     MOST_DAMPING,
     Fit,
     linearise,
+    mean_loss,
     refit,
+    rows_of,
     start_fits,
     values_of,
 )
@@ -67,6 +69,23 @@ def numbers(worlds: SearchWorlds, fit: Fit) -> dict[str, float]:
     """A fit's numbers by effect."""
     values = values_of(worlds, fit.columns, fit.place)
     return {name: values[worlds.study.table.columns(name)[0]] for name in fit.names}
+
+
+def test_a_descent_has_the_slope_of_the_score(worlds: SearchWorlds) -> None:
+    """Else it ends beside the place that a decision asks for.
+
+    Rows at rest count less, and one log's cell was off, so that forces have fewer rows than angles.
+    """
+    logs = [log(0, coulomb_friction={"force": 0.6}), replace(log(1), force=None)]
+    some = SearchWorlds(Study(logs, ideal_model(), CAUSES, time_step=STEP, tolerant=True))
+    floors = replace(floors_of(some, ()), rest=0.1)
+    (column,) = some.study.table.columns("viscous_friction")
+    starts = [(("viscous_friction",), {column: value}) for value in (0.8, 0.8008)]
+    here, there = start_fits(some, starts, floors)
+    rows, together = rows_of(some, here, floors), some.rows_together(here.residual)
+    told = [mean_loss(some, fit, rows, together) for fit in (here, there)]
+    change = len(some.where.signals) * (told[1] - told[0])
+    assert change == pytest.approx(there.score - here.score, rel=0.02)
 
 
 def test_each_set_finds_its_own_optimum(worlds: SearchWorlds) -> None:

@@ -27,7 +27,6 @@ from tendon_newton.diagnosis.search.prune import (
     simplest,
 )
 from tendon_newton.diagnosis.search.refit import (
-    LAST_SHARE,
     Fit,
     offsets,
     refit,
@@ -236,7 +235,7 @@ def look_further(decisive: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
     """
     if decisive.is_late:
         return []
-    view = survey(decisive.worlds, fit, names, decisive.floors, LAST_SHARE)
+    view = survey(decisive.worlds, fit, names, decisive.floors, 0.99)
     chooser = Chooser(view, cost_of_choice(decisive, fit), len(names))
     bar, singles = chooser.cost(chooser.solve((), ())), chooser.singles(len(names))
     follow(decisive, view, new_starts(decisive, view, singles[:PREDICTORS]), coarse=0)

@@ -11,7 +11,6 @@ from tendon_newton.diagnosis.posterior import SURE, FittedSet, OpenNumber, Poste
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
-    LAST_SHARE,
     Fit,
     bounds_of,
     linearise,
@@ -52,7 +51,7 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     """
     worlds = pool.worlds
     jacobian = two_sided(worlds, fit) @ clock_slopes(worlds, fit)
-    unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
+    unit = row_units(worlds, fit, pool.floors)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
     spread = worlds.spreads(fit.columns, fit.names)
     form = share_of_form(worlds, fit)
