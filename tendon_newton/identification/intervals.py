@@ -105,7 +105,7 @@ def scatter(point: Linearisation, groups: Indices, spread: Array, together: floa
         return np.zeros((point.jacobian.shape[1],) * 2)
     gradients = np.stack([point.gradient(row) for row in rows])
     gradients -= gradients.mean(axis=0)  # of a fit that a bound holds, the sum is not zero
-    bent = loss_curvatures(point.residual)[:, None] * point.jacobian
+    bent = (point.weight * loss_curvatures(point.residual))[:, None] * point.jacobian
     stated = together / spread**2
     inverse = np.linalg.inv(invertible(point.jacobian.T @ bent + np.diag(stated)))
     slopes = (np.sqrt(count / (count - 1)) * gradients.T, np.diag(np.sqrt(together * stated)))

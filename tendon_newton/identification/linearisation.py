@@ -14,15 +14,16 @@ class Linearisation:
 
     residual: Array  # Scaled residuals, shape (M,)
     jacobian: Array  # Derivatives of the residuals by each parameter, shape (M, F)
+    weight: Array | float = 1.0  # How often each row counts [1], shape (M,)
 
     def normal_matrix(self) -> Array:
         """Return the weighted normal matrix, shape (F, F)."""
-        w = loss_weights(self.residual)
+        w = self.weight * loss_weights(self.residual)
         return self.jacobian.T @ (w[:, None] * self.jacobian)
 
     def gradient(self, rows: Array | None = None) -> Array:
         """Return the gradient of the loss over some rows, shape (F,)."""
-        w = loss_weights(self.residual)
+        w = self.weight * loss_weights(self.residual)
         w = w if rows is None else w * rows
         return self.jacobian.T @ (w * self.residual)
 

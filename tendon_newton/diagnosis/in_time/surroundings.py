@@ -10,7 +10,7 @@ from tendon_newton.diagnosis.search.floors import Floors
 from tendon_newton.diagnosis.search.refit import (
     Fit,
     linearise,
-    row_units,
+    rows_of,
     start_fits,
     values_of,
 )
@@ -121,7 +121,7 @@ def linearised(
     once = tuple(dict.fromkeys(columns))
     values = {c: there.get(c, worlds.study.base_value(c)) for c in once}
     (fit,) = start_fits(worlds, [(tuple(names), values)], floors, near=True)
-    unit = row_units(worlds, fit, floors)
+    unit = rows_of(worlds, fit, floors).size
     (jacobian,) = linearise(worlds, [fit])
     order = [once.index(c) for c in columns]
     return fit.residual / unit, (jacobian / unit[:, None])[:, order], fit.place[order]

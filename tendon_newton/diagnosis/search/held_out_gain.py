@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
-from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, row_units
+from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, rows_of
 from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds
 from tendon_newton.identification.objective import TAIL, loss_weights
 
@@ -74,7 +74,7 @@ def held_out_terms(
         if time.monotonic() > until:
             return None
         seen = of_row != fold
-        unit = row_units(worlds, fit, floors)
+        unit = rows_of(worlds, fit, floors).size
         hold = untold(fit, jacobians[0] / unit[:, None], unit, seen)
         (found,) = refit(
             worlds, [fit], floors, iterations=STEPS, coarse=0, rows=seen,

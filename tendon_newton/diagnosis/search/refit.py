@@ -53,6 +53,11 @@ class Rows:
     unit: Array  # What a residual is measured in [rad, N, m, A]
     weight: Array  # How often a row counts, 0 where a fit may not look [1]
 
+    @property
+    def size(self) -> Array:
+        """Residual that tells as much as a unit does in a row that counts once."""
+        return self.unit / np.sqrt(self.weight)
+
 
 def values_of(worlds: SearchWorlds, columns: Sequence[int], place: Array) -> dict[int, float]:
     """Return column -> value of coordinates."""
@@ -309,11 +314,6 @@ def rows_of(
             unit[own] = max(floors.of(signal), whole)
             weight[own] = counts[own] / counts[own].sum()
     return Rows(unit=unit, weight=weight * chosen.sum() / weight.sum())
-
-
-def row_units(worlds: SearchWorlds, fit: Fit, floors: Floors) -> Array:
-    """Return the size of a residual that tells as much as a row that counts once, shape (M,)."""
-    return rows_of(worlds, fit, floors).unit / np.sqrt(worlds.weights(floors))
 
 
 def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:

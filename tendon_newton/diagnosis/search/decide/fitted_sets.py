@@ -14,7 +14,7 @@ from tendon_newton.diagnosis.search.refit import (
     Fit,
     bounds_of,
     linearise,
-    row_units,
+    rows_of,
     values_of,
 )
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
@@ -51,8 +51,11 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     """
     worlds = pool.worlds
     jacobian = two_sided(worlds, fit) @ clock_slopes(worlds, fit)
-    unit = row_units(worlds, fit, pool.floors)
-    point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
+    rows = rows_of(worlds, fit, pool.floors)
+    point = Linearisation(
+        residual=fit.residual / rows.unit, jacobian=jacobian / rows.unit[:, None],
+        weight=rows.weight,
+    )  # fmt: skip
     spread = worlds.spreads(fit.columns, fit.names)
     form = share_of_form(worlds, fit)
     half = half_widths(point, worlds.where, spread, form)
