@@ -83,7 +83,7 @@ def test_a_refused_cause_says_its_number_where_it_acts_and_what_it_lacks(tmp_pat
 
 
 def test_a_named_cause_says_what_it_passed(tmp_path: Path) -> None:
-    """1 - exp(-0.5) is 39 %; its chance stands beside it."""
+    """1 - exp(-0.5) is 39 %."""
     said = text(accounts(tmp_path, told()), "viscous_friction")
     assert "the data cannot tell it from actuator_lag" in said
     assert "it makes them 39 % smaller; 10 % smaller is asked" in said
