@@ -106,12 +106,14 @@ def climbed(unit: int, commands: Array | None, folder: Path) -> Climb:
 def moved(commands: Array, climb: Climb) -> Array:
     """Return commands [rad], shape (T,), moved by what the tip misses later on the same stair."""
     tip, goal = climb.tip_angle[:, 0], climb.goal
-    missed, rows = (goal - tip)[: len(commands)], np.arange(len(commands))
-    ends = np.append(np.flatnonzero(np.diff(goal[: len(commands)])), len(commands) - 1)
-    last = ends[np.searchsorted(ends, rows)]
+    count = min(len(commands), len(goal))  # a safety rule may end a climb
+    ends = np.append(np.flatnonzero(np.diff(goal[:count])), count - 1)
+    rows = np.arange(count)
+    later = np.minimum(rows + LEAD, ends[np.searchsorted(ends, rows)])
     slope = np.polyfit(tip, climb.motor_position[:, 0], 1)[0]
-    ranges = load_policy(POLICY).card.command_ranges[0]
-    return np.clip(commands + GAIN * slope * missed[np.minimum(rows + LEAD, last)], *ranges)
+    out, ranges = commands.copy(), load_policy(POLICY).card.command_ranges[0]
+    out[:count] += GAIN * slope * (goal - tip)[later]
+    return np.clip(out, *ranges)
 
 
 def learned(unit: int, out: Path) -> str:
@@ -122,9 +124,11 @@ def learned(unit: int, out: Path) -> str:
         with tempfile.TemporaryDirectory() as folder:
             for _ in range(CLIMBS):
                 climb = climbed(unit, commands, Path(folder))
-                found = score(climb, reachable_error(mechanism, climb.goal))
-                errors.append((found.rmse, found.settled_error))
-                commands = moved(climb.command[:, 0] if commands is None else commands, climb)
+                commands = climb.command[:, 0] if commands is None else commands
+                if len(climb.goal) >= len(commands):
+                    found = score(climb, reachable_error(mechanism, climb.goal))
+                    errors.append((found.rmse, found.settled_error))
+                commands = moved(commands, climb)
         write_json(path, {"rmse": [e for e, _ in errors], "settled_error": [s for _, s in errors]})
     rmse = 1e3 * np.array(json.loads(path.read_text())["rmse"])
     return f"unit {unit}: the policy misses {rmse[0]:.2f} mm, learned commands {rmse.min():.2f}"
