@@ -111,7 +111,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "test = Study(dataset.test, model,", "test = Study(dataset.train, model,",
         f"{HELD_OUT} diagnose"),
     Mutation("inner-folds-see-everything", "tendon_newton/diagnosis/search/refit.py",
-        "chosen = own if rows is None else own & rows", "chosen = own",
+        "if seen is None else seen", "if seen is None else seen | True",
         "tests/diagnosis/search/test_refit.py"),
     Mutation("import-starts-from-test-logs", "tendon_newton/data/importers/writing.py",
         "imported.start_model(split.train)", "imported.model", f"{HELD_OUT} import"),

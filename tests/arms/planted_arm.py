@@ -74,14 +74,23 @@ def hang(command: Array, floor: float, tilt: float) -> Array:
 
 
 def planted_motion(
-    name: str, rng: np.random.Generator, low: float, floor: float, tilt: float = 0.0
+    name: str,
+    rng: np.random.Generator,
+    low: float,
+    floor: float,
+    tilt: float = 0.0,
+    late: int = 0,
 ) -> ArmMotion:
-    """A slow motion about a posture with the shoulder so low [rad]; the elbow counts backwards."""
+    """A slow motion about a posture with the shoulder so low [rad]; the elbow counts backwards.
+
+    Servos hear their commands so many rows late.
+    """
     time = ROW * np.arange(500, dtype=np.float64)
     phase = rng.uniform(0.0, 6.0, (2, 2))
     swing = [0.25 * np.sin(0.9 * time + a) + 0.15 * np.sin(2.3 * time + b) for a, b in phase]
     command = np.column_stack(swing) + np.array([low, 0.1])
-    angles = SIGNS * (hang(command, floor, tilt) + 1e-4 * rng.standard_normal(command.shape))
+    heard = command[np.maximum(np.arange(len(time)) - late, 0)]
+    angles = SIGNS * (hang(heard, floor, tilt) + 1e-4 * rng.standard_normal(command.shape))
     return ArmMotion(
         recordings=tuple(
             Recording(

@@ -26,6 +26,7 @@ from tests.proposed import proposed
 from tests.test_next_commands import failed_runs
 
 FLOOR = -0.02  # m
+LATE = 2  # Rows by which servos hear their commands late
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +35,9 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, rng = tmp_path_factory.mktemp("arm"), np.random.default_rng(3)
     planted_arm.planted_mechanism(folder)
     lows = {"high": -0.9, "middle": -0.7, "low": -0.5, "test": -0.6}
-    motions = [planted_arm.planted_motion(name, rng, low, FLOOR) for name, low in lows.items()]
+    motions = [
+        planted_arm.planted_motion(name, rng, low, FLOOR, late=LATE) for name, low in lows.items()
+    ]
     told = Model(actuator=NamedValues(name="ideal_position", values={}))
     for j, joint in enumerate(("shoulder", "elbow")):
         *train, test = (motion.recordings[j] for motion in motions)
@@ -56,8 +59,10 @@ def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys, monkeyp
         {"shoulder": planted_arm.COMPLIANCE, "elbow": planted_arm.COMPLIANCE}, rel=0.2
     )
     start = json.loads((out / "shoulder" / "diagnosis.json").read_text())["start"]
+    late, row = start["command_delay"]["delay"], planted_arm.ROW
+    assert late == pytest.approx(LATE * row, abs=row)
     assert main(["explain", str(out / "shoulder"), "command_delay"]) == 0
-    lag = f"command_delay {quantity(start['command_delay']['delay'], 's')}"
+    lag = f"command_delay {quantity(late, 's')}"
     assert f"The model that was started from has it: {lag}" in capsys.readouterr().out
     *why, export = proposed(printed)
     assert [main(words) for words in why] == [0, 0]

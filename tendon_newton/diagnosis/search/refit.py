@@ -47,8 +47,8 @@ class Fit:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rows:
-    """How a fit counts the rows of its residual, shape (M,) each."""
+class Weighing:
+    """What rows of a residual are measured in, and how often each counts, shape (M,) each."""
 
     unit: Array  # What a residual is measured in [rad, N, m, A]
     weight: Array  # How often a row counts, 0 where a fit may not look [1]
@@ -260,7 +260,7 @@ def stepped(worlds: SearchWorlds, before: Fit, after: Fit, jacobian: Array) -> F
     return replace(after, stride=stride, slopes=dict(zip(before.columns, better.T, strict=True)))
 
 
-def mean_loss(worlds: SearchWorlds, fit: Fit, rows: Rows, together: float) -> float:
+def mean_loss(worlds: SearchWorlds, fit: Fit, rows: Weighing, together: float) -> float:
     """Return the loss per row that counts.
 
     What is stated counts as a row does that tells something of its own, and of which so many are
@@ -293,7 +293,7 @@ def rows_of(
     *,
     seen: Mask | None = None,
     coarse: bool = False,
-) -> Rows:
+) -> Weighing:
     """Return the unit and the weight of each row, as the score has them.
 
     Args:
@@ -313,7 +313,7 @@ def rows_of(
             whole = trimmed_size(fit.residual[own], 1.0) if coarse else scale
             unit[own] = max(floors.of(signal), whole)
             weight[own] = counts[own] / counts[own].sum()
-    return Rows(unit=unit, weight=weight * chosen.sum() / weight.sum())
+    return Weighing(unit=unit, weight=weight * chosen.sum() / weight.sum())
 
 
 def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
@@ -350,7 +350,7 @@ def linearise(worlds: SearchWorlds, fits: Sequence[Fit]) -> list[Array]:
 
 
 def damped(
-    worlds: SearchWorlds, fit: Fit, jacobian: Array, rows: Rows, damping: float,
+    worlds: SearchWorlds, fit: Fit, jacobian: Array, rows: Weighing, damping: float,
     together: float, *, hold: Array | float = 0.0,
 ) -> Array:  # fmt: skip
     """Return where one Marquardt step leads, inside the bounds, shape (F,).
