@@ -131,7 +131,7 @@ def look_ahead(pool: Pool, fit: Fit, less: Sequence[Fit]) -> list[tuple[Fit, flo
 
 def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     """Refit sets in which another cause stands in the place of each."""
-    view = survey(pool.worlds, fit, names, pool.floors, 0.99)
+    view = survey(pool.worlds, fit, names, pool.floors)
     chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
     starts = [

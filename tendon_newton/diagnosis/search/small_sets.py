@@ -31,7 +31,7 @@ def fit_small_sets(pool: Pool, laws: Sequence[str]) -> list[Fit]:
     around, found = pool.fits[frozenset()], list[Fit]()
     best = pool.followed[-1]
     for turn in range(ROUNDS):
-        view = survey(pool.worlds, around, laws, pool.floors, 0.99 if turn else 1.0)
+        view = survey(pool.worlds, around, laws, pool.floors, coarse=not turn)
         chooser = Chooser(view, pool.price, SIZE)
         trials = sorted(all_sets(chooser, laws), key=chooser.cost)
         starts = new_starts(pool, view, trials[: LOOKED * best])

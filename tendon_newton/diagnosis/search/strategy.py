@@ -107,7 +107,7 @@ def go_on_all_rows(
 
 def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
     """Look around a fit, choose different sets, and refit each jointly."""
-    view = survey(pool.worlds, current, names, pool.floors, 1.0 if first else 0.99)
+    view = survey(pool.worlds, current, names, pool.floors, coarse=first)
     chooser = Chooser(view, pool.price_share * pool.price, pool.most)
     note_singles(pool, chooser, first=first)
     if first:

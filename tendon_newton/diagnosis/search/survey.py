@@ -12,6 +12,7 @@ from tendon_newton.diagnosis.search.search_worlds import Floors, SearchWorlds, t
 from tendon_newton.identification.objective import loss_weights
 
 TRUST = 0.7  # Share of a coordinate, and of a typical size besides, by which a slope is trusted [1]
+NEARLY_ALL = 0.99  # Share of the residuals whose size decides which rows count less [1]
 STRETCH = (0.15, 2.0)  # Multiples of a secant's own size within which it is trusted [1]
 
 
@@ -51,7 +52,12 @@ class Survey:
 
 
 def survey(
-    worlds: SearchWorlds, fit: Fit, names: Sequence[str], floors: Floors, share: float
+    worlds: SearchWorlds,
+    fit: Fit,
+    names: Sequence[str],
+    floors: Floors,
+    *,
+    coarse: bool = False,
 ) -> Survey:
     """Look at every effect around a fit.
 
@@ -62,13 +68,13 @@ def survey(
         fit: Where to look.
         names: Effects that may be added.
         floors: Least scale of each signal.
-        share: Share of the residuals whose size decides which rows count less.
+        coarse: Whether rows at a jump tell, too, how large residuals are.
     """
     place = (fit.names, fit.columns, fit.place.tobytes(), tuple(names))
     if worlds.last_surveyed is None or worlds.last_surveyed[0] != place:
         worlds.last_surveyed = (place, look_around(worlds, fit, names))
     found, directions = worlds.last_surveyed[1]
-    return assemble(worlds, fit, found, directions, floors, share)
+    return assemble(worlds, fit, found, directions, floors, share=1.0 if coarse else NEARLY_ALL)
 
 
 def look_around(
@@ -132,7 +138,7 @@ def parts_of(worlds: SearchWorlds, found: Sequence[Column]) -> list[list[int]]:
 
 def assemble(
     worlds: SearchWorlds, fit: Fit, columns: tuple[Column, ...], directions: Array, floors: Floors,
-    share: float,
+    *, share: float,
 ) -> Survey:  # fmt: skip
     """Reduce directions to the products that a choice needs."""
     gram, slope, square, rows = [], [], [], []

@@ -331,7 +331,9 @@ def test_a_fit_that_did_not_settle_goes_on(worlds: SearchWorlds) -> None:
                     pool.floors, iterations=1)  # fmt: skip
     assert not half.settled
     pool.add([half])
-    view = survey(worlds, pool.fits[frozenset({"viscous_friction"})], CATALOGUE, pool.floors, 1.0)
+    view = survey(
+        worlds, pool.fits[frozenset({"viscous_friction"})], CATALOGUE, pool.floors, coarse=True
+    )
     chooser = Chooser(view, PRICE, 7)
     trials = [t for t in chooser.singles(5) if "coulomb_friction" in chooser.names(t)]
     ((names, values),) = new_starts(pool, view, trials)
@@ -387,7 +389,7 @@ def test_a_limit_starts_wherever_the_survey_looked() -> None:
     """Half of the greatest force is far from the linear answer to one that hardly limits."""
     names = ("force_saturation", "viscous_friction")
     pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
-    view = survey(pool.worlds, started(pool), names, pool.floors, 1.0)
+    view = survey(pool.worlds, started(pool), names, pool.floors, coarse=True)
     trials = Chooser(view, PRICE, 7).singles(5)
     starts = new_starts(pool, view, trials)
     limit, _ = pool.worlds.study.table.columns("force_saturation")
@@ -403,7 +405,7 @@ def test_no_set_holds_a_law_and_its_special_case(worlds: SearchWorlds) -> None:
     names = ("hysteresis", *CATALOGUE)
     pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
     fit = started(pool, hysteresis=0.3)
-    chooser = Chooser(survey(pool.worlds, fit, names, pool.floors, 1.0), PRICE, 7)
+    chooser = Chooser(survey(pool.worlds, fit, names, pool.floors, coarse=True), PRICE, 7)
     for trial in choose(chooser, 20):
         found = chooser.names(trial)
         assert not any(are_related(one, other) for one in found for other in found)

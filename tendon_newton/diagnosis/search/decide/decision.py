@@ -235,7 +235,7 @@ def look_further(decisive: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
     """
     if decisive.is_late:
         return []
-    view = survey(decisive.worlds, fit, names, decisive.floors, 0.99)
+    view = survey(decisive.worlds, fit, names, decisive.floors)
     chooser = Chooser(view, cost_of_choice(decisive, fit), len(names))
     bar, singles = chooser.cost(chooser.solve((), ())), chooser.singles(len(names))
     follow(decisive, view, new_starts(decisive, view, singles[:PREDICTORS]), coarse=0)
