@@ -743,6 +743,23 @@ def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: Sear
         assert ends[name].score - fit.score > CLEAR * PRICE
 
 
+def test_intervals_are_those_of_the_loss_that_was_minimised(
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its slope is zero where a descent ended: rows that count a tenth do so in both."""
+    counts = np.where(np.arange(len(worlds.where.signal)) % 3, 1.0, 0.1)
+    monkeypatch.setattr(SearchWorlds, "weights", lambda *_: counts)
+    pool = pool_of(worlds)
+    start = started(pool, coulomb_friction=0.5, viscous_friction=1.0)
+    (fit,) = refit(worlds, [start], pool.floors, iterations=15)
+    point = found_of(pool, fit).point
+    off, even = (
+        np.abs(np.linalg.solve(p.normal_matrix(), p.gradient())).max()
+        for p in (point, replace(point, weight=1.0))
+    )
+    assert off < 0.2 * even
+
+
 def test_an_interval_that_holds_none_names_nothing(worlds: SearchWorlds) -> None:
     """Stribeck's speed shapes it: its two forces alone tell whether there is any."""
     study, table = worlds.study, worlds.study.table
