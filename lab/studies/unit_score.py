@@ -29,6 +29,7 @@ SHAPES = frozenset(
 """Numbers that shape a law of several beside those that never vanish."""
 CLASS = 3  # Names in a class, the named one included; those after are not heard
 MATTERS = 0.1  # Share of the squared error from which a fault matters [1]
+MOVED = ("theta", "force")  # Signals of which the plant says how far each fault moves them
 SURE = 0.9  # Probability from which a name is told as sure [1]
 
 
@@ -131,8 +132,8 @@ def mark(
 def gaps_of(answer: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     """Return the squared held-out error above the noise before and after, by signal."""
     gaps: dict[str, tuple[float, float]] = {}
-    for signal, noise in answer["noise_floor"].items():
-        if noise is not None:
+    for signal in MOVED:
+        if (noise := answer["noise_floor"].get(signal)) is not None:
             before, after = (answer[k][f"{signal}_rmse"] for k in ("baseline", "extended"))
             gaps[signal] = (before**2 - noise**2, max(0.0, after**2 - noise**2))
     return gaps

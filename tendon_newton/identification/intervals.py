@@ -42,8 +42,8 @@ def half_widths(point: Linearisation, where: Layout, spread: Array, form: float 
     """
     if point.jacobian.shape[1] == 0:
         return np.zeros(0)
-    together = rows_together(point, where)
-    by_block = (1.0 + (WIDENING - 1.0) * form) * half_width(point, where.block, spread, together)
+    together, wider = rows_together(point, where), 1.0 + (WIDENING - 1.0) * form
+    by_block = half_width(point, where.block, spread, together, wider)
     by_recording = half_width(point, where.recording, spread, together)
     most = 1.0 + (MOST_BY_RECORDING - 1.0) * form
     return np.maximum(by_block, np.minimum(by_recording, most * by_block))
@@ -66,34 +66,48 @@ def rows_together(point: Linearisation, where: Layout) -> float:
 
 
 def half_width(
-    point: Linearisation, groups: Indices, spread: Array, together: float = 1.0
+    point: Linearisation, groups: Indices, spread: Array, together: float = 1.0, wider: float = 1.0
 ) -> Array:
-    """Return half the spread of a fit's parameters over draws of groups of rows, shape (F,)."""
-    return np.sqrt(np.diag(scatter(point, groups, spread, together)))
+    """Return half the spread of a fit's parameters over draws of groups of rows, shape (F,).
+
+    Args:
+        point: The fit around its optimum.
+        groups: Which rows belong together, shape (M,).
+        spread: As of `half_widths`.
+        together: Rows that tell as much as one alone would [1].
+        wider: How many times wider errors count than rows scatter [1].
+    """
+    return np.sqrt(np.diag(scatter(point, groups, spread, together, wider)))
 
 
-def correlations(point: Linearisation, where: Layout, spread: Array) -> Array:
+def correlations(
+    point: Linearisation, where: Layout, spread: Array, form: float = 1.0
+) -> Array:  # fmt: skip
     """Return how the numbers of a fit err together [1], shape (F, F).
 
     Args:
         point: The fit around its optimum.
         where: Says which rows belong together.
-        spread: As of `half_widths`.
+        spread: As of `half_widths`, like the next.
+        form: Share of the residuals' squares that is no noise [1].
     """
-    joint = scatter(point, where.block, spread, rows_together(point, where))
+    wider = 1.0 + (WIDENING - 1.0) * form
+    joint = scatter(point, where.block, spread, rows_together(point, where), wider)
     size = np.sqrt(np.maximum(np.diag(joint), 1.0e-300))
     out = joint / np.outer(size, size)
     np.fill_diagonal(out, 1.0)
     return out
 
 
-def scatter(point: Linearisation, groups: Indices, spread: Array, together: float) -> Array:
+def scatter(
+    point: Linearisation, groups: Indices, spread: Array, together: float, wider: float
+) -> Array:
     """Return the covariance of half widths over draws of groups of rows, shape (F, F).
 
     It is the sandwich of the loss's curvature and the scatter of its slope from group to group.
     What states a number counts as one observation of it among those of the rows, of which
     `together` tell as much as one. Student's quantile stands in for the normal one, since the
-    groups are few.
+    groups are few. A tolerance is what it is: it has no error of form, and its quantile is normal.
 
     Source: Huber, The behavior of maximum likelihood estimates under nonstandard conditions (1967);
     clustered as in Liang and Zeger, Longitudinal data analysis using generalized linear models
@@ -108,6 +122,7 @@ def scatter(point: Linearisation, groups: Indices, spread: Array, together: floa
     bent = (point.weight * loss_curvatures(point.residual))[:, None] * point.jacobian
     stated = together / spread**2
     inverse = np.linalg.inv(invertible(point.jacobian.T @ bent + np.diag(stated)))
-    slopes = (np.sqrt(count / (count - 1)) * gradients.T, np.diag(np.sqrt(together * stated)))
-    errors = float(stdtrit(count - 1, 0.5 * (1.0 + LEVEL))) * inverse @ np.hstack(slopes)
+    student, normal = stdtrit((count - 1, np.inf), 0.5 * (1.0 + LEVEL))
+    drawn = student * wider * np.sqrt(count / (count - 1)) * gradients.T
+    errors = inverse @ np.hstack((drawn, np.diag(normal * np.sqrt(together * stated))))
     return errors @ errors.T

@@ -127,6 +127,8 @@ def test_what_is_stated_counts_as_one_observation() -> None:
     told, stated = half_width(flat, WHERE.block, np.array([np.inf, 0.1]))
     assert stated == pytest.approx(1.96 * 0.1, rel=0.05)  # Student's quantile of 120 blocks
     assert told == pytest.approx(half_width(point, WHERE.block, UNSTATED)[0], rel=0.05)
+    _, wide = half_widths(flat, WHERE, np.array([np.inf, 0.1]))
+    assert wide == pytest.approx(stated, rel=0.05)  # a tolerance has no error of form
 
 
 def test_rows_that_err_together_tell_less() -> None:

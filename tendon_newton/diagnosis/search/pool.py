@@ -89,21 +89,32 @@ class Pool:
             likeliest = min(self.fits.values(), key=lambda f: f.score)
             self.alone = self.worlds.rows_alone(likeliest.residual)
 
-    def rescore(self, floors: Floors) -> None:
-        """Score all sets at other floors."""
-        if floors != self.floors:
-            self.floors = floors
-            self.pruned.clear()
+    def rescore(self, fit: Fit, values: Mapping[int, float]) -> bool:
+        """Score all sets at the floors of one, and where it says that the step can be trusted.
+
+        Args:
+            fit: Its causes give the floors.
+            values: Its numbers, column -> value.
+
+        Returns:
+            Whether scores changed.
+        """
+        floors = floors_of(self.worlds, fit.names)
+        if not self.worlds.look_finer(values, floors) and floors == self.floors:
+            return False
+        self.floors = floors
+        self.pruned.clear()
+        self.unseen.clear()
+        if self.fits:
             new = rescored(self.worlds, list(self.fits.values()), floors)
             self.fits = dict(zip(self.fits, new, strict=True))
+        return True
 
     def renew(self, fit: Fit) -> Fit:
-        """Score all sets at the floors of one and follow that one there; return it."""
-        floors = floors_of(self.worlds, fit.names)
-        if floors != self.floors:
-            self.rescore(floors)
+        """Score all sets as one asks, and follow that one there; return it."""
+        if self.rescore(fit, values_of(self.worlds, fit.columns, fit.place)):
             own = self.fits[frozenset(fit.names)]
-            self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
+            self.add(refit(self.worlds, [own], self.floors, iterations=RENEWED, coarse=0))
         return self.fits[frozenset(fit.names)]
 
     def bar(self, name: str) -> float:

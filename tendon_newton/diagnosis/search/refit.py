@@ -12,9 +12,10 @@ from tendon_newton.effects import law_of
 from tendon_newton.identification.objective import loss_terms, loss_weights
 from tendon_newton.identification.quadratic import bounded
 
-DAMPING, BOLDER = 0.1, 0.03
-"""First Marquardt factor of a fit, and the share of its factor that is tried beside it [1]. A fit
-goes on with the factor that led further; where neither did, with a greater one."""
+DAMPING, BOLDER, FREE = 0.1, 0.03, 1.0e-4
+"""First Marquardt factor of a fit, and the shares of its factor that are tried beside it [1]. A fit
+goes on with the factor that led further; where none did, with a greater one. Hardly damped, a step
+goes all the way along a valley in which one number does nearly what another does."""
 LEAST_DAMPING, MOST_DAMPING = 1.0e-3, 3.0  # Least and greatest factor [1]
 STRIDES, STICKING = (0.01, 0.03), (0.02, 0.1)
 """The least and the first step of a finite difference, as shares of a coordinate and of a typical
@@ -23,7 +24,9 @@ or to hit a stop, so differences are as long as the last step."""
 SHORTER = 0.2  # A stride's share of the one before where that led no further
 WAYS = tuple(side * 0.01 * 2.0**k for k in range(7) for side in (-1.0, 1.0))
 """How far the numbers at which a law switches are looked at, as logarithms of their ratios [1]."""
-LEAST_GAIN = 1.0e-3  # A step that lowers the loss per row by less is a fit's last [nat]
+LEAST_GAIN, LEAST_NATS = 1.0e-3, 0.3
+"""A step that lowers the loss per row, or that of all rows that tell something of their own, by
+less is a fit's last [nat]: the price of a number is 12 nat where many rows tell."""
 REACH = 2.0  # Typical sizes by which one step changes a number that is never zero
 
 
@@ -174,39 +177,39 @@ def refit(
                 worlds, current[i], slopes[k], counted[k], part * current[i].damping, together[k],
                 hold=0.0 if holds is None else holds[i],
             )))
-            for k, i in enumerate(chosen) for part in (1.0, BOLDER)
+            for k, i in enumerate(chosen) for part in (1.0, BOLDER, FREE)
         ]  # fmt: skip
         moved = start_fits(worlds, trials, floors)
         for k, i in enumerate(chosen):
-            fit, pair = current[i], moved[2 * k : 2 * k + 2]
-            losses = [mean_loss(worlds, f, counted[k], together[k]) for f in (fit, *pair)]
+            fit, three = current[i], moved[3 * k : 3 * k + 3]
+            losses = [mean_loss(worlds, f, counted[k], together[k]) for f in (fit, *three)]
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
             may_shorten = gain <= 0.0 and fit.damping < MOST_DAMPING
-            active[i] = gain > LEAST_GAIN or step < coarse or is_rough or may_shorten
-            current[i] = further(worlds, fit, pair, losses, slopes[k])
+            least = min(LEAST_GAIN, LEAST_NATS * together[k] / counted[k].weight.sum())
+            active[i] = gain > least or step < coarse or is_rough or may_shorten
+            current[i] = further(worlds, fit, three, losses, slopes[k])
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current
 
 
 def further(
-    worlds: SearchWorlds, fit: Fit, pair: Sequence[Fit], losses: Sequence[float], jacobian: Array
+    worlds: SearchWorlds, fit: Fit, trials: Sequence[Fit], losses: Sequence[float], jacobian: Array
 ) -> Fit:
     """Return a fit after a step, with the factor of the next one.
 
     Args:
         worlds: Simulates candidates.
         fit: Where the step began.
-        pair: Where it leads with the fit's own factor, and with a share `BOLDER` of it.
-        losses: Mean losses of the fit and of these two [nat].
+        trials: Where it leads with the fit's own factor, and with shares of it.
+        losses: Mean losses of the fit and of these [nat].
         jacobian: Derivatives that the step was taken by, shape (M, F).
     """
-    calm, bold = pair
-    best, change = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
-    is_better = min(losses[1:]) < losses[0]
-    new = stepped(worlds, fit, best, jacobian) if is_better else shorter(worlds, fit)
-    change = change if is_better else 1.0 / BOLDER
+    best = int(np.argmin(losses[1:]))
+    is_better = losses[1 + best] < losses[0]
+    new = stepped(worlds, fit, trials[best], jacobian) if is_better else shorter(worlds, fit)
+    change = (1.0 if best == 0 else BOLDER) if is_better else 1.0 / BOLDER
     return replace(new, damping=float(np.clip(change * fit.damping, LEAST_DAMPING, MOST_DAMPING)))
 
 

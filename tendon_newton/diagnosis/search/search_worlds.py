@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
@@ -26,8 +27,12 @@ if TYPE_CHECKING:
 SANE_FORCE, SANE_ANGLE = 200.0, 20.0
 """A world whose force [N] or angle [rad] is further off than this, on a nominal bench, diverged."""
 SEARCH_STEP = 2.0e-3
-"""Simulation step of a search and of its decision [s]. Two planted sets are 0.3 and 0.7 mrad RMS
-from steps of 0.25 ms at it, below the error of form of any law (`docs/lab/method.md`)."""
+"""Simulation step of a search and of its decision [s]. Planted sets are 0.1 to 1.6 mrad RMS from
+steps of 0.25 ms at it, nearly all of it in some rows after a string went slack or a stop was hit:
+`SearchWorlds.look_finer` finds them, and they count less (`docs/lab/method.md`)."""
+TRUSTED = 1.0 / 3.0  # Share of its floor by which a row may be missed that counts half [1]
+BURST = 3  # Rows either side of one that a finer step moves that count as little [1]
+OTHERWISE = 1.0e-3  # Mean change of rows' weights from which scores are taken anew [1]
 FINER = 0.4  # Share of the step with which such a world is simulated again [1]
 FINEST = 0.1
 """Share of the step with which a model that is left at the end is judged [1]. At the whole step a
@@ -91,6 +96,8 @@ class SearchWorlds:
         self._clock = clock_of(study)
         self._coordinates: dict[int, Coordinate] = {}
         self._stated_at: dict[int, tuple[float, float]] = {}
+        self.step_error = np.zeros(len(self.where.signal))
+        """By how much the search's steps miss finer ones [rad, N], shape (M,): `look_finer`."""
         self._rests = rests(study)
         resting = max(1, int(self._rests.sum()))
         self.rest_share = min(1.0, (len(self._rests) - resting) / resting)
@@ -194,6 +201,21 @@ class SearchWorlds:
         step = FINEST * self.study.time_step
         return stack(self.study.residuals(*replacements([self.in_seconds(model)]), step))[0]
 
+    def look_finer(self, model: Mapping[int, float], floors: Floors) -> bool:
+        """Find the rows in which the search's step misses the finest one with a model.
+
+        What one model showed is kept: rows of all that were looked at count less.
+
+        Returns:
+            Whether rows count otherwise now.
+        """
+        before, known = self.weights(floors), self.step_error
+        missed = np.nan_to_num(np.abs(self.residuals([model])[0] - self.finest(model)))
+        self.step_error = np.maximum(known, maximum_filter1d(missed, 2 * BURST + 1))
+        if np.abs(self.weights(floors) - before).mean() < OTHERWISE:
+            self.step_error = known
+        return self.step_error is not known
+
     def residuals(self, models: Sequence[Mapping[int, float]]) -> Array:
         """Return measured minus simulated [rad, N] of candidates, shape (N, M).
 
@@ -227,8 +249,12 @@ class SearchWorlds:
         return np.array([(np.abs(own) > limit).any() for own in residuals], dtype=np.bool_)
 
     def weights(self, floors: Floors) -> Array:
-        """Return how much each row counts [1], shape (M,)."""
-        return np.where(self._rests, floors.rest, 1.0)
+        """Return how much each row counts [1], shape (M,).
+
+        One that the step of the search may miss by a share `TRUSTED` of its floor counts half.
+        """
+        missed = self.step_error / (TRUSTED * self.where.sizes(floors))
+        return np.where(self._rests, floors.rest, 1.0) / (1.0 + missed**2)
 
     def score(self, residuals: Array, floors: Floors, rows: Mask | None = None) -> WorldScore:
         """Return how likely residuals are, shape (N, M).

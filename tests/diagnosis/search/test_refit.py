@@ -21,6 +21,7 @@ from tendon_newton.diagnosis.search.refit import (
     refit,
     rows_of,
     start_fits,
+    surprise,
     values_of,
 )
 from tendon_newton.diagnosis.search.rule import PRICE
@@ -33,6 +34,7 @@ from tests.physics.runs import ideal_model
 
 STEP = 1.0e-3  # [s]
 CAUSES = ("viscous_friction", "gain_error")
+CATALOGUE = (*CAUSES, "spool_radius_error", "joint_stiffness_error")
 TRUTH = {"viscous_friction": 1.2, "gain_error": 0.85}
 COUNT = 1.5e-3  # [rad]
 
@@ -104,14 +106,14 @@ def test_each_set_finds_its_own_optimum(worlds: SearchWorlds) -> None:
 
 
 def test_every_second_step_borrows_its_derivatives(worlds: SearchWorlds) -> None:
-    """Two numbers and two dampings: four simulations for a step, and two for the next."""
+    """Two numbers and three dampings: five simulations for a step, and three for the next."""
     fit = start(worlds, viscous_friction=0.3, gain_error=1.0)
     floors, counts = floors_of(worlds, ()), []
     for _ in range(4):
         before = worlds.count
         (fit,) = refit(worlds, [fit], floors, iterations=1)
         counts.append(worlds.count - before)
-    assert counts == [4, 2, 4, 2]
+    assert counts == [5, 3, 5, 3]
     assert numbers(worlds, fit) == pytest.approx(TRUTH, rel=0.05)
 
 
@@ -124,6 +126,26 @@ def test_a_step_that_leads_nowhere_is_tried_shorter(worlds: SearchWorlds) -> Non
     assert after.damping == MOST_DAMPING
     assert np.array_equal(after.place, fit.place)
     assert after.settled
+
+
+def test_a_descent_goes_to_the_end_of_a_valley(worlds: SearchWorlds) -> None:
+    """A spool and springs at the ends of their tolerances do what the gain should.
+
+    Each step gains little there, and all together more than a cause costs.
+    """
+    own = SearchWorlds(
+        Study(worlds.study.wholes, ideal_model(), CATALOGUE, time_step=STEP, tolerant=True)
+    )
+    columns = {name: own.study.table.columns(name)[0] for name in CATALOGUE}
+    floors, off = floors_of(own, ()), {"spool_radius_error": 0.97, "joint_stiffness_error": 1.03}
+    begun = {**TRUTH, "gain_error": 0.9 * TRUTH["gain_error"], **off}
+    (fit,) = start_fits(own, [(CAUSES, {columns[n]: v for n, v in begun.items()})], floors)
+    assert surprise(own, fit) > 2.0
+    (fit,) = refit(own, [fit], floors, iterations=12)
+    assert surprise(own, fit) < 0.3
+    assert values_of(own, fit.columns, fit.place)[columns["gain_error"]] == pytest.approx(
+        TRUTH["gain_error"], rel=0.01
+    )
 
 
 def test_borrowed_derivatives_are_corrected_by_the_last_step(worlds: SearchWorlds) -> None:

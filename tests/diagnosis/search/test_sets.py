@@ -224,19 +224,38 @@ def test_a_cause_pays_though_less_than_the_error_of_form_is_left_without_it(monk
     assert pruning.prune(pool, fit) is fit
 
 
-def test_a_long_step_at_a_stop_is_no_gap() -> None:
-    """A finger that hits its stops is off in some rows at the search's step alone."""
+def hitting_stops() -> SearchWorlds:
+    """Worlds of a finger that hits its stops, which no cause explains."""
     asked = commanded(np.repeat([0.2, 6.0, 0.2, 5.0, 0.2], 40), bench="finger")
     asked = replace(asked, force=np.zeros((200, 1)))
     (out,) = replay([asked], ideal_model(), time_step=1.0e-4)
     found = simulated_recording(asked, out)
     noise = np.random.default_rng(0).normal(0.0, 5.0e-4, found.motor_position.shape)
     found = replace(found, motor_position=found.motor_position + noise)
-    own = SearchWorlds(Study([found], ideal_model(), CATALOGUE, time_step=SEARCH_STEP))
+    return SearchWorlds(Study([found], ideal_model(), CATALOGUE, time_step=SEARCH_STEP))
+
+
+def test_a_long_step_at_a_stop_is_no_gap() -> None:
+    """A finger that hits its stops is off in some rows at the search's step alone."""
+    own = hitting_stops()
     pool = Pool(worlds=own, floors=floors_of(own, ()), dearest=PRICE, most=7)
     (fit,) = start_fits(own, [((), {})], pool.floors)
     assert not pool.leaves_nothing(fit)
     assert leaves_nothing_at_any_step(pool, fit)
+
+
+def test_rows_that_a_long_step_misses_hardly_count() -> None:
+    """Else the search's step decides which set is better, and not the causes."""
+    own = hitting_stops()
+    floors = floors_of(own, ())
+    both = np.stack([own.residuals([{}])[0], own.finest({})])
+    (before,) = np.diff(own.score(both, floors).value)
+    assert own.look_finer({}, floors)
+    assert not own.look_finer({}, floors)
+    (after,) = np.diff(own.score(both, floors).value)
+    assert before < -0.1
+    assert abs(after) < 0.2 * abs(before)
+    assert np.median(own.weights(floors)) > 0.9
 
 
 def test_a_change_below_the_error_of_form_is_no_cause() -> None:

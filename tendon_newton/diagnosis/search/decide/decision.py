@@ -14,7 +14,7 @@ from tendon_newton.diagnosis.search.decide.plain_models import (
     fit_plain_models,
 )
 from tendon_newton.diagnosis.search.fixed_set import LAST_STEPS
-from tendon_newton.diagnosis.search.floors import floors_of, least_scales, usual_form
+from tendon_newton.diagnosis.search.floors import least_scales, usual_form
 from tendon_newton.diagnosis.search.held_out_gain import terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import (
@@ -145,7 +145,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         near = [*leave_out(pool, fit).values(), *close]
         near += [f for name in fit.names for f in with_special_case(pool, fit, name)]
         sets = {frozenset(f.names): f for f in near}
-        decisive.rescore(floors_of(decisive.worlds, fit.names))
+        decisive.rescore(fit, values_of(pool.worlds, fit.columns, fit.place))
         transfer(pool, [fit, *sets.values()], decisive)
     plain: dict[str, Fit] = {}
     if not pool.is_late and asks_plain_models(decisive, decisive.best()):

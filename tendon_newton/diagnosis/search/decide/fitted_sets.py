@@ -87,7 +87,7 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
         intervals=intervals,
         point=point,
         numbers=tuple(numbers),
-        covariance=correlations(point, worlds.where, spread) * np.outer(spreads, spreads),
+        covariance=correlations(point, worlds.where, spread, form) * np.outer(spreads, spreads),
     )
 
 
