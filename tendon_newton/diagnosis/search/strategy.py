@@ -12,16 +12,20 @@ from tendon_newton.diagnosis.search.refit import (
     refit,
     rescored,
     start_fits,
+    surprise,
     values_of,
     without,
 )
-from tendon_newton.diagnosis.search.starts import Start, new_starts, related_starts
+from tendon_newton.diagnosis.search.starts import Start, new_starts, related_starts, start_of
 from tendon_newton.diagnosis.search.survey import Survey, survey
 
 SETS, SINGLES = 6, 5  # Different sets, and single causes, that are refitted after a survey
 RIVALS = 3  # Effects that are tried in the place of each cause
 SETTLED = 10
 """Further steps after which a single cause has settled at the latest: it takes few simulations."""
+ABSORBED = 2.0
+"""Surprise of stated numbers from which they may stand for a cause [nat]: one is two tolerances
+off, as far as it may be."""
 ROUNDS = 6  # Surveys at most, each from the best fit so far
 
 
@@ -110,19 +114,43 @@ def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> 
     view = survey(pool.worlds, current, names, pool.floors, coarse=first)
     chooser = Chooser(view, pool.price_share * pool.price, pool.most)
     note_singles(pool, chooser, first=first)
-    if first:
-        starts = new_starts(pool, view, chooser.singles(SINGLES))
-        singles = follow(pool, view, starts, coarse=2, last=SETTLED)
-        alike = [s for fit in singles[:RIVALS] for s in related_starts(pool, fit, names)]
-        if alike and not pool.leaves_nothing(singles[0]):
-            found = follow(pool, view, alike, coarse=1, last=SETTLED)
-            singles = sorted([*singles, *found], key=pool.cost)
-        if any(pool.leaves_nothing(fit) for fit in singles[:1]):
-            return
+    if first and one_is_enough(pool, view, chooser, names):
+        return
     trials = choose(chooser, SETS)
     starts = related_starts(pool, current, names)
     starts += new_starts(pool, view, trials if first else [*trials, *exchanges(chooser, RIVALS)])
     follow(pool, view, starts, coarse=2 if first else 1)
+
+
+def one_is_enough(pool: Pool, view: Survey, chooser: Chooser, names: Sequence[str]) -> bool:
+    """Refit single causes, and tell whether one leaves nothing."""
+    starts = new_starts(pool, view, chooser.singles(SINGLES))
+    singles = follow(pool, view, starts, coarse=2, last=SETTLED)
+    alike = [s for fit in singles[:RIVALS] for s in related_starts(pool, fit, names)]
+    if alike and not pool.leaves_nothing(singles[0]):
+        found = follow(pool, view, alike, coarse=1, last=SETTLED)
+        singles = sorted([*singles, *found], key=pool.cost)
+    if any(pool.leaves_nothing(fit) for fit in singles[:1]):
+        return True
+    if surprise(pool.worlds, view.fit) <= ABSORBED:
+        return False
+    return any(pool.leaves_nothing(f) for f in singles_from_stated(pool, view.fit, names)[:1])
+
+
+def singles_from_stated(pool: Pool, fit: Fit, names: Sequence[str]) -> list[Fit]:
+    """Refit single causes from where all is as it is stated, the best first.
+
+    A model without causes puts what it can on numbers that have a tolerance. What it moved there
+    hides the cause, and leads a refit of it astray.
+    """
+    worlds = pool.worlds
+    values = values_of(worlds, fit.columns, fit.place)
+    stated = {c: worlds.study.base_value(c) for c in fit.columns if c in worlds.built_columns}
+    (start,) = start_fits(worlds, [((), {**values, **stated})], pool.floors)
+    view = survey(worlds, start, names, pool.floors, coarse=True)
+    chooser = Chooser(view, pool.price_share * pool.price, pool.most)
+    starts = [start_of(pool, view, trial) for trial in chooser.singles(SINGLES)]
+    return follow(pool, view, starts, coarse=2, last=SETTLED)
 
 
 def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:

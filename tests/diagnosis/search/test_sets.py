@@ -18,6 +18,7 @@ from tendon_newton.diagnosis.diagnose import conclude
 from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search import prune as pruning
+from tendon_newton.diagnosis.search import strategy
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide import decision
 from tendon_newton.diagnosis.search.decide.account import OPEN, REMAINS, criteria_of
@@ -72,6 +73,7 @@ from tendon_newton.diagnosis.search.refit import (
 from tendon_newton.diagnosis.search.rule import FORM_THETA, LADDER, NATS, SEARCHED
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, Floors, SearchWorlds, rests
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
+from tendon_newton.diagnosis.search.strategy import singles_from_stated
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.errors import UnknownName
@@ -91,11 +93,11 @@ TRUTH = {"coulomb_friction": {"force": 0.6}, "viscous_friction": {"coefficient":
 FLOORS = Floors(theta=1.0, force=1.0)
 
 
-def log(seed: int) -> Recording:
-    """What a weak spring logs with two frictions and an encoder's noise."""
+def log(seed: int, **causes: dict[str, float]) -> Recording:
+    """What a weak spring logs with some causes, two frictions by default, and encoder noise."""
     rng = np.random.default_rng(seed)
     asked = replace(commanded((0.6 + 0.2 * seed) * steps_and_waves()), force=np.zeros((160, 1)))
-    (out,) = replay([asked], ideal_model(**TRUTH), time_step=STEP)
+    (out,) = replay([asked], ideal_model(**(causes or TRUTH)), time_step=STEP)
     found = simulated_recording(asked, out)
     noise = rng.normal(0.0, 5.0e-4, found.motor_position.shape)
     return replace(found, name=f"log_{seed}", motor_position=found.motor_position + noise)
@@ -222,6 +224,27 @@ def test_a_cause_pays_though_less_than_the_error_of_form_is_left_without_it(monk
     assert pool.leaves_nothing(less)
     monkeypatch.setattr(pruning, "leave_out", lambda *_: {"speed_limit": less})
     assert pruning.prune(pool, fit) is fit
+
+
+def test_causes_begin_from_what_is_stated_where_stated_numbers_gave_way(monkeypatch) -> None:
+    """A spool and springs at the ends of their tolerances hide a spring that stiffens."""
+    logs = [log(seed, spring_stiffening={"beta": 0.3}) for seed in range(2)]
+    names = ("spring_stiffening", "spool_radius_error", "joint_stiffness_error")
+    own = SearchWorlds(Study(logs, ideal_model(), names, time_step=SEARCH_STEP, tolerant=True))
+    spool, springs = (own.study.table.columns(name)[0] for name in names[1:])
+    pool = Pool(worlds=own, floors=floors_of(own, ()), dearest=PRICE, most=7)
+    off, stated = start_fits(own, [((), {spool: 0.971, springs: 1.08}), ((), {})], pool.floors)
+    found = singles_from_stated(pool, off, names)[0]
+    assert found.names == ("spring_stiffening",)
+    assert surprise(own, found) < 0.1
+    called = list[Fit]()
+    monkeypatch.setattr(Pool, "leaves_nothing", lambda *_, **__: False)
+    monkeypatch.setattr(
+        strategy, "singles_from_stated", lambda _, fit, __: called.append(fit) or []
+    )
+    for fit in (stated, off):
+        strategy.add_sets(pool, fit, names, first=True)
+    assert called == [off]
 
 
 def hitting_stops() -> SearchWorlds:
