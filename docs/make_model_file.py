@@ -56,7 +56,7 @@ INTRODUCTION = (
     "A model file states the actuator and the effects of a bench, in SI units and radians. "
     "`collect` and `import` write one beside the recordings: correct its numbers, and leave the "
     "effects to `diagnose`, which writes the extended one. [The equations](model.md) say what the "
-    "numbers do. `python docs/make_model_file.py` makes this page.\n\n"
+    "numbers do.\n\n"
     f"```toml\n{EXAMPLE}```\n\n"
     "Which kind?\n\n"
     "- only command, angle and perhaps the tension are known: `ideal`\n"
