@@ -97,7 +97,7 @@ def diagnose(
     """Name what a model gets wrong about a dataset, its actuator among it.
 
     Args:
-        dataset: Training recordings decide, test recordings only report.
+        dataset: Training recordings decide, test recordings report, and may take names back.
         model: The model to start from.
         progress: Told, in a few words, what is being done; by default a notebook shows it.
         budget: Time that the whole diagnosis may take, about [s], its report included.

@@ -44,7 +44,7 @@ def diagnose_into(
 
     Args:
         out: Folder of the results; made if it is not there.
-        dataset: Training recordings decide, test recordings only report.
+        dataset: Training recordings decide, test recordings report, and may take names back.
         budget: Time that it may take, about [s].
         finish: Gives the model that is written.
     """
@@ -67,8 +67,8 @@ def compare_days(
 ) -> Mapping[str, Changes]:
     """Say what changed since a day.
 
-    Training recordings decide, test recordings only report. Events are looked for in both, where
-    the earlier day's recordings are there to tell them from what its model leaves.
+    Training recordings decide. Events are looked for in test recordings, too, where the earlier
+    day's recordings are there to tell them from what its model leaves.
 
     Args:
         new: A dataset, one recording of it, or a folder of datasets that are days, in the order of

@@ -1,7 +1,7 @@
 """The gate for logs on their way in: where they start, and what their bench says against them.
 
-Every importer's logs pass here. What needs no bench is checked with the recordings themselves
-(`tendon_newton.data.checks`).
+Every importer's logs pass here, and none is refused for what its columns hold: findings of
+`tendon_newton.data.checks` are written by `write_import` in `tendon_newton.data.importers.writing`.
 """
 
 from __future__ import annotations

@@ -261,7 +261,8 @@ class BusServo:
     def enable_torque(self) -> None:
         """Switch the motor on, after settings and alerts were looked at and the watchdog armed.
 
-        The first goal is no duty: nothing moves. A watchdog that had tripped is cleared.
+        The first goal is no duty: nothing moves. A watchdog that had tripped is cleared. A servo
+        that has none is kept by a process of its own, see `servos.serial_bus.keeper`.
 
         Raises:
             ServoAlert: The servo reports a hardware error.

@@ -8,10 +8,10 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
-from tendon_newton.diagnosis.search.held_out_gain import held_out_terms
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise, values_of
 from tendon_newton.diagnosis.search.rule import NATS, SEARCHED
 from tendon_newton.diagnosis.search.search_worlds import QUIET, Floors, SearchWorlds
+from tendon_newton.diagnosis.search.unseen_parts import unseen_terms
 from tendon_newton.effects import are_related, law_of
 from tendon_newton.identification.signals import SIGNALS
 
@@ -67,7 +67,7 @@ class Pool:
         """
         key = frozenset(fit.names), fit.score
         if key not in self.unseen:
-            found = held_out_terms(self.worlds, fit, self.floors, until)
+            found = unseen_terms(self.worlds, fit, self.floors, until)
             if found is None:
                 return None
             self.unseen[key] = found

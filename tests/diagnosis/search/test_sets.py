@@ -59,7 +59,6 @@ from tendon_newton.diagnosis.search.decide.told import (
     within_ranges,
 )
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
-from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms, untold
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, leave_out, settle
 from tendon_newton.diagnosis.search.refit import (
@@ -75,6 +74,7 @@ from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, Floors, Se
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.strategy import singles_from_stated
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
+from tendon_newton.diagnosis.search.unseen_parts import folds, unseen_terms, untold
 from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.errors import UnknownName
 from tendon_newton.identification import testable
@@ -555,7 +555,7 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(world
     pool.add([fit])
     less = leave_out(pool, fit, clear=np.inf)
     own, *others = (found for f in (fit, *less.values())
-                    if (found := held_out_terms(worlds, f, pool.floors)) is not None)  # fmt: skip
+                    if (found := unseen_terms(worlds, f, pool.floors)) is not None)  # fmt: skip
     gains = held_out_gains(pool, fit, fit.names)
     for name, other in zip(less, others, strict=True):
         assert pool.bar(name) < gains[name] < float((other - own).sum()) + 0.01
@@ -822,7 +822,7 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
     pool = pool_of(worlds)
     named = started(pool, coulomb_friction=0.6)
     pool.add([named, started(pool, coulomb_friction=0.6, viscous_friction=1.2)])
-    terms = held_out_terms(worlds, named, pool.floors)
+    terms = unseen_terms(worlds, named, pool.floors)
     assert terms is not None
     own = float(terms.sum())
     best, predicts = best_predictor(pool, Decided(fit=named))

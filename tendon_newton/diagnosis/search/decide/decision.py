@@ -15,7 +15,6 @@ from tendon_newton.diagnosis.search.decide.plain_models import (
 )
 from tendon_newton.diagnosis.search.fixed_set import LAST_STEPS
 from tendon_newton.diagnosis.search.floors import least_scales, usual_form
-from tendon_newton.diagnosis.search.held_out_gain import terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import (
     CLEAR,
@@ -39,6 +38,7 @@ from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, new_starts, starts_of_relative
 from tendon_newton.diagnosis.search.strategy import follow
 from tendon_newton.diagnosis.search.survey import survey
+from tendon_newton.diagnosis.search.unseen_parts import terms
 from tendon_newton.effects import are_confused, are_one_friction, are_related, special_cases
 
 FAMILY = 5.0

@@ -51,7 +51,7 @@ def groups_of(recordings: Sequence[Recording]) -> list[int]:
     return list(range(len(recordings)))
 
 
-def held_out_terms(
+def unseen_terms(
     worlds: SearchWorlds, fit: Fit, floors: Floors, until: float = np.inf
 ) -> Array | None:
     """Return each row's share of the score under refits that did not see its part, shape (M,).
