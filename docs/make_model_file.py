@@ -159,8 +159,8 @@ def benches() -> str:
     return (
         "## Numbers of a bench\n\n"
         "`[bench_overrides.BENCH]` states what differs from the asset of that name, with one "
-        "value per joint from the base to the tip. An entry of `dataset.toml` may state the "
-        "same for one recording. `arm_mass` is the mass of a uniform arm from the joint to the "
+        "value per joint from the base to the tip; an entry of `dataset.toml` does so for one "
+        "recording. `arm_mass` is the mass of a uniform arm from the joint to the "
         "link's centre, in addition to `mass`.\n\n"
         + table
         + "\nThe last four are one number each: "
