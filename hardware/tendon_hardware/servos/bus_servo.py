@@ -262,7 +262,7 @@ class BusServo:
         """Switch the motor on, after settings and alerts were looked at and the watchdog armed.
 
         The first goal is no duty: nothing moves. A watchdog that had tripped is cleared. A servo
-        that has none is kept by a process of its own, see `servos.serial_bus.keeper`.
+        that has none is kept by a process of its own, see `Keeper`.
 
         Raises:
             ServoAlert: The servo reports a hardware error.
