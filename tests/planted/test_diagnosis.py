@@ -42,7 +42,6 @@ FIRST = 1  # Seed of every effect's draw at the gate
 NOT_FOUND = {
     "hysteresis": "a travel of 0.43 mm in place of 0.44, where the law's usual 0.5 is near",
     "inertia_error": "a ringing of few rows: unexplained",
-    "stribeck_friction": "a speed of 1.704 rad/s [1.625, 1.785] where 1.623 is planted",
 }
 """Effects that the first draw does not give as asked, and what it gives. A change that finds one
 takes it out here."""
@@ -120,12 +119,15 @@ def test_every_effect_of_the_table_is_found_when_it_is_planted(hidden: str, tmp_
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_an_encoder_on_the_joint_tells_the_spool_where_no_cell_does(seed, tmp_path) -> None:
-    """The motor's angle alone names nothing, or leaves the servo's gain open beside the spool."""
+    """The motor's angle alone names nothing, or leaves the servo's gain open beside the spool.
+
+    So may be what, beside a spool and springs at the ends of their tolerances, does as well.
+    """
     plain = Recipe(
         effects=("spool_radius_error",), seed=seed, mix="W", duration=SHORT, without_force=True
     )
     answer, _ = diagnosed(tmp_path / "motor", plain)
-    assert [e["indistinguishable_from"] for e in answer["effects"]] in ([], [["gain_error"]])
+    assert all("gain_error" in e["indistinguishable_from"] for e in answer["effects"])
     answer, truth = diagnosed(tmp_path / "both", replace(plain, on_joint=True))
     assert_found(answer, truth, {"spool_radius_error": 0.01})
     (found,) = answer["effects"]
