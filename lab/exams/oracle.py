@@ -59,7 +59,7 @@ def kept(folder: Path, true: Causes, said: Causes) -> tuple[str, ...]:
         pool.add(refit(worlds, begun, pool.floors, iterations=STEPS, coarse=0))
         return frozenset(names)
 
-    fit_replacements(pool, pool.fits[add(true)], testable)
+    fit_replacements(pool, pool.renew(pool.fits[add(true)]), testable)
     prune(pool, pool.best())
     add(said)
     add({})

@@ -16,7 +16,7 @@ from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
+from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, start_fits, values_of
 from tendon_newton.diagnosis.search.small_sets import STEPS
 
 BEST = 12  # Sets of each round that are refitted to their end
@@ -68,6 +68,8 @@ def regret_of(
         values[c] = numbers.get(f"{owner}.{number.name}", worlds.study.base_value(c))
     start = (tuple(causes), worlds.in_seconds(values, -1))
     (told,) = start_fits(worlds, [start], pool.floors, near=True)
+    pool.rescore(told, values_of(worlds, told.columns, told.place))  # rows count as they decided
+    (told,) = rescored(worlds, [told], pool.floors)
     pool.add(refit(worlds, [told], pool.floors, iterations=STEPS, coarse=0))
     own = pool.fits.get(frozenset(causes), told)
     enumerate_sets(bench, tuple(dict.fromkeys((*LAWS, *causes))), best)
