@@ -62,8 +62,9 @@ def regret_of(
     """
     pool, worlds = bench.pool, bench.pool.worlds
     table = worlds.study.table
+    own = (c for name in causes for c in table.columns(name))
     values = dict(bench.start)
-    for c in (*values, *(c for name in causes for c in table.columns(name))):
+    for c in (*values, *own, *worlds.study.line_columns(causes)):
         owner, number = table.owners[c]
         values[c] = numbers.get(f"{owner}.{number.name}", worlds.study.base_value(c))
     start = (tuple(causes), worlds.in_seconds(values, -1))

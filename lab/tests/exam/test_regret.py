@@ -21,13 +21,15 @@ from tests.physics.runs import ideal_model
 PLANTED = {"command_delay": {"delay": 0.03}, "viscous_friction": {"coefficient": 1.2}}
 NUMBERS = {"command_delay.delay": 0.03, "viscous_friction.coefficient": 1.2}
 LAWS = (*PLANTED, "actuator_lag", "gain_error")
+CABLE = ("routing_friction",)
 
 
-def log(seed: int) -> Recording:
-    """What a weak spring logs whose servo hears late and runs in grease."""
+def log(seed: int, bench: str = "spring_weak", **planted: dict[str, float]) -> Recording:
+    """What a bench logs; by default a weak spring's whose servo hears late and runs in grease."""
     rng = np.random.default_rng(seed)
-    asked = replace(commanded((0.6 + 0.2 * seed) * steps_and_waves()), force=np.zeros((160, 1)))
-    (out,) = replay([asked], ideal_model(**PLANTED), time_step=1.0e-3)
+    asked = commanded((0.6 + 0.2 * seed) * steps_and_waves(), bench=bench)
+    asked = replace(asked, force=np.zeros((160, 1)))
+    (out,) = replay([asked], ideal_model(**(planted or PLANTED)), time_step=1.0e-3)
     found = simulated_recording(asked, out)
     noise = rng.normal(0.0, 5.0e-4, found.motor_position.shape)
     return replace(found, name=f"log_{seed}", motor_position=found.motor_position + noise)
@@ -55,6 +57,21 @@ def test_the_right_set_has_no_regret_and_half_of_it_has(bench: Bench) -> None:
     assert set(half["wins"]["causes"]) == set(PLANTED)
     told = [{**each, "name": "", "kind": "drawn", "verdict": ""} for each in (right, half)]
     assert summary(told)["drawn"]["above_a_price"] == 1
+
+
+def test_an_answer_has_the_lines_of_its_benches() -> None:
+    """Each further bench has a string of its own, and the answer says what it found of it."""
+    logs = [
+        log(seed, bench, routing_friction={"exponent": exponent, "behind": 0.0})
+        for seed, (bench, exponent) in enumerate({"spring_weak": 0.2, "finger": 0.24}.items())
+    ]
+    numbers = {"routing_friction.exponent": 0.2, "routing_friction.behind": 0.0}
+    of_line = {"bench.finger.routing_friction": 1.2}
+    half, right = (
+        regret_of(bench_of(logs, ideal_model(), CABLE), CABLE, told, best=1)["regret"]
+        for told in (numbers, {**numbers, **of_line})
+    )
+    assert right < 0.5 < half
 
 
 def test_all_sets_are_scored_once(bench: Bench) -> None:
