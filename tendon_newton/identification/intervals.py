@@ -42,11 +42,16 @@ def half_widths(point: Linearisation, where: Layout, spread: Array, form: float 
     """
     if point.jacobian.shape[1] == 0:
         return np.zeros(0)
-    together, wider = rows_together(point, where), 1.0 + (WIDENING - 1.0) * form
-    by_block = half_width(point, where.block, spread, together, wider)
+    together = rows_together(point, where)
+    by_block = half_width(point, where.block, spread, together, widening(form))
     by_recording = half_width(point, where.recording, spread, together)
     most = 1.0 + (MOST_BY_RECORDING - 1.0) * form
     return np.maximum(by_block, np.minimum(by_recording, most * by_block))
+
+
+def widening(form: float) -> float:
+    """Return how many times wider than rows scatter a share of form [1] makes errors count [1]."""
+    return 1.0 + (WIDENING - 1.0) * form
 
 
 def rows_together(point: Linearisation, where: Layout) -> float:
@@ -80,9 +85,7 @@ def half_width(
     return np.sqrt(np.diag(scatter(point, groups, spread, together, wider)))
 
 
-def correlations(
-    point: Linearisation, where: Layout, spread: Array, form: float = 1.0
-) -> Array:  # fmt: skip
+def correlations(point: Linearisation, where: Layout, spread: Array, form: float) -> Array:
     """Return how the numbers of a fit err together [1], shape (F, F).
 
     Args:
@@ -91,8 +94,8 @@ def correlations(
         spread: As of `half_widths`, like the next.
         form: Share of the residuals' squares that is no noise [1].
     """
-    wider = 1.0 + (WIDENING - 1.0) * form
-    joint = scatter(point, where.block, spread, rows_together(point, where), wider)
+    together = rows_together(point, where)
+    joint = scatter(point, where.block, spread, together, widening(form))
     size = np.sqrt(np.maximum(np.diag(joint), 1.0e-300))
     out = joint / np.outer(size, size)
     np.fill_diagonal(out, 1.0)

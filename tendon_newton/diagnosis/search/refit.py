@@ -16,6 +16,7 @@ DAMPING, BOLDER, FREE = 0.1, 0.03, 1.0e-4
 """First Marquardt factor of a fit, and the shares of its factor that are tried beside it [1]. A fit
 goes on with the factor that led further; where none did, with a greater one. Hardly damped, a step
 goes all the way along a valley in which one number does nearly what another does."""
+SHARES = (1.0, BOLDER, FREE)
 LEAST_DAMPING, MOST_DAMPING = 1.0e-3, 3.0  # Least and greatest factor [1]
 STRIDES, STICKING = (0.01, 0.03), (0.02, 0.1)
 """The least and the first step of a finite difference, as shares of a coordinate and of a typical
@@ -177,18 +178,18 @@ def refit(
                 worlds, current[i], slopes[k], counted[k], part * current[i].damping, together[k],
                 hold=0.0 if holds is None else holds[i],
             )))
-            for k, i in enumerate(chosen) for part in (1.0, BOLDER, FREE)
+            for k, i in enumerate(chosen) for part in SHARES
         ]  # fmt: skip
         moved = start_fits(worlds, trials, floors)
         for k, i in enumerate(chosen):
-            fit, three = current[i], moved[3 * k : 3 * k + 3]
-            losses = [mean_loss(worlds, f, counted[k], together[k]) for f in (fit, *three)]
+            fit, tried = current[i], moved[k * len(SHARES) : (k + 1) * len(SHARES)]
+            losses = [mean_loss(worlds, f, counted[k], together[k]) for f in (fit, *tried)]
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
             may_shorten = gain <= 0.0 and fit.damping < MOST_DAMPING
             least = min(LEAST_GAIN, LEAST_NATS * together[k] / counted[k].weight.sum())
             active[i] = gain > least or step < coarse or is_rough or may_shorten
-            current[i] = further(worlds, fit, three, losses, slopes[k])
+            current[i] = further(worlds, fit, tried, losses, slopes[k])
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current

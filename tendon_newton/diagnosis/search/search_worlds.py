@@ -32,7 +32,7 @@ steps of 0.25 ms at it, nearly all of it in some rows after a string went slack 
 `SearchWorlds.look_finer` finds them, and they count less (`docs/lab/method.md`)."""
 TRUSTED = 1.0 / 3.0  # Share of its floor by which a row may be missed that counts half [1]
 BURST = 3  # Rows either side of one that a finer step moves that count as little [1]
-OTHERWISE = 1.0e-3  # Mean change of rows' weights from which scores are taken anew [1]
+LEAST_CHANGE = 1.0e-3  # Mean change of rows' weights from which scores are taken anew [1]
 FINER = 0.4  # Share of the step with which such a world is simulated again [1]
 FINEST = 0.1
 """Share of the step with which a model that is left at the end is judged [1]. At the whole step a
@@ -212,7 +212,7 @@ class SearchWorlds:
         before, known = self.weights(floors), self.step_error
         missed = np.nan_to_num(np.abs(self.residuals([model])[0] - self.finest(model)))
         self.step_error = np.maximum(known, maximum_filter1d(missed, 2 * BURST + 1))
-        if np.abs(self.weights(floors) - before).mean() < OTHERWISE:
+        if np.abs(self.weights(floors) - before).mean() < LEAST_CHANGE:
             self.step_error = known
         return self.step_error is not known
 

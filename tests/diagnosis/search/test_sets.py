@@ -281,6 +281,19 @@ def test_rows_that_a_long_step_misses_hardly_count() -> None:
     assert np.median(own.weights(floors)) > 0.9
 
 
+def test_a_pool_scores_sets_anew_where_the_step_cannot_be_trusted() -> None:
+    """A set that was fitted before is not judged by other rows than those that come after."""
+    own = hitting_stops()
+    pool = Pool(worlds=own, floors=floors_of(own, ()), dearest=PRICE, most=7)
+    pool.add(start_fits(own, [((), {})], pool.floors))
+    before = pool.best()
+    pool.unseen[frozenset(), before.score] = np.zeros(1)
+    after = pool.renew(before)
+    assert np.median(own.step_error) < pool.floors.theta < own.step_error.max()
+    assert after.score < before.score - 0.1
+    assert not pool.unseen
+
+
 def test_a_change_below_the_error_of_form_is_no_cause() -> None:
     """Half an error of form in all rows is not a cause, however likely."""
     rows, fit, less = residuals(1.0, 0.5)
