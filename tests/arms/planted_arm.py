@@ -67,8 +67,10 @@ def hang(command: Array, floor: float, tilt: float) -> Array:
         for _ in range(200):
             slopes = -LENGTH * np.array([np.cos(q[0]) + np.cos(q[0] + q[1]), np.cos(q[0] + q[1])])
             rest = goal + COMPLIANCE * (weight(q, tilt) + push * slopes)
-            q = np.clip(before, rest - BANDS, rest + BANDS)
+            last, q = (push, q), np.clip(before, rest - BANDS, rest + BANDS)
             push = max(push + 0.5 * (floor - tip(q)) / (COMPLIANCE * slopes @ slopes), 0.0)
+            if push == last[0] and np.array_equal(q, last[1]):
+                break
         out.append(q)
     return np.array(out)
 

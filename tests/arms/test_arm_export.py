@@ -238,7 +238,7 @@ def test_a_servo_alone_goes_where_arms_go(to, tmp_path, capsys) -> None:
     assert "go to mujoco, usd, urdf" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("to", ["usd", "urdf"])
+@pytest.mark.parametrize("to", ["usd", pytest.param("urdf", marks=pytest.mark.slow)])
 def test_what_a_format_cannot_hold_is_told_with_its_worth(to, mechanism, tmp_path) -> None:
     """Delay and floor have no place in USD and URDF; what each way strays by is a replay of it."""
     delayed = (servo("actuator_lag", "command_delay"), servo("actuator_lag"))

@@ -15,17 +15,22 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.checked_data import faults_of, findings_of
 from tests.doors.logs import COUNT, ROWS, Door, csv_logs, own_dataset, sound
-from tests.doors.mistakes import ANGLES, COMMANDS, DOORS, OWN, Mistake
+from tests.doors.mistakes import ANGLES, COMMANDS, DOORS, LEROBOT, OWN, Mistake
 from tests.doors.reports import REPORTS
 from tests.doors.told import EVERY, lines_said, spoiled_runs
 
 ROOT = Path(__file__).parents[2]
 ADVICE = re.compile("overload|horn|worn gear|knock|calibrate leader|too slow")
 CASES = [
-    pytest.param(door, mistake, id=f"{mistake.name}, {name}")
+    pytest.param(
+        door, mistake, id=f"{mistake.name}, {name}",
+        # that door examines each joint for a second: what others tell too is asked of it at night
+        marks=pytest.mark.slow
+        if name == LEROBOT and OWN in mistake.doors and not mistake.thread else (),
+    )
     for mistake in EVERY
     for name, door in mistake.doors.items()
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", DOORS)

@@ -60,12 +60,12 @@ def test_lost_and_garbled_bytes_cost_hardly_a_row(tmp_path: Path) -> None:
 
     A retry takes 4 ms of the 12.5 ms of a tick, so that only two in a row cost one.
     """
-    trial = Trial(path=tmp_path / "run.mcap", duration=60.0, faults=NOISE)
+    trial = Trial(path=tmp_path / "run.mcap", duration=20.0, faults=NOISE)
     outcome = trial.record()
     assert outcome.finished
     assert_little_lost(trial)
-    assert int(trial.session["counters.servo.retries"]) > 50
-    assert int(trial.session["counters.load_cell.rejected"]) > 20
+    assert int(trial.session["counters.servo.retries"]) > 16
+    assert int(trial.session["counters.load_cell.rejected"]) > 6
 
 
 def assert_little_lost(trial: Trial, silence: float = 0.0) -> None:

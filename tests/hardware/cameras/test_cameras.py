@@ -56,7 +56,7 @@ def test_a_camera_tells_what_it_saw_in_order_and_never_waits(name: str) -> None:
         assert np.linalg.norm(sighting.place) < 0.1  # m, in the hand
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.slow)])
 def test_the_virtual_camera_is_as_late_and_as_noisy_as_its_unit(seed: int) -> None:
     """Thirty frames a second about the true place; 20 %: noise of 300 frames."""
     bench = LockstepBench("hand_ball", seed)

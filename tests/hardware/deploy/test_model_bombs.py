@@ -258,10 +258,11 @@ def test_broken_goals_change_nothing(tmp_path: Path) -> None:
     os.close(write_end)
 
 
-def test_broken_serial_streams_never_move_the_spool_out_of_its_limits() -> None:
+@pytest.mark.parametrize("count", [8, pytest.param(30, marks=pytest.mark.slow)])
+def test_broken_serial_streams_never_move_the_spool_out_of_its_limits(count: int) -> None:
     """Answers dropped, broken and drowned in noise, and the same for the load cell's lines."""
     rng = random.Random(3)
-    for _ in range(30):
+    for _ in range(count):
         worst = Faults(
             dropped_replies=rng.uniform(0.0, 0.4),
             corrupted_replies=rng.uniform(0.0, 0.4),

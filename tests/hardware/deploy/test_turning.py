@@ -92,6 +92,23 @@ def turn(
     return outcome, operator, watch
 
 
+@dataclass(frozen=True)
+class Turned:
+    """A run of 3 s, and what became of it."""
+
+    path: Path
+    outcome: DeployOutcome
+    watch: BallWatch
+
+
+@pytest.fixture(scope="module")
+def turned(policy: Policy, tmp_path_factory: pytest.TempPathFactory) -> Turned:
+    """One run for all tests that only read it."""
+    path = tmp_path_factory.mktemp("turned") / "run.mcap"
+    outcome, _, watch = turn(policy, path, 3.0)
+    return Turned(path, outcome, watch)
+
+
 def sightings(path: Path) -> list[tuple[float, tuple[float, ...]]]:
     """Return when each place of the ball arrived [s], and the place [m]."""
     with path.open("rb") as file:
@@ -127,15 +144,13 @@ def test_a_ball_is_turned_from_the_command_line(gait, tmp_path, capsys) -> None:
     assert "goal angle" not in drawn
 
 
-def test_a_policy_sees_the_latest_place_that_the_camera_told(policy, tmp_path) -> None:
+def test_a_policy_sees_the_latest_place_that_the_camera_told(turned: Turned) -> None:
     """Each sample's coordinates are those of the last line before it, and the rate is the goal."""
-    path = tmp_path / "run.mcap"
-    outcome, _, watch = turn(policy, path, 3.0)
-    assert outcome.fault is None
-    assert watch.drops == 0
-    told = sightings(path)
+    assert turned.outcome.fault is None
+    assert turned.watch.drops == 0
+    told = sightings(turned.path)
     assert len(told) > 80
-    for step in list(read_steps(path))[5:]:
+    for step in list(read_steps(turned.path))[5:]:
         latest = [place for arrived, place in told if arrived <= step.time - 0.005][-1:]
         # a line may come while servos are read, 8 ms of a tick
         newest = [place for arrived, place in told if arrived <= step.time][-1]
@@ -182,10 +197,9 @@ def test_the_camera_follows_the_turn_of_the_ball(tmp_path: Path) -> None:
     assert true > 1.0
 
 
-def test_the_true_pose_stands_in_the_log(policy: Policy, tmp_path: Path) -> None:
+def test_the_true_pose_stands_in_the_log(turned: Turned) -> None:
     """Quaternions of length 1, twelve joints that move, and places within the camera's noise."""
-    path = tmp_path / "run.mcap"
-    turn(policy, path, 3.0)
+    path = turned.path
     _, pose, joints = read_truth(path)
     assert np.linalg.norm(pose[:, 3:], axis=1) == pytest.approx(1.0, abs=1e-9)
     assert joints.shape[1] == 12
@@ -253,7 +267,7 @@ def test_a_card_of_four_servos_has_as_many_ranges() -> None:
     assert len(card.observation) == 4 * FINGERS + 5
 
 
-@pytest.mark.parametrize("asked", [0.5, 1.0])
+@pytest.mark.parametrize("asked", [0.5, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_the_policy_that_comes_along_heeds_its_rate_on_a_hand_that_it_never_met(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], asked: float
 ) -> None:
