@@ -370,7 +370,7 @@ def why_suspected(findings: Findings, cause: str) -> str:
     if any(c.name == OPEN and not c.passed for c in findings.criteria[cause]):
         return "Its interval holds the value that means nothing."
     if any(c.name == CHANGE and not c.passed for c in findings.criteria[cause]):
-        return "It changes the simulation by less than laws of friction usually miss."
+        return "It changes the simulation by less than laws of friction miss here."
     return "It is worth little beside what no cause explains."
 
 

@@ -21,7 +21,7 @@ SEARCHED = 1.0 / 3.0
 FORM_THETA, FORM_FORCE = 3.0e-3, 0.1
 """Angle [rad] and force [N] by which a law of dry friction misses real friction on a nominal bench:
 bristles of 5 to 40 um give way before anything slides, and it sticks elsewhere. A cause that
-changes what is simulated by less gets no name either."""
+changes what is simulated by less gets no name either, but where its model leaves less."""
 LADDER = 3.0
 """How much more a law misses than the next plainer one [1]: one that jumps from rest (its breakaway
 force is above the sliding one), one that sticks, one that does neither."""

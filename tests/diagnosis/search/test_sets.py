@@ -58,7 +58,7 @@ from tendon_newton.diagnosis.search.decide.told import (
     with_told,
     within_ranges,
 )
-from tendon_newton.diagnosis.search.floors import floors_of, form_of
+from tendon_newton.diagnosis.search.floors import floors_of, form_of, least_scales, usual_form
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, leave_out, settle
 from tendon_newton.diagnosis.search.refit import (
@@ -617,6 +617,21 @@ def test_beside_what_no_cause_explains_a_name_costs_three_prices(
     found: Any = SimpleNamespace(intervals={column: (0.5, 1.5)})
     criteria = criteria_of(pool, fit, decided, found, name)
     assert [c.name for c in criteria if not c.passed] == [REMAINS] * is_left
+
+
+def test_an_error_of_form_is_no_larger_than_what_is_left(worlds: SearchWorlds) -> None:
+    """Half of what laws usually miss is a cause beside noise alone, and none beside as much."""
+    pool, study = pool_of(worlds), worlds.study
+    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
+    less = started(pool, coulomb_friction=0.5)
+
+    def left(fit: Fit, share: float) -> Fit:
+        sizes = worlds.where.sizes(least_scales(study, usual_form(study), share, 1.0))
+        return replace(fit, residual=sizes)
+
+    for share, change in ((0.0, 1.5), (0.4, 1.25), (1.0, 0.5), (2.0, 0.5)):
+        without = left(less, float(np.hypot(share, 0.5)))
+        assert pool.seen_change(left(start, share), without) == pytest.approx(change)
 
 
 def test_forms_of_one_friction_may_be_further_behind(worlds: SearchWorlds) -> None:

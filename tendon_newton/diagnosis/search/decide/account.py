@@ -9,10 +9,9 @@ from tendon_newton.diagnosis.result import CandidateScore, Criterion
 from tendon_newton.diagnosis.search.coordinates import inside
 from tendon_newton.diagnosis.search.decide.decision import Decided, at_bound
 from tendon_newton.diagnosis.search.decide.fitted_sets import holds_null
-from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
-from tendon_newton.diagnosis.search.rule import SEARCHED, SURE
+from tendon_newton.diagnosis.search.rule import SURE
 from tendon_newton.diagnosis.search.search_worlds import WITHIN
 from tendon_newton.identification.noise_floor import share_gone
 
@@ -20,7 +19,7 @@ Criteria = tuple[Criterion, ...]
 
 LOSS = "score lost without it [nat per row]"
 HELD_OUT = "the same on parts left out [nat per row]"
-CHANGE = "larger residuals without it [errors of form of that model]"
+CHANGE = "larger residuals without it [errors of form]"
 IN_RANGE = "numbers at the edge of their ranges"
 REMAINS = "score lost without it, where something is left that no cause explains [nat per row]"
 BEYOND = "tolerances by which it differs from what is stated"
@@ -61,17 +60,13 @@ def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: 
         )
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(decisive, fit, name)
     bar, change = decisive.bar(name), decided.changes[name]
-    if decisive.is_stated(name):
-        usual = 0.0
-    else:
-        usual = 1.0 if is_dry((*decisive.worlds.study.known, *fit.names)) else SEARCHED
-    change *= SEARCHED
+    least_change = 0.0 if decisive.is_stated(name) else 1.0
     least = 0.0 if decisive.leaves_nothing(fit, usual=True) else SURE * decisive.price
     is_open = holds_null(decisive.worlds.study, found, name)
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
         Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
-        Criterion(name=CHANGE, value=change, bar=usual, passed=change >= usual),
+        Criterion(name=CHANGE, value=change, bar=least_change, passed=change >= least_change),
         Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge),
         Criterion(name=REMAINS, value=loss, bar=least, passed=loss >= least),
         Criterion(name=OPEN, value=float(is_open), bar=0.0, passed=not is_open),
