@@ -4,8 +4,7 @@ from pathlib import Path
 
 from lab.tests.exam.made_up_exam import marks
 from tendon_lab.exam.exam_report import write_exam_report
-from tests.diagnosis.reporting.browser import look_at
-from tests.diagnosis.reporting.test_browser import WIDTHS
+from tests.diagnosis.reporting.browser import WIDTHS, look_at
 
 EXAM_LETTER = 6.0  # [px] of the matrix, which scrolls in its own box
 

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+WIDTHS = (1280, 400)  # [px] a desk and a phone
+LEAST_LETTER = 8.0  # [px] smaller letters are guessed, not read
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 PATIENCE = 120  # [s] it takes two; a busy machine takes longer
 MEASURE = """

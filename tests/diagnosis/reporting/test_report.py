@@ -25,10 +25,12 @@ from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.reporting.report_causes import cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.diagnosis.reporting.report_tables import regime_rows, regimes
-from tendon_newton.diagnosis.result import Errors, Estimate, Rival, Verdict
+from tendon_newton.diagnosis.result import Diagnosis, Errors, Estimate, Rival, Verdict
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidOutput
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, evidence, named
+from tests.diagnosis.reporting.browser import LEAST_LETTER, WIDTHS, look_at
+from tests.diagnosis.reporting.test_report_finger import motions
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
 
@@ -73,13 +75,54 @@ def with_force() -> Evidence:
 
 
 @pytest.fixture(scope="module")
-def pages(with_force: Evidence, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """The page of each verdict: drawing one takes a second."""
-    folder, texts = tmp_path_factory.mktemp("pages"), {}
+def drawn(with_force: Evidence, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the page of each verdict: drawing one takes two seconds."""
+    folder = tmp_path_factory.mktemp("pages")
     for verdict in VERDICTS:
-        write_report(folder / verdict, diagnosis(verdict), with_force)
-        texts[verdict] = (folder / verdict).read_text(encoding="utf-8")
-    return texts
+        write_report(folder / f"{verdict}.html", diagnosis(verdict), with_force)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def pages(drawn: Path) -> dict[str, str]:
+    """The text of each page."""
+    return {v: (drawn / f"{v}.html").read_text(encoding="utf-8") for v in VERDICTS}
+
+
+OWN_SET = FittedSet(weight=0.5, causes=(), numbers=(), covariance=np.zeros((0, 0)))
+TIED = Confounded(
+    first="viscous_friction.coefficient", second="command_delay.delay", correlation=-0.97
+)
+
+
+def doubtful() -> Diagnosis:
+    """A diagnosis with two sets, numbers at a bound, open ones, and a pair that goes together."""
+    found = diagnosis("partly_explained")
+    first, second = found.effects
+    at_bound = {n: replace(e, at_bound=True) for n, e in first.parameters.items()}
+    flat = {n: replace(e, flat=True) for n, e in second.parameters.items()}
+    held, *others = found.candidates
+    return replace(
+        found,
+        effects=(replace(first, parameters=at_bound), replace(second, parameters=flat)),
+        confounded=(TIED,),
+        candidates=(replace(held, at_bound={"delay": 0.4}), *others),
+        posterior=Posterior(sets=(OWN_SET, OWN_SET)),
+    )
+
+
+@pytest.fixture(scope="module")
+def doubtful_page(with_force: Evidence, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its page, in a folder whose name has a space."""
+    path = tmp_path_factory.mktemp("doubtful") / "my data" / "report.html"
+    path.parent.mkdir()
+    write_report(path, doubtful(), with_force)
+    return path
+
+
+def proposals(page: str) -> list[str]:
+    """Return the words of each run that a page proposes."""
+    return re.findall(r"<code>tendon-newton experiment (.*?)</code>", unescape(page))
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
@@ -103,6 +146,11 @@ def test_every_group_of_pictures_is_there(verdict: Verdict, pages: dict[str, str
     """Two windows, trace, spread and errors for both signals, one ranking, and what remains."""
     remaining = 2 if diagnosis(verdict).unexplained.depends_on else 0
     assert Page(pages[verdict]).count["svg"] == 4 + 2 + 2 + 1 + 2 + remaining
+
+
+def test_springs_have_no_finger(pages: dict[str, str]) -> None:
+    """A carriage is not drawn."""
+    assert motions(pages["explained"]) == {}
 
 
 def test_without_a_load_cell_only_angles_are_drawn(tmp_path: Path) -> None:
@@ -138,20 +186,11 @@ def test_the_first_screen_is_a_table_of_causes(pages: dict[str, str]) -> None:
     ]
 
 
-def test_the_run_that_the_page_proposes_can_be_asked_for(with_force, tmp_path) -> None:
-    """The verb takes the command, a space in the folder too; one open set needs no run."""
-    page = tmp_path / "my data" / "report.html"
-    page.parent.mkdir()
-    own = FittedSet(weight=0.5, causes=(), numbers=(), covariance=np.zeros((0, 0)))
-    asked = []
-    for sets in ((own,), (own, own)):
-        found = replace(diagnosis("partly_explained"), posterior=Posterior(sets=sets))
-        write_report(page, found, with_force)
-        text = unescape(page.read_text(encoding="utf-8"))
-        asked.append(re.findall(r"<code>tendon-newton experiment (.*?)</code>", text))
-    assert asked[0] == []
-    config = tyro.cli(ExperimentConfig, args=shlex.split(asked[1][0]))
-    assert config.diagnosis == page.parent
+def test_the_run_that_the_page_proposes_can_be_asked_for(doubtful_page: Path) -> None:
+    """The verb takes the command, a space in the folder too."""
+    (words,) = proposals(doubtful_page.read_text(encoding="utf-8"))
+    config = tyro.cli(ExperimentConfig, args=shlex.split(words))
+    assert config.diagnosis == doubtful_page.parent
     assert config.out.suffix == ".csv"
 
 
@@ -184,58 +223,40 @@ def test_the_page_says_on_what_the_rest_depends(pages: dict[str, str]) -> None:
     assert "learner" not in pages["explained"]
 
 
-def test_the_page_says_what_the_data_did_not_pin_down(with_force: Evidence, tmp_path: Path) -> None:
+def test_the_page_says_what_the_data_did_not_pin_down(doubtful_page: Path) -> None:
     """Numbers at a bound, open ones and pairs that go together stand where doubts are listed."""
-    found = diagnosis("partly_explained")
-    first, second = found.effects
-    at_bound = {n: replace(e, at_bound=True) for n, e in first.parameters.items()}
-    flat = {n: replace(e, flat=True) for n, e in second.parameters.items()}
-    tied = Confounded(
-        first="viscous_friction.coefficient", second="command_delay.delay", correlation=-0.97
-    )
-    doubtful = replace(
-        found,
-        effects=(replace(first, parameters=at_bound), replace(second, parameters=flat)),
-        confounded=(tied,),
-    )
-    path = tmp_path / "report.html"
-    write_report(path, doubtful, with_force)
-    text = path.read_text(encoding="utf-8")
+    text = doubtful_page.read_text(encoding="utf-8")
     assert "viscous friction: coefficient ended at the edge of its range" in text
     assert "command delay: delay is open" in text
     assert "correlation of their errors -0.97" in text
-    assert doubtful.to_json()["identifiability"] == {
+    assert doubtful().to_json()["identifiability"] == {
         "at_bound": ["viscous_friction.coefficient"],
         "flat": ["command_delay.delay"],
-        "confounded": [tied.to_json()],
+        "confounded": [TIED.to_json()],
     }
 
 
-def test_a_candidate_at_its_bound_is_marked(with_force: Evidence, tmp_path: Path) -> None:
+def test_a_candidate_at_its_bound_is_marked(doubtful_page: Path) -> None:
     """In the ranking and in the file, and no other is."""
-    found = diagnosis("unexplained")
-    held, *others = found.candidates
-    marked = replace(found, candidates=(replace(held, at_bound={"delay": 0.4}), *others))
-    path = tmp_path / "report.html"
-    write_report(path, marked, with_force)
-    text = path.read_text(encoding="utf-8")
+    text, marked = doubtful_page.read_text(encoding="utf-8"), doubtful()
     assert text.count("(at its bound)") == 1
-    assert f"{held.name.replace('_', ' ')} (at its bound)" in text
+    assert f"{marked.candidates[0].name.replace('_', ' ')} (at its bound)" in text
     entries = marked.to_json()["candidates"]
     assert entries[0]["at_bound"] == ["delay"]
     assert not any("at_bound" in entry for entry in entries[1:])
 
 
 def test_a_shaft_has_no_tendon_and_no_newtons(with_force: Evidence, tmp_path: Path) -> None:
-    """Labels, errors and causes are those of a torque."""
+    """Labels, errors and causes are those of a torque; data without a README say nothing."""
     scale = BenchScale(is_shaft=True)
     found = diagnosis("partly_explained")
     assert found.unexplained.structure is not None
     rest = replace(found.unexplained.structure, scale=scale)
     shaft = replace(found, scale=scale, unexplained=replace(found.unexplained, structure=rest))
     path = tmp_path / "report.html"
-    write_report(path, shaft, with_force)
+    write_report(path, shaft, with_force, Origin(dataset=tmp_path))
     text = path.read_text(encoding="utf-8")
+    assert "synthetic" not in text
     assert "tendon force" not in text
     assert "[N]" not in text
     assert "shaft torque [N m]" in text
@@ -270,12 +291,13 @@ def test_each_row_is_in_one_regime_and_its_error_stands_apart(pages: dict[str, s
 
 
 def test_a_dataset_speaks_for_itself(with_force: Evidence, tmp_path: Path) -> None:
-    """The first paragraph of its README is quoted; without one nothing is claimed."""
+    """The first paragraph of its README is quoted; one set that is open needs no run."""
     path = tmp_path / "report.html"
-    write_report(path, diagnosis("explained"), with_force, Origin(dataset=EXAMPLE))
-    assert "This dataset is synthetic" in path.read_text(encoding="utf-8")
-    write_report(path, diagnosis("explained"), with_force, Origin(dataset=tmp_path))
-    assert "synthetic" not in path.read_text(encoding="utf-8")
+    found = replace(diagnosis("partly_explained"), posterior=Posterior(sets=(OWN_SET,)))
+    write_report(path, found, with_force, Origin(dataset=EXAMPLE))
+    text = path.read_text(encoding="utf-8")
+    assert "This dataset is synthetic" in text
+    assert proposals(text) == []
 
 
 def test_the_same_diagnosis_gives_the_same_page(with_force, pages, tmp_path) -> None:
@@ -363,3 +385,30 @@ def test_the_headline_is_the_verdict() -> None:
 def test_recordings_of_several_servos_are_told_apart(name: str, label: str) -> None:
     """The bars of a hand's four servos were all called run 3."""
     assert short(name) == label
+
+
+def test_every_report_fits_a_desk_and_a_phone(browser: str, drawn: Path) -> None:
+    """No sideways scrolling, letters that can be read, no request, nothing on the console."""
+    views, console = look_at(browser, drawn, [f"{verdict}.html" for verdict in VERDICTS], WIDTHS)
+    assert console == []
+    assert len(views) == len(VERDICTS) * len(WIDTHS)
+    for view in views:
+        assert view.needed <= view.width, view
+        assert view.letter >= LEAST_LETTER, view
+        assert min(view.drawings) > 0.7 * min(view.width, 500), view
+        assert view.loaded == [], view
+        assert view.height > 2000, view
+
+
+def test_the_browser_would_notice(browser: str, tmp_path: Path) -> None:
+    """A page too wide, with a picture from elsewhere and a broken drawing, is caught each time."""
+    (tmp_path / "bad.html").write_text(
+        '<p style="width: 900px">wide</p><img src="http://elsewhere.invalid/dot.png">'
+        '<svg viewBox="0 0 100 100" width="50"><path d="M 0 zero"/>'
+        '<text font-size="9">x</text></svg>'
+    )
+    (view,), console = look_at(browser, tmp_path, ["bad.html"], [400])
+    assert view.needed > view.width
+    assert view.loaded == ["http://elsewhere.invalid/dot.png"]
+    assert view.letter < LEAST_LETTER
+    assert any("attribute d" in line for line in console)

@@ -30,6 +30,14 @@ def finger() -> Evidence:
     return evidence(bench="finger")
 
 
+@pytest.fixture(scope="module")
+def explained(finger: Evidence, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a finger whose cause was found."""
+    path = tmp_path_factory.mktemp("explained") / "finger.html"
+    write_report(path, diagnosis("explained"), finger)
+    return path
+
+
 def motions(text: str) -> dict[str, list[str]]:
     """Return the pictures of each finger of a page, as paths, by what it shows."""
     found = {}
@@ -41,11 +49,9 @@ def motions(text: str) -> dict[str, list[str]]:
     return found
 
 
-def test_three_fingers_move_together(finger: Evidence, tmp_path: Path) -> None:
+def test_three_fingers_move_together(explained: Path) -> None:
     """Measured, starting model and causes: as many pictures each, and the models differ."""
-    path = tmp_path / "report.html"
-    write_report(path, diagnosis("explained"), finger)
-    found = motions(path.read_text(encoding="utf-8"))
+    found = motions(explained.read_text(encoding="utf-8"))
     assert list(found) == ["measured", "before", "after"]
     assert {len(frames) for frames in found.values()} == {round(WINDOW * FRAMES)}
     assert found["before"] != found["after"]
@@ -78,20 +84,12 @@ def test_bones_stand_where_the_motor_says(finger: Evidence) -> None:
     assert drawn[..., 0].max() <= WIDTH
 
 
-def test_springs_have_no_finger(tmp_path: Path) -> None:
-    """A carriage is not drawn."""
-    path = tmp_path / "report.html"
-    write_report(path, diagnosis("explained"), evidence())
-    assert motions(path.read_text(encoding="utf-8")) == {}
-
-
-def test_the_fingers_fit_a_phone(finger: Evidence, tmp_path: Path) -> None:
+def test_the_fingers_fit_a_phone(explained: Path) -> None:
     """No sideways scrolling, nothing on the console, and all three beside each other."""
     browser = find_browser()
     if browser is None:
         pytest.skip("needs Chromium (Debian: apt-get install chromium)")
-    write_report(tmp_path / "finger.html", diagnosis("explained"), finger)
-    views, console = look_at(browser, tmp_path, ["finger.html"], (1280, 400))
+    views, console = look_at(browser, explained.parent, [explained.name], (1280, 400))
     assert console == []
     for view in views:
         assert view.needed <= view.width, view

@@ -26,7 +26,9 @@ def test_it_says_what_it_was_trained_for() -> None:
     assert card.pay_out == (0.0, 0.05)
 
 
-@pytest.mark.parametrize(("state", "worst"), [("new", 8.0), ("friction", 9.0)])
+@pytest.mark.parametrize(
+    ("state", "worst"), [pytest.param("new", 8.0, marks=pytest.mark.slow), ("friction", 9.0)]
+)
 def test_it_climbs_the_stairs_on_a_bench_that_it_never_met(tmp_path, state, worst) -> None:
     """Unit 1, new and with a gear run dry, in mm; at home the motor stops, and no rule acts."""
     words = ["--port", f"virtual:finger:1:{state}", "--faster-than-real-time", "--no-plots"]
