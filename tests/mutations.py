@@ -127,7 +127,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "if not self.worlds.look_finer(values, floors) and floors", "if floors",
         f"{SETS} scores_sets_anew"),
     Mutation("laws-always-miss-as-usual", "tendon_newton/diagnosis/search/pool.py",
-        "min(form.of(s), max(left[s], SEARCHED * form.of(s)))", "form.of(s)",
+        "min(usual, max(stays, SEARCHED * usual))", "usual",
         f"{SETS} error_of_form_is"),
     Mutation("rows-count-across-signals", "tendon_newton/diagnosis/search/refit.py",
         "counts[own] / counts[own].sum()", "counts[own]",

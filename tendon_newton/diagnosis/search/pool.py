@@ -141,14 +141,16 @@ class Pool:
         What a fit leaves above the noise is the error of form of its laws on this bench. Where they
         usually miss more, this one counts, but at least a third of that one.
         """
-        study = self.worlds.study
+        study, largest = self.worlds.study, 0.0
         noise = least_scales(study, usual_form(study), 0.0, self.floors.rest)
-        left = self._rise(fit.residual**2, self.worlds.where.sizes(noise) ** 2, self.floors)
         dry = is_dry((*study.known, *fit.names))
         form = form_of(self.worlds, less.names, 1.0 if dry else SEARCHED)
-        seen = {s: min(form.of(s), max(left[s], SEARCHED * form.of(s))) for s in left}
+        left = self._rise(fit.residual**2, self.worlds.where.sizes(noise) ** 2, self.floors)
         rise = self._rise(less.residual**2, fit.residual**2, self.floors)
-        return max(rise[s] / seen[s] for s in rise)
+        for (signal, gone), (_, stays) in zip(rise, left, strict=True):
+            usual = form.of(signal)
+            largest = max(largest, gone / min(usual, max(stays, SEARCHED * usual)))
+        return largest
 
     def mean_excess(self, fit: Fit, floors: Floors, share: float) -> float:
         """Return how much larger residuals a fit has than the floors [its errors of form].
@@ -165,18 +167,21 @@ class Pool:
         form = form_of(self.worlds, fit.names, share)
         return self._largest(self._rise(fit.residual**2, floor, floors), form)
 
-    def _rise(self, more: Array, less: Array, floors: Floors) -> dict[str, float]:
-        """Return the root of the mean by which squares are larger, signal by signal [its unit]."""
-        weight, out = self.worlds.weights(floors), dict[str, float]()
+    def _rise(self, more: Array, less: Array, floors: Floors) -> list[tuple[str, float]]:
+        """Return the root of the mean by which squares are larger, signal by signal [its unit].
+
+        A signal stands there once for each servo.
+        """
+        weight, out = self.worlds.weights(floors), list[tuple[str, float]]()
         gain = weight * (more - less)
         for signal, rows in self.worlds.where.signals:
             mean = float(gain[rows].sum() / weight[rows].sum())
-            out[signal] = float(np.sqrt(max(0.0, mean)))
+            out.append((signal, float(np.sqrt(max(0.0, mean)))))
         return out
 
     @staticmethod
-    def _largest(rise: Mapping[str, float], form: Scales) -> float:
-        return max(value / form.of(signal) for signal, value in rise.items())
+    def _largest(rise: Sequence[tuple[str, float]], form: Scales) -> float:
+        return max(value / form.of(signal) for signal, value in rise)
 
     def leaves_nothing(self, fit: Fit, *, anywhere: bool = False, usual: bool = False) -> bool:
         """Tell whether a fit leaves nothing to explain.
