@@ -1,14 +1,13 @@
 """The gate: a hidden cause is found by its name, and nothing is found where nothing is hidden.
 
 Data come from a plant that is not the simulator; the diagnosis sees the folder alone. Each takes
-two to eight seconds of a core, and yet those of `KINDS` are not marked slow: a change that breaks
-the diagnosis must not pass.
+two to eight seconds of a core, all 48 effects 170, and yet they are not marked slow: a change that
+breaks the diagnosis must not pass.
 """
 
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -46,17 +45,6 @@ NOT_FOUND = {
 }
 """Effects that the first draw does not give as asked, and what it gives. A change that finds one
 takes it out here."""
-KINDS = frozenset((
-    "command_delay", "acceleration_limit", "gain_error", "overload_cut", "torque_fade",
-    "viscous_friction", "stribeck_friction", "gear_load_friction", "load_stribeck_friction",
-    "spool_radius_error", "tendon_slack", "backlash", "routing_friction",
-    "obstruction", "viscoelastic_spring", "joint_dry_friction",
-    "load_cell_bias", "load_cell_lag", "joint_encoder_gain", "tip_sensor_delay",
-    "current_sensor_gain",
-))  # fmt: skip
-"""Effects that are planted whenever tests run: of each part and sensor, and of each kind of law,
-bench and signal. The rest are planted at night; that plant and simulator do the same with each is
-in `test_plant`."""
 CHOSEN = {"hysteresis": 2, "inertia_error": 2}
 """Draws whose short recordings tell a law from the plainer one that it contains, or leave both as a
 class. They were chosen among three or four with the answers in sight: they guard what is found, and
@@ -101,15 +89,15 @@ def servo_of(hidden: str) -> DcServo | None:
     return SERVO if hidden.startswith("current") else None
 
 
-def marked(name: str) -> Any:
-    """Return an effect as a test's parameter."""
-    marks = [] if name in KINDS else [pytest.mark.slow]
-    if name in NOT_FOUND:
-        marks.append(pytest.mark.xfail(reason=NOT_FOUND[name], strict=True))
-    return pytest.param(name, marks=marks)
-
-
-@pytest.mark.parametrize("hidden", [marked(name) for name in EFFECTS])
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        pytest.param(name, marks=pytest.mark.xfail(reason=NOT_FOUND[name], strict=True))
+        if name in NOT_FOUND
+        else name
+        for name in EFFECTS
+    ],
+)
 def test_diagnosis_names_and_measures_the_hidden_cause(hidden: str, tmp_path: Path) -> None:
     """The strongest named effect is the planted one within 10 %, its interval holds the truth."""
     assert_found(*diagnosed(tmp_path, of_gate(hidden, FIRST)), SHORT_LOOSE)

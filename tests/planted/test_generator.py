@@ -67,7 +67,7 @@ QUICK = "coulomb_friction"
 def test_every_cause_stands_out_of_the_noise(cause: str, tmp_path: Path) -> None:
     """Held-out force or angle moves by several floors; the folder does not say why.
 
-    `test_diagnosis` finds them: some of each kind whenever tests run, and the rest at night.
+    `test_diagnosis` plants every effect whenever tests run, and finds each.
     """
     mix = MIX_OF.get(cause, "A")
     recipe = Recipe(effects=(cause,), seed=5, mix=mix, duration=(6.0, 7.0))

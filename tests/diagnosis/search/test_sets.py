@@ -632,6 +632,9 @@ def test_an_error_of_form_is_no_larger_than_what_is_left(worlds: SearchWorlds) -
     for share, change in ((0.0, 1.5), (0.4, 1.25), (1.0, 0.5), (2.0, 0.5)):
         without = left(less, float(np.hypot(share, 0.5)))
         assert pool.seen_change(left(start, share), without) == pytest.approx(change)
+    sliding, nothing = started(pool, viscous_friction=1.0), started(pool)
+    found = pool.seen_change(left(sliding, 1.0), left(nothing, float(np.hypot(1.0, 0.5))))
+    assert found == pytest.approx(0.5 / (SEARCHED / LADDER))  # nothing sticks
 
 
 def test_forms_of_one_friction_may_be_further_behind(worlds: SearchWorlds) -> None:
