@@ -119,18 +119,21 @@ def test_a_lost_reply_costs_the_timeout() -> None:
 def test_the_paper_s_data_take_less_than_five_minutes() -> None:
     """80 reads and 20 writes per second on the finger, at a speed that makes 36 min in 5 min.
 
-    CPU time of this process, so that a busy machine does not decide; the logger has as much again.
+    CPU time of this process, the best of four runs, so that a busy machine does not decide; the
+    logger has as much again.
     """
     link = Link()
     link.enable(16)
-    duration, start = 10.0, link.bench.clock.now()
-    began = time.process_time()
-    for k in range(round(80 * duration)):
-        link.bench.clock.sleep_until(start + k / 80.0)
-        link.sdk.readTxRx(link.port, ID, 126, 10)
-        if k % 4 == 0:
-            link.sdk.write2ByteTxRx(link.port, ID, 100, 100)
-    assert (time.process_time() - began) * PLAN / duration < 0.5 * ALLOWED
+    duration, took = 2.5, []
+    for _ in range(4):
+        start, began = link.bench.clock.now(), time.process_time()
+        for k in range(round(80 * duration)):
+            link.bench.clock.sleep_until(start + k / 80.0)
+            link.sdk.readTxRx(link.port, ID, 126, 10)
+            if k % 4 == 0:
+                link.sdk.write2ByteTxRx(link.port, ID, 100, 100)
+        took.append(time.process_time() - began)
+    assert min(took) * PLAN / duration < 0.5 * ALLOWED
 
 
 def test_the_smaller_servo_runs_on_its_own_numbers() -> None:

@@ -89,10 +89,15 @@ class Phalanges:
     are implicit.
     """
 
-    __slots__ = ("_gravity", "_links", "angles", "branches", "rates")
+    __slots__ = ("_gravity", "_inertias", "_leans", "_links", "angles", "branches", "rates")
 
     def __init__(self, constants: FingerConstants | AntagonistConstants) -> None:
         self._links = constants
+        (l1, l2), (m1, m2) = constants.lengths, constants.masses
+        outer = m2 * l2 * l2 / 3.0
+        inner = m1 * l1 * l1 / 3.0 + m2 * l1 * l1 + outer
+        self._inertias = (inner, outer, 0.5 * m2 * l1 * l2)  # the last by the cosine of the bend
+        self._leans = (0.5 * m1 * l1 + m2 * l1, 0.5 * m2 * l2)  # mass by its lever [kg m]
         g = constants.gravity
         self._gravity = (g * cos(constants.tilt), g * sin(constants.tilt))
         self.angles = (0.0, 0.0)
@@ -113,16 +118,13 @@ class Phalanges:
         c, h = self._links, time_step
         q1, q2 = self.angles
         v1, v2 = self.rates
-        (l1, l2), (m1, m2) = c.lengths, c.masses
-        bend = cos(q2)
-        cross = 0.5 * m2 * l1 * l2
-        a22 = m2 * l2 * l2 / 3.0
-        a12 = a22 + cross * bend
-        a11 = m1 * l1 * l1 / 3.0 + m2 * l1 * l1 + a22 + 2.0 * cross * bend
+        straight, a22, cross = self._inertias
+        bend = cross * cos(q2)
+        a12 = a22 + bend
+        a11 = straight + 2.0 * bend
         spin = cross * sin(q2)
         down, along = self._gravity
-        outer = 0.5 * m2 * l2
-        inner = 0.5 * m1 * l1 + m2 * l1
+        inner, outer = self._leans
         # the tip points along (cos q, -sin q): weight closes the finger while it lies flat
         weight2 = outer * (down * cos(q1 + q2) - along * sin(q1 + q2))
         weight1 = inner * (down * cos(q1) - along * sin(q1)) + weight2
