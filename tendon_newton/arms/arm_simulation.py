@@ -14,7 +14,7 @@ from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.joints import ReadOnlyArrays
-from tendon_newton.simulation.hosts.replay import replay
+from tendon_newton.simulation.hosts.replay import Replay
 
 # Rounds of an arm that meets nothing: the third moves an SO-101 by less than 0.1 mrad
 FREE_ROUNDS = 3
@@ -46,17 +46,21 @@ def simulate_arm(
     """Simulate servos of an arm together; those without a model are led along what was measured."""
     states = [start_of(arm, models, motion) for motion in motions]
     moving, rounds = list(range(len(motions))), 0
+    servos: dict[int, Replay] = {}
     while moving and rounds < FLOOR_ROUNDS:
         rounds += 1
         angles = [states[k].angles.copy() for k in moving]
         for j, model in models.items():
-            own = [loaded(motions[k].recordings[j], states[k].loads[:, j]) for k in moving]
-            for out, trajectory in zip(angles, replay(own, model), strict=True):
+            loads = [states[k].loads[:, j] for k in moving]
+            if j not in servos:
+                own = [motions[k].recordings[j] for k in moving]
+                servos[j] = Replay([loaded(r, n) for r, n in zip(own, loads, strict=True)], model)
+            for out, trajectory in zip(angles, servos[j].run(loads), strict=True):
                 out[:, j] = trajectory.motor_position[:, 0]
         for k, own in zip(moving, angles, strict=True):
             states[k] = next_round(arm, models, own, states[k].force)
-        if rounds >= FREE_ROUNDS:
-            moving = [k for k in moving if states[k].depth > SETTLED]
+        if rounds >= FREE_ROUNDS and any(states[k].depth <= SETTLED for k in moving):
+            moving, servos = [k for k in moving if states[k].depth > SETTLED], {}
     return states
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidModelFile, InvalidRecording
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -83,6 +83,44 @@ def network_source(model: Model, form: str, device: Any, *, trust: bool) -> Forc
     return NetworkSource(open_query(model, form, device, trust=trust))
 
 
+class Replay:
+    """Recordings that one model simulates in closed loop from their commands and first rows.
+
+    It is prepared once, and may run under other loads each time. Arguments are those of `replay`.
+    """
+
+    def __init__(
+        self,
+        recordings: Sequence[Recording],
+        model: Model,
+        *,
+        time_step: float = TIME_STEP,
+        network: str = "torchscript",
+        trust: bool = False,
+    ) -> None:
+        recordings = [without_estimates(recording, model) for recording in recordings]
+        self._rollouts: dict[tuple[int, ...], tuple[Rollout, Array]] = {}
+        for members in rollout_groups(recordings):
+            rollout = rollout_of(
+                bench_of(recordings[members[0]].bench, model),
+                [recordings[i] for i in members],
+                model,
+                time_step=time_step,
+                network=network,
+                trust=trust,
+            )
+            self._rollouts[members] = rollout, rollout.base_vectors(model)[None]
+
+    def run(self, loads: Sequence[Array] | None = None) -> list[Trajectory]:
+        """Simulate all recordings, under loads on their joints [N m], shape (T,) each, if given."""
+        out: dict[int, Trajectory] = {}
+        for members, (rollout, vectors) in self._rollouts.items():
+            if loads is not None:
+                rollout.load([loads[index] for index in members])
+            out.update(zip(members, rollout.run(vectors)[0], strict=True))
+        return [out[index] for index in range(len(out))]
+
+
 def replay(
     recordings: Sequence[Recording],
     model: Model,
@@ -99,19 +137,7 @@ def replay(
         UnknownName: A bench, the actuator or an effect is not known.
         InvalidModelFile: A number of the model is missing or out of range.
     """
-    out: dict[int, Trajectory] = {}
-    recordings = [without_estimates(recording, model) for recording in recordings]
-    for members in rollout_groups(recordings):
-        rollout = rollout_of(
-            bench_of(recordings[members[0]].bench, model),
-            [recordings[i] for i in members],
-            model,
-            time_step=time_step,
-            network=network,
-            trust=trust,
-        )
-        out.update(zip(members, rollout.run(rollout.base_vectors(model)[None])[0], strict=True))
-    return [out[index] for index in range(len(recordings))]
+    return Replay(recordings, model, time_step=time_step, network=network, trust=trust).run()
 
 
 def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recording:

@@ -212,6 +212,9 @@ class Rollout:
         self.commands = self._fill_commands()
         """The recordings' inputs, one after the other."""
         self._first = starts_of(counts)
+        if self._kinematic:
+            given = [(r.joint_load, np.zeros(len(r.time))) for r in self.recordings]
+            self.load([none if load is None else load for load, none in given])
 
     def base_vectors(self, model: Model) -> Array:
         """Return a model's parameter vector for each recording, shape (R, P)."""
@@ -253,6 +256,12 @@ class Rollout:
         self.commands.angle = self.array(
             self._chains.by_row(noisy), self.kernels.types[TendonVector]
         )
+
+    def load(self, loads: Sequence[Array]) -> None:
+        """Put loads on the joints of a mechanism without force [N m], shape (T,) of each log."""
+        pairs = zip(self.timelines, self.recordings, loads, strict=True)
+        rows = [np.interp(t.time, r.time, own) for t, r, own in pairs]
+        self.commands.load = self.array(np.concatenate(rows), self.kernels.types[real])
 
     def run(self, parameters: Array) -> list[list[Trajectory]]:
         """Simulate every recording with the vectors (N, R, P) of every candidate.
@@ -467,9 +476,6 @@ class Rollout:
         )
         commands.voltage = self.array(voltage, types[real])
         commands.enabled = self.array(enabled, types[real])
-        if self._kinematic:
-            loads = [loads_of(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
-            commands.load = self.array(np.concatenate(loads), types[real])
         if self.driven_by == "path":
             motion = np.concatenate([t.motion for t in self.timelines if t.motion is not None])
             commands.rate = self.array(motion[:, 0], types[real])
@@ -521,13 +527,6 @@ def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
     voltage = np.zeros(len(recording.time)) if supply is None else supply
     enabled = recording.enabled if recording.command is not None else np.ones(len(recording.time))
     return voltage[source], enabled.astype(np.float64)[source]
-
-
-def loads_of(recording: Recording, timeline: Timeline) -> Array:
-    """Return the load [N m] on the joint in the simulated rows, shape (S,); none is 0."""
-    if recording.joint_load is None:
-        return np.zeros(len(timeline.time))
-    return np.interp(timeline.time, recording.time, recording.joint_load)
 
 
 def set_servos(model: Any, **numbers: float | None) -> None:
