@@ -13,8 +13,8 @@ def exported_network(folder: Path, model: Model) -> tuple[dict[str, Any] | None,
     """Write a model's force network as ONNX, if it has one.
 
     Returns:
-        What a program must know to ask it (file, how often [Hz], window, whether it has a state),
-        and the model with the hold law of its card.
+        What a program must know to ask it (file, how often [Hz], window), and the model with the
+        hold law of its card.
 
     Raises:
         InvalidNetworkFile: The network's file is damaged.
@@ -31,5 +31,5 @@ def exported_network(folder: Path, model: Model) -> tuple[dict[str, Any] | None,
     card = file.card
     network = network_of_weights(file.path.read_bytes(), card)
     write_onnx(folder / NETWORK_FILE, network, card)
-    asked = (card.rate, card.window, card.streaming)
+    asked = (card.rate, card.window)
     return {"file": NETWORK_FILE, "asked": asked}, with_hold(model, card.hold)

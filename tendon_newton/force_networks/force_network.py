@@ -21,7 +21,6 @@ class ForceNetwork(nn.Module):
 
     # Set of networks that belong together -> arguments beside the window
     sizes: ClassVar[Mapping[str, Mapping[str, Any]]]
-    methods: ClassVar[tuple[str, ...]] = ("forward",)  # What a TorchScript file of this kind has
 
     input_mean: Tensor
     input_scale: Tensor

@@ -26,7 +26,6 @@ from tendon_newton.force_networks import (
     find_force_network,
 )
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
-from tendon_newton.force_networks.rnn import Rnn
 from tendon_newton.force_networks.weights_file import write_weights
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
@@ -42,7 +41,6 @@ pytestmark = pytest.mark.usefixtures("own_trust")
 EVERY = [(of_set, kind) for kind in FORCE_NETWORKS for of_set in find_force_network(kind).sizes]
 every_network = pytest.mark.parametrize(("of_set", "kind"), EVERY)
 every_kind = pytest.mark.parametrize("kind", FORCE_NETWORKS)
-RECURRENT = [k for k in FORCE_NETWORKS if issubclass(find_force_network(k), Rnn)]
 
 
 def first_set(kind: str) -> str:
@@ -194,54 +192,6 @@ def test_worlds_of_a_loop_do_not_mix(tmp_path: Path, kind: str) -> None:
     together = angles(commands)
     assert float(together.std()) > 1e-3
     torch.testing.assert_close(together[:, 1:2], angles(commands[:, 1:2]), rtol=0.0, atol=1e-4)
-
-
-@pytest.mark.parametrize("kind", RECURRENT)
-def test_streaming_equals_a_window_of_the_same_samples(kind: str) -> None:
-    """Thirty steps from the initial state are one window of thirty samples, at each of them."""
-    network = made(kind)
-    assert isinstance(network, Rnn)
-    state, seen = network.initial_state(64), []
-    with torch.no_grad():
-        for k in range(30):
-            tension, state = network.step(windows()[:, k], state)
-            seen.append(tension)
-        torch.testing.assert_close(seen[-1], network(windows()), rtol=1e-6, atol=1e-5)
-        torch.testing.assert_close(
-            torch.stack(seen, dim=1), network.sequence(windows()), rtol=1e-6, atol=1e-5
-        )
-
-
-@pytest.mark.parametrize("kind", RECURRENT)
-def test_a_masked_reset_forgets_in_those_worlds_alone(kind: str) -> None:
-    """Worlds in the mask go on as from a fresh start, bit for bit, and the others as before."""
-    network = made(kind)
-    assert isinstance(network, Rnn)
-    mask = torch.arange(64) % 3 == 0
-    with torch.no_grad():
-        _, state = network.step(windows()[:, 0], network.initial_state(64))
-        got, _ = network.step(windows()[:, 1], network.reset_state(state, mask))
-        fresh, _ = network.step(windows()[:, 1], network.initial_state(64))
-        kept, _ = network.step(windows()[:, 1], state)
-    assert torch.equal(got, torch.where(mask, fresh, kept))
-    assert not torch.equal(fresh, kept)
-
-
-@pytest.mark.parametrize("kind", RECURRENT)
-def test_a_streaming_onnx_file_keeps_its_state_outside(tmp_path: Path, kind: str) -> None:
-    """Thirty calls with the state handed on are one window."""
-    import onnxruntime
-
-    network = made(kind)
-    assert isinstance(network, Rnn)
-    write_onnx(tmp_path / "n.onnx", network, card_of(kind, streaming=True))
-    session = onnxruntime.InferenceSession(tmp_path / "n.onnx")
-    state, tension = np.zeros((5, network.state_size), dtype=np.float32), np.zeros(5)
-    for k in range(30):
-        samples = windows(5)[:, k].numpy()
-        tension, state = session.run(None, {"sample": samples, "state": state})
-    expected = network(windows(5)).detach().numpy()
-    np.testing.assert_allclose(tension, expected, rtol=1e-5, atol=1e-5)
 
 
 def test_an_unknown_network_is_named() -> None:

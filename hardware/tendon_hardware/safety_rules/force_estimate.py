@@ -85,9 +85,9 @@ def open_content(content: bytes, rate: float) -> ForceEstimate:
     if CARD_KEY not in metadata:
         raise InvalidNetworkFile("a force network's metadata has its card; there is none")
     card = ForceNetworkCard.from_json(metadata[CARD_KEY])
-    if card.streaming or abs(card.rate - rate) > 1e-6:
-        kind = "keeps a state" if card.streaming else f"runs at {card.rate:g} Hz"
+    if abs(card.rate - rate) > 1e-6:
         raise InvalidNetworkFile(
-            f"a force network that guards a run takes windows at {rate:g} Hz; this one {kind}"
+            f"a force network that guards a run takes windows at {rate:g} Hz; this one runs at "
+            f"{card.rate:g} Hz"
         )
     return ForceEstimate(card, run)

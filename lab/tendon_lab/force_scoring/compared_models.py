@@ -96,10 +96,9 @@ def refuse_seen(network: NetworkFile, dataset: Dataset, recordings: Sequence[Rec
 def family_of(network: NetworkFile) -> str:
     """Return what a network shares with those that differ in the seed alone."""
     card = network.card
-    streaming = " streaming" if card.streaming else ""
     history = "" if card.window / card.rate == 1.5 else f" {card.window / card.rate:g} s"
     purpose = "" if card.purpose == "prediction" else f" for {card.purpose}"
-    return f"{card.kind}{streaming}{purpose} ({card.network_set}){history}"
+    return f"{card.kind}{purpose} ({card.network_set}){history}"
 
 
 def ideal_prediction(

@@ -25,7 +25,7 @@ from tendon_newton.data.files.text_file import read_bytes, write_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
 from tendon_newton.data.files.trust import VARIABLE, is_trusted, trust_content
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
-from tendon_newton.force_networks import FORCE_NETWORKS, find_force_network
+from tendon_newton.force_networks import FORCE_NETWORKS
 from tendon_newton.force_networks.weights_file import SUFFIX, card_of_weights, network_of_weights
 
 CARD_NAME = "card.json"
@@ -38,8 +38,7 @@ class NetworkFile:
 
     Call ``module`` with windows of shape (W, window, 3), oldest sample first, each sample as
     ``card.inputs``; it returns tension [N], shape (W,), not yet clipped. A network of ours also
-    has ``last_query``, the same for less work, and a recurrent one ``initial_state``, ``step`` and
-    ``reset_state``.
+    has ``last_query``, the same for less work.
     """
 
     path: Path
@@ -171,9 +170,6 @@ def check_network(module: Any, card: ForceNetworkCard, device: str) -> None:
     high = torch.tensor([card.bounds[name][1] for name in INPUTS], device=device)
     steps = torch.linspace(0.0, 1.0, card.window, device=device)[:, None]
     windows = torch.stack([low + (high - low) * steps, high - (high - low) * steps])
-    for name in find_force_network(card.kind).methods:
-        if not hasattr(module, name):
-            raise InvalidNetworkFile(f"a network of the kind {card.kind} has {name}; this has none")
     with torch.no_grad():
         try:
             tension = module(windows)

@@ -86,8 +86,13 @@ class FusedQuery:
         """Whether it runs as a kernel that was written for CUDA."""
         return self._cuda_kernel is not None
 
-    def forget(self, chosen: torch.Tensor) -> None:
-        """Drop nothing: all that a window says is in the history."""
+
+def module_query(file: NetworkFile) -> TorchScriptQuery:
+    """Return a network as its module."""
+    card = file.card
+    return TorchScriptQuery(
+        file.module, window=card.window, rate=card.rate, limit=card.force_limit, hold=card.hold
+    )
 
 
 def fused_or_module(file: NetworkFile, device: Any) -> ForceQuery:
@@ -95,10 +100,7 @@ def fused_or_module(file: NetworkFile, device: Any) -> ForceQuery:
 
     The two are compared on random windows within the bounds of the training.
     """
-    card = file.card
-    module = TorchScriptQuery(
-        file.module, window=card.window, rate=card.rate, limit=card.force_limit, hold=card.hold
-    )
+    card, module = file.card, module_query(file)
     if not is_transformer(file.module):
         return module
     try:

@@ -1,8 +1,6 @@
 """The ONNX file of a force network: one file, its card in the metadata.
 
-The input is ``window`` (W, window, 3), oldest sample first, the output ``tension`` (W,) [N]. A
-streaming network has the inputs ``sample`` (W, 3) and ``state`` (W, S), and the outputs ``tension``
-(W,) and ``new_state`` (W, S), with S numbers for a state; the state starts at zero.
+The input is ``window`` (W, window, 3), oldest sample first, the output ``tension`` (W,) [N].
 """
 
 import tempfile
@@ -19,17 +17,16 @@ from tendon_newton.data.files.text_file import write_bytes
 CARD_KEY = "card"
 
 
-class Method(nn.Module):
-    """One method of a network as a module of its own, which is what an exporter takes."""
+class LastQuery(nn.Module):
+    """The last query of a network as a module of its own, which is what an exporter takes."""
 
-    def __init__(self, network: nn.Module, name: str) -> None:
+    def __init__(self, network: Any) -> None:
         super().__init__()
         self.network = network
-        self.name = name
 
-    def forward(self, *arguments: Tensor) -> Any:
-        """Call the method."""
-        return getattr(self.network, self.name)(*arguments)
+    def forward(self, window: Tensor) -> Tensor:
+        """Return the tension [N] at the end of each window, shape (W,)."""
+        return self.network.last_query(window)
 
 
 def write_onnx(path: Path, network: Any, card: ForceNetworkCard) -> None:
@@ -40,15 +37,10 @@ def write_onnx(path: Path, network: Any, card: ForceNetworkCard) -> None:
     """
     import onnx
 
-    if card.streaming:
-        method, names = "step", (["sample", "state"], ["tension", "new_state"])
-        arguments = (torch.zeros(1, len(INPUTS)), network.initial_state(1))
-    else:
-        method, names = "last_query", (["window"], ["tension"])
-        arguments = (torch.zeros(1, card.window, len(INPUTS)),)
+    window = torch.zeros(1, card.window, len(INPUTS))
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / "network.onnx"
-        export(Method(network.cpu(), method).eval(), arguments, draft, *names)
+        export(LastQuery(network.cpu()).eval(), (window,), draft, ["window"], ["tension"])
         model = onnx.load(draft)
     model.metadata_props.add(key=CARD_KEY, value=card.to_json())
     write_bytes(path, model.SerializeToString())

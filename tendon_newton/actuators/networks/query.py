@@ -8,13 +8,9 @@ from typing import Any, Literal
 
 import warp as wp
 
-from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
-from tendon_newton.actuators.networks.fused_query import fused_or_module
-from tendon_newton.actuators.networks.torchscript import (
-    ForceQuery,
-    StreamingQuery,
-    TorchScriptQuery,
-)
+from tendon_newton.actuators.networks.artifact import load_network
+from tendon_newton.actuators.networks.fused_query import fused_or_module, module_query
+from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.data.cards.force_network_card import HoldLaw
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile, unknown_name
@@ -55,7 +51,7 @@ def open_query(model: Model, form: str, device: Any, *, trust: bool = False) -> 
     file = load_network(network_file(model), trust=trust, device=where)
     if file.card.purpose != "simulation":
         warn_of_purpose(str(file.path))
-    return query_of(file, form, device)
+    return fused_or_module(file, device) if form == "fused" else module_query(file)
 
 
 @cache
@@ -65,17 +61,6 @@ def warn_of_purpose(path: str) -> None:
         "%s was trained for forces along recordings; for a closed loop train one with "
         "'tendon-newton train-force --purpose simulation'",
         path,
-    )
-
-
-def query_of(file: NetworkFile, form: str, device: Any) -> ForceQuery:
-    """Return a network that was loaded in the form asked for."""
-    card = file.card
-    if form == "fused" and not card.streaming:
-        return fused_or_module(file, device)
-    kind = StreamingQuery if card.streaming else TorchScriptQuery
-    return kind(
-        file.module, window=card.window, rate=card.rate, limit=card.force_limit, hold=card.hold
     )
 
 

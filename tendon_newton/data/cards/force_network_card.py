@@ -88,7 +88,6 @@ class ForceNetworkCard:
     rate: float = field(metadata={"key": "rate_hz"})  # Samples per second [Hz]
     # Tension that the servo can produce [N]; a user of the network clips to 0 ... limit.
     force_limit: float = field(metadata={"key": "force_limit_n"})
-    streaming: bool  # Whether it was trained to run on one sample at a time with its state kept
     # Smallest and largest value of each input in training, in its unit
     bounds: Mapping[str, tuple[float, float]]
     training: Training
@@ -99,6 +98,8 @@ class ForceNetworkCard:
     inputs: tuple[str, ...] = field(default=INPUTS, metadata=STATED)  # Columns of a sample
     # Units of the inputs, then of the output
     units: tuple[str, ...] = field(default=UNITS, metadata=STATED)
+    # Whether it runs on one sample at a time with its state kept, which none does
+    streaming: bool = field(default=False, metadata=STATED)
     schema: int = field(default=SCHEMA, metadata=STATED)
 
     def __post_init__(self) -> None:
@@ -108,6 +109,7 @@ class ForceNetworkCard:
             ("purpose", self.purpose, self.purpose in PURPOSES, f"one of {', '.join(PURPOSES)}"),
             ("inputs", list(self.inputs), self.inputs == INPUTS, f"{list(INPUTS)}"),
             ("units", list(self.units), self.units == UNITS, f"{list(UNITS)}"),
+            ("streaming", self.streaming, not self.streaming, "false: it is asked with windows"),
             ("window", self.window, 1 <= self.window <= 10_000, "1 to 10000 samples"),
             ("rate_hz", self.rate, 0.1 <= self.rate <= 10_000.0, "0.1 to 10000 Hz"),
             ("force_limit_n", self.force_limit, 0.0 < self.force_limit <= 1000.0, "up to 1000 N"),

@@ -37,11 +37,6 @@ class Servos(Protocol):
 class RestingServos(Servos, Protocol):
     """Servos that can be put at rest."""
 
-    @property
-    def chosen(self) -> Tensor:
-        """Which of them are meant, a mask of shape (W D,)."""
-        ...
-
     def settle(self) -> None:
         """Put their worlds where they start, or at rest under the forces that they hold."""
         ...

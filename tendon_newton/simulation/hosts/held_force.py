@@ -24,11 +24,6 @@ class SolverServos:
     def __init__(self, solver: TendonSolver, state: Any, worlds: wp.array) -> None:
         self._solver, self._state, self._worlds = solver, state, worlds
 
-    @property
-    def chosen(self) -> Tensor:
-        """Which servos are meant, a mask of shape (W D,)."""
-        return wp.to_torch(self._worlds).repeat_interleave(self._solver.tendon_count)
-
     def sense(self, samples: History, *, fill: bool = False) -> None:
         """Add what each servo does now to its history."""
         self._solver.sense(self._state, samples, self._worlds, fill=fill)

@@ -77,7 +77,6 @@ class NetworkForce:
 
     def fill(self, servos: RestingServos) -> None:
         """Let the present stand for all the past."""
-        self._query.forget(servos.chosen)
         servos.sense(self.history, fill=True)
 
     def settle(self, servos: RestingServos) -> None:

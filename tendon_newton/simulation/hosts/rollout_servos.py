@@ -30,12 +30,6 @@ class RolloutServos:
         self._kernels, self._worlds = kernels, launch
         self._rows = wp.array(rows.astype(np.int32), dtype=wp.int32, device=launch.device)
 
-    @property
-    def chosen(self) -> Tensor:
-        """All servos, a mask of shape (W D,)."""
-        count = self._worlds.count * self._kernels.structure.tendon_count
-        return wp.to_torch(wp.ones(count, dtype=wp.bool, device=self._worlds.device))
-
     def look_at(self, rows: Indices) -> None:
         """Go on to other rows, shape (R,)."""
         self._rows.assign(rows)

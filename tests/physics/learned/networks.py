@@ -57,7 +57,6 @@ def write_force_network(
     network: ForceNetwork,
     kind: Any = "transformer",
     *,
-    streaming: bool = False,
     hold: HoldLaw = PLAIN_HOLD,
 ) -> Path:
     """Write a network with its card, and return the path."""
@@ -68,7 +67,6 @@ def write_force_network(
         window=WINDOW,
         rate=RATE,
         force_limit=LIMIT,
-        streaming=streaming,
         bounds={"theta_d": (0.0, 6.0), "theta": (0.0, 2.0), "theta_dot": (-3.0, 3.0)},
         training=Training(recordings=(), split="untrained", seed=0, git_commit=None, version="0"),
         hold=hold,

@@ -11,8 +11,8 @@ import torch
 from tendon_newton.actuators.networks.artifact import load_network, write_network
 from tendon_newton.actuators.networks.fused_query import FusedQuery, forces_of
 from tendon_newton.actuators.networks.history import History
-from tendon_newton.actuators.networks.query import open_query, query_of
-from tendon_newton.actuators.networks.torchscript import StreamingQuery, TorchScriptQuery
+from tendon_newton.actuators.networks.query import open_query
+from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.errors import UnknownName
 from tendon_newton.force_networks.transformer import Transformer
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -113,28 +113,3 @@ def test_a_network_that_was_not_made_for_simulations_is_named_once(
     warned = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
     assert len(warned) == (purpose == "prediction")
     assert all("train-force --purpose simulation" in words for words in warned)
-
-
-def test_a_recurrent_network_goes_on_where_it_was(tmp_path: Path) -> None:
-    """Streaming, a sample at a time is the whole sequence; a servo that begins anew forgets."""
-    path = write_force_network(tmp_path / "f.pt", force_network("rnn"), "rnn", streaming=True)
-    query = query_of(load_network(path), "fused", "cpu")
-    assert isinstance(query, StreamingQuery)
-    network = force_network("rnn")
-    long = torch.randn(2, WINDOW + 15, 3, generator=torch.Generator().manual_seed(SEED))
-    state, expected = network.initial_state(2), []
-    with torch.no_grad():
-        for sample in long.unbind(dim=1):
-            force, state = network.step(sample, state)
-            expected.append(force.clamp(max=LIMIT))
-    history = History(2, WINDOW, "cpu")
-    for k in range(16):
-        shown = long[:, k : k + WINDOW].permute(1, 2, 0).contiguous()
-        history.ring.assign(shown.numpy())
-        history.newest.fill_(WINDOW - 1)
-        found = forces_of(query, history)
-        assert found == pytest.approx(expected[WINDOW - 1 + k].numpy(), abs=1e-5)
-    query.forget(torch.tensor([False, True]))
-    with torch.no_grad():
-        again = network(long[:, 15:])[1]
-    assert float(forces_of(query, history)[1]) == pytest.approx(float(again), abs=1e-5)

@@ -29,7 +29,6 @@ def card_of(kind: str = "mlp", **changes: Any) -> ForceNetworkCard:
         "window": 30,
         "rate": 20.0,
         "force_limit": 21.0,
-        "streaming": False,
         "bounds": dict.fromkeys(INPUTS, (-1.0, 6.3)),
         "training": Training(
             recordings=(TrainingRecording(file="a.csv", sha256="0" * 64, split="train"),),

@@ -91,7 +91,6 @@ def test_every_network_learns_a_force_with_memory(tmp_path: Path, kind: str, win
     config = TrainingConfig(
         network=kind,
         window=window,
-        streaming=window > 30,
         epochs=6,
         windows_per_epoch=3072,
         batch=128,
@@ -99,7 +98,7 @@ def test_every_network_learns_a_force_with_memory(tmp_path: Path, kind: str, win
     )
     fit, validation = windows_of(0, 1, 3, 4, window=window), windows_of(2, 5, window=window)
     network, done = train_network(config, fit, validation, tmp_path / "c.checkpoint")
-    card = card_of(kind, window=window, streaming=config.streaming)
+    card = card_of(kind, window=window)
     test = servo_log("test.csv", excitation="steps_held_2s", duration=16.0, seed=9)
     (prediction,) = predict(network, card, [test])
     stretch = np.maximum(test.command - test.motor_position, 0.0)[:, 0]
@@ -214,7 +213,6 @@ def test_a_damaged_checkpoint_is_named(tmp_path: Path) -> None:
     [
         ({"window": 0}, "window must be 1 or more"),
         ({"learning_rate": -1.0}, "learning_rate must be positive"),
-        ({"streaming": True}, "only a recurrent network"),
     ],
 )
 def test_a_training_that_makes_no_sense_is_refused(changes: dict, said: str) -> None:

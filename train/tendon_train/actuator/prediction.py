@@ -14,7 +14,6 @@ from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_train.actuator.samples.windows import (
     Windows,
     WindowShape,
-    WindowTensors,
     extract_windows,
     to_device,
 )
@@ -60,7 +59,7 @@ def predict(
 ) -> tuple[ForcePrediction, ...]:
     """Ask a network, or its file's module, for tensions at every row that ends a window."""
     windows = extract_windows(recordings, WindowShape(window=card.window, rate=card.rate))
-    tension = ask_streaming(network, windows) if card.streaming else ask(network, windows)
+    tension = ask(network, windows)
     tension = np.clip(tension, 0.0, card.force_limit)
     owners = [(r, tendon) for r in recordings for tendon in range(r.tendon_count)]
     starts = np.cumsum([0, *(r.sample_count for r, _ in owners)])
@@ -88,41 +87,3 @@ def ask(network: Any, windows: Windows) -> Array:
     with torch.no_grad():
         parts = [method(data.batch(part)) for part in everything.split(BATCH)]
     return torch.cat(parts).double().numpy()
-
-
-def ask_streaming(network: Any, windows: Windows) -> Array:
-    """Return the tension at the end of each window [N], shape (W,), with states that are kept.
-
-    A window goes on from the state of the window one sample before it, and begins anew where there
-    is none. All windows that are equally far from their beginning are one batch.
-    """
-    data = to_device(windows, "cpu")
-    depth = chain_depth(windows)
-    states = network.initial_state(windows.inputs.shape[0])
-    tension = torch.zeros(windows.window_count)
-    with torch.no_grad():
-        for level in range(int(depth.max()) + 1):
-            chosen = torch.from_numpy(np.flatnonzero(depth == level))
-            tension[chosen] = advance(network, data, chosen, states, anew=level == 0)
-    return tension.double().numpy()
-
-
-def advance(
-    network: Any, data: WindowTensors, chosen: torch.Tensor, states: torch.Tensor, *, anew: bool
-) -> torch.Tensor:
-    """Take one sample of each chosen window; its state is kept at its last row."""
-    rows = data.rows[chosen]
-    before = torch.zeros_like(states[rows[:, -1]]) if anew else states[rows[:, -2]]
-    tension, after = network.step(data.inputs[rows[:, -1]], before)
-    states[rows[:, -1]] = after
-    return tension
-
-
-def chain_depth(windows: Windows) -> Indices:
-    """Return for each window how many windows come before it in its chain of samples."""
-    depth_at = np.full(windows.inputs.shape[0], -1)
-    last = windows.last
-    before = windows.rows[:, -2] if windows.rows.shape[1] > 1 else last
-    for end, previous in zip(last.tolist(), before.tolist(), strict=True):
-        depth_at[end] = depth_at[previous] + 1 if previous < end else 0
-    return depth_at[last]

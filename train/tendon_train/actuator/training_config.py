@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import tyro
 
 from tendon_newton.errors import InvalidParameter, unknown_name
-from tendon_newton.force_networks import FORCE_NETWORKS, SetName, find_force_network
+from tendon_newton.force_networks import FORCE_NETWORKS, SetName
 
 Kind = Annotated[str, tyro.conf.arg(metavar=f"{{{','.join(FORCE_NETWORKS)}}}")]
 """A key of `FORCE_NETWORKS`."""
@@ -29,8 +29,6 @@ class TrainingConfig:
     fold_seed: int = 0  # Seed of the choice of validation recordings; keep it to compare networks.
     window: int = 30  # Samples that the network sees.
     rate: float = 20.0  # Samples per second [Hz].
-    streaming: bool = False
-    """Train a recurrent network on every sample of each window, to run with its state kept."""
     force_limit: float | None = None
     """Tension that the servo can produce [N], to which users of the network clip. The default is 21
     N, or a twentieth more than the largest force in training where that is more."""
@@ -56,14 +54,9 @@ class TrainingConfig:
                 raise InvalidParameter(f"{name} must be positive; it is {value}")
         if self.network not in FORCE_NETWORKS:
             raise unknown_name("network", self.network, FORCE_NETWORKS)
-        if self.streaming and "step" not in find_force_network(self.network).methods:
-            raise InvalidParameter(
-                f"only a recurrent network keeps a state; {self.network} cannot be streaming"
-            )
 
     @property
     def name(self) -> str:
         """Name of the network's files, without their ending."""
-        streaming = "-streaming" if self.streaming else ""
         purpose = "" if self.purpose == "prediction" else f"-{self.purpose}"
-        return f"{self.network}{streaming}{purpose}-{self.set}-{self.seed}"
+        return f"{self.network}{purpose}-{self.set}-{self.seed}"

@@ -71,7 +71,6 @@ def make_card(
         window=config.window,
         rate=config.rate,
         force_limit=config.force_limit or max(SERVO_LIMIT, HEADROOM * float(data.fit.force.max())),
-        streaming=config.streaming,
         bounds={name: (float(low[i]), float(high[i])) for i, name in enumerate(INPUTS)},
         training=Training(
             recordings=recorded_fold(dataset.path, data.fold),

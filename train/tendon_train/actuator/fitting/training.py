@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import torch
-from torch import Tensor
 
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.force_network import ForceNetwork
-from tendon_newton.force_networks.rnn import Rnn
 from tendon_train.actuator.fitting.checkpoint import (
     Checkpoint,
     TrainingState,
@@ -32,9 +30,6 @@ from tendon_train.actuator.training_config import TrainingConfig
 
 VALIDATION_STRIDE = 4  # One window in so many tells when to stop: at 80 Hz, one of the four phases
 VALIDATION_BATCH = 8192
-UNKNOWN_PAST = 3
-"""One in so many samples, the first of a streaming window, are not held against the network: it
-cannot know what happened before them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +82,7 @@ def train_network(
     begun, first = time.monotonic(), done.epoch
     while not done.finished(config):
         train_error = run_epoch(state, data, config, done.epoch, law)
-        error = validation_error(network, held_out, streaming=config.streaming)
+        error = validation_error(network, held_out)
         if not math.isfinite(error):
             raise InvalidParameter(
                 f"epoch {done.epoch + 1}: the network's error must stay finite; it is {error}. A "
@@ -123,7 +118,7 @@ def run_epoch(
         windows, targets = changed_batch(
             data, chosen.to(data.rows.device), config, share, law, state.generator
         )
-        errors = tension_errors(network, windows, targets, streaming=config.streaming)
+        errors = network.last_query(windows) - targets[:, -1]
         loss = torch.mean((errors / network.force_scale) ** 2)
         state.descent.step(loss, share)
         total = total + loss.detach() * chosen.numel()
@@ -131,26 +126,13 @@ def run_epoch(
     return float(torch.sqrt(torch.as_tensor(total) / count) * network.force_scale)
 
 
-def tension_errors(
-    network: ForceNetwork, windows: Tensor, targets: Tensor, *, streaming: bool
-) -> Tensor:
-    """Return predicted minus measured tension [N] of some windows, at one sample or several."""
-    if streaming:
-        assert isinstance(network, Rnn)
-        known = targets.shape[1] // UNKNOWN_PAST
-        return (network.sequence(windows) - targets)[:, known:]
-    return network.last_query(windows) - targets[:, -1]
-
-
-def validation_error(network: ForceNetwork, data: WindowTensors, *, streaming: bool) -> float:
+def validation_error(network: ForceNetwork, data: WindowTensors) -> float:
     """Return the mean absolute error [N] over held-out windows."""
     network.eval()
     chosen = torch.arange(0, data.rows.shape[0], VALIDATION_STRIDE, device=data.rows.device)
     with torch.no_grad():
         errors = [
-            tension_errors(
-                network, data.batch(part), data.targets(part), streaming=streaming
-            ).flatten()
+            network.last_query(data.batch(part)) - data.targets(part)[:, -1]
             for part in chosen.split(VALIDATION_BATCH)
         ]
     return float(torch.cat(errors).abs().mean())
