@@ -6,7 +6,7 @@
 BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO_STAMP := .venv/.installed-for-demo
-EXTRAS := sim,train,hardware,ros,lerobot,view,docs,dev
+EXTRAS := sim,train,hardware,ros,lerobot,docs,dev
 
 # The first interpreter that runs and is supported; override with `make setup PYTHON=...`.
 SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))

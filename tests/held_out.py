@@ -34,7 +34,6 @@ NO_DATASET = {
     "oscillation": "looks at all rows of a log and learns nothing for another",
     "wear": "looks at all rows of logs and learns nothing for another",
     "servo": "copies a model",
-    "view": "draws one log",
     "explain": "reads a diagnosis",
     "asset": "reads an asset",
     "export": "reads a model",

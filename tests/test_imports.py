@@ -56,15 +56,6 @@ def test_what_a_raspberry_pi_runs_loads_no_simulator(module: str) -> None:
     assert loaded_by(f"import {module}") == set()
 
 
-def test_a_diagnosis_loads_no_viewer() -> None:
-    """Where rerun is installed Newton loads it, and 58 MB stay for nothing; it loads later."""
-    pytest.importorskip("rerun")
-    loaded_by(
-        "from tendon_newton.cli.heap import load_newton; load_newton(); import newton; "
-        "'rerun' in sys.modules and sys.exit('rerun'); import rerun"
-    )
-
-
 def test_a_training_loads_no_package_of_statistics() -> None:
     """scipy.stats takes 0.6 s at each start; scipy.special has the quantiles."""
     loaded = "sys.modules.get('scipy.stats') and sys.exit('scipy.stats')"

@@ -39,7 +39,6 @@ VERBS: dict[str, str] = {
     "collect": "tendon_newton.cli.bench.collect",
     "deploy": "tendon_newton.cli.bench.deploy",
     "plot": "tendon_newton.cli.plot",
-    "view": "tendon_newton.cli.view",
     "virtual-bench": "tendon_newton.cli.bench.virtual_bench",
 }
 """Our own verbs and their modules; `every_verb` has those of installed plug-ins too."""

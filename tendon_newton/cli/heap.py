@@ -1,9 +1,7 @@
-"""What keeps a verb small that takes minutes: one heap for all threads, and no viewer."""
+"""What keeps a verb small that takes minutes: one heap for all threads."""
 
 import ctypes
-import importlib
 import sys
-from typing import Any, cast
 
 HEAPS, MAPPED = -8, -3
 """Numbers of what glibc's ``mallopt`` sets: ``M_ARENA_MAX`` and ``M_MMAP_THRESHOLD``."""
@@ -20,13 +18,3 @@ def share_heap() -> None:
     if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
         library.mallopt(HEAPS, 1)
         library.mallopt(MAPPED, LARGE)
-
-
-def load_newton() -> None:
-    """Load Newton without rerun, of which it would load 58 MB for a viewer; later, rerun loads."""
-    if "rerun" not in sys.modules:
-        sys.modules["rerun"] = cast("Any", None)  # whoever imports it is told that it is missing
-        try:
-            importlib.import_module("newton")
-        finally:
-            del sys.modules["rerun"]

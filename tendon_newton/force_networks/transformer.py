@@ -83,7 +83,6 @@ class Transformer(ForceNetwork):
         "authors": {"causal": False, "dropout": 0.1},
         "matched": {},
     }
-    methods: ClassVar[tuple[str, ...]] = ("forward", "last_query")
 
     positions: Tensor
     mask: Tensor

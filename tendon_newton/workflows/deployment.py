@@ -28,7 +28,6 @@ from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.dataset import ListedRecording, list_recording
 from tendon_newton.data.files.output_folder import make_folder
-from tendon_newton.data.model_file import load_model
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files
 from tendon_newton.workflows.collection import address_of
@@ -55,10 +54,6 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
     policy = read_policy(options)
     address = bench_address(options, 1 if policy is None else policy.card.servo_count)
     settings = settings_of(options, policy)
-    state = ""
-    if options.state is not None:
-        load_model(options.state)
-        state = options.state.read_text(encoding="utf-8")
     if policy is not None:
         refuse_mismatch(policy.card, settings, address)
     with (
@@ -84,7 +79,6 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
             policy=policy,
             estimate=estimate,
             watch=watch,
-            state=state,
         )
         with Keyboard() as keyboard:
             if settings.duration is None and not keyboard.there:

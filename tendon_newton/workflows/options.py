@@ -102,9 +102,6 @@ class DeployOptions(BenchOptions, BenchPorts):
     trust: bool = False  # Trust this TorchScript policy from now on; it is a program.
     force_network: Path | None = None
     """ONNX file of a force network that estimates the tension where no load cell is."""
-    state: Path | None = None
-    """Model file of the bench as it was last diagnosed: its slack, friction and all else are kept
-    in the log, and `doctor --against` says later what has changed."""
     camera_port: str | None = None
     """Port on which a camera's program tells where a ball is; a virtual hand brings its own."""
     bench: str | None = None

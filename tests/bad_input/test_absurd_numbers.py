@@ -1,4 +1,4 @@
-"""What cannot be: instants of a view, moves of a bench, types of values, a home without a place."""
+"""What cannot be: moves of a bench, types of values, a home without a place."""
 
 import os
 import subprocess
@@ -12,26 +12,15 @@ import warp as wp
 
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.device_code.kernel_loading import load_kernels
-from tendon_newton.errors import InvalidModelFile, InvalidOutput, InvalidRecording
+from tendon_newton.errors import InvalidModelFile, InvalidOutput
 from tendon_newton.mechanisms.usd.stage_file import open_stage
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.hosts.rollout import Trajectory
-from tendon_newton.workflows.scene import BenchScene
 from tests.held_out import small_dataset
 from tests.mechanisms.broken.flat_assets import write_changed
 from tests.search_path import search_path
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.mark.parametrize("seconds", [1.0e10, -1.0e10, float("nan")])
-def test_an_instant_that_no_view_has_is_refused(seconds: float, tmp_path: Path) -> None:
-    """Of a log whose stamps lie further apart than nanoseconds can count."""
-    pytest.importorskip("rerun")
-    scene = BenchScene("far", "servo", "file", tmp_path / "far.mcap")
-    with pytest.raises(InvalidRecording, match="a view shows instants within 9e"):
-        scene.at(seconds)
-    scene.close()
 
 
 def test_a_model_that_moves_its_bench_absurdly_is_blamed_and_not_the_data(tmp_path: Path) -> None:

@@ -53,15 +53,6 @@ def test_rows_are_taken_just_after_their_command_took_effect() -> None:
         assert motion.force == pytest.approx(ideal, abs=1e-9)
 
 
-def test_an_offset_is_seen_by_servo_and_reader_alike() -> None:
-    """The law holds on the measured angle, while the slider rests elsewhere."""
-    time = rows(1.0)
-    motion = run("spring_weak", Causes(offset=0.1), time, np.full(time.size, 2.0))
-    assert motion.force == pytest.approx(GAIN * (2.0 - motion.angle), abs=1e-9)
-    assert motion.angle - motion.coordinates[:, 0] / SPOOL_RADIUS == pytest.approx(0.1, abs=1e-12)
-    assert motion.force == pytest.approx(WEAK.stiffness[0] * motion.coordinates[:, 0], abs=1e-9)
-
-
 def finger_potential(q: Array, command: float) -> float:
     """Energy of springs, weight and servo [J]; its least value is the rest."""
     first, second = FINGER.length

@@ -157,7 +157,6 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
         session |= flattened({f"host_loop_{place}": settings.loops[place]})
         calibration = drive.calibration
         session[f"calibration_{place}"] = "" if calibration is None else calibration.identifier
-    session["bench.state"] = deployment.state
     if policy is not None:
         session |= {
             "policy.file": policy.path.name,

@@ -53,7 +53,6 @@ class Deployment:
     policy: Policy | None = None  # Named in the log; a hand at the keys is none
     estimate: ForceEstimate | None = None  # Gives the tension where no load cell does
     watch: BallWatch | None = None  # Knows of the ball that a policy turns
-    state: str = ""  # Model file of the bench as it was last diagnosed; empty where nobody knows
 
     @property
     def estimates(self) -> tuple[ForceEstimate, ...]:

@@ -47,6 +47,7 @@ class TorchScriptQuery:
     def __init__(
         self, module: Any, *, window: int, rate: float, limit: float, hold: HoldLaw = PLAIN_HOLD
     ) -> None:
+        self.module = module
         self.window = window
         self.rate = rate
         self.hold = hold

@@ -16,6 +16,8 @@ from tendon_newton.diagnosis.reporting.report import write_report
 from tendon_newton.diagnosis.reporting.report_finger import FRAMES, WIDTH, moving_fingers
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.diagnosis.made_up import diagnosis, evidence
@@ -47,6 +49,18 @@ def motions(text: str) -> dict[str, list[str]]:
         assert found[style][0] == first
         assert f'dur="{WINDOW:g}s"' in attributes
     return found
+
+
+def test_the_finger_stands_where_its_motor_says() -> None:
+    """The posture's excursion is the motor's angle times the spool's radius, l = r theta."""
+    postures = ClosingPostures(load_mechanism("finger"))
+    (tendon,) = postures.mechanism.tendons
+    for angle in (0.2, 0.3, 1.0):
+        wound = float(excursion(tendon, postures.joints_at(angle)))
+        assert wound == pytest.approx(tendon.spool_radius * angle, abs=2e-6)  # between 101 postures
+    slack, hanging = postures.joints_at(-1.0), equilibrium(postures.mechanism, np.zeros(1))
+    assert slack == pytest.approx(hanging), "a string that is let out further does not push"
+    assert postures.bones(np.zeros(2))[-1][1] == pytest.approx([0.055, 0.0], abs=1e-9)
 
 
 def test_three_fingers_move_together(explained: Path) -> None:

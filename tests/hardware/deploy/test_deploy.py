@@ -19,14 +19,13 @@ from tendon_hardware.safety_rules.rule_limits import DeployLimits
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
-from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
-from tendon_newton.data.model_file import write_model
 from tests.bad_input.damage import refusal
 from tests.hardware.deploy.policies import Proportional, card_of, network, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
-from tests.physics.runs import ideal_model
+from tests.importers.logs import recording
 
 pytestmark = pytest.mark.usefixtures("nobody_at_the_keys")
 
@@ -42,13 +41,10 @@ def policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_command_deploys_and_its_folder_is_a_dataset(policy, tmp_path, capsys) -> None:
     """Two deployments make a dataset that loads; replaying a log gives the same actions."""
-    out, state = tmp_path / "runs", tmp_path / "model.toml"
-    write_model(state, ideal_model(tendon_slack={"length": 0.002}))
+    out = tmp_path / "runs"
     words = [*WORDS, "--policy", str(policy), "--out", str(out), "--goals", "stairs"]
     assert main([*words, "--duration", "4"]) == 0
-    known = ["--state", str(state)]
-    assert main([*words, "--duration", "3", "--split", "test", *known]) == 0
-    assert read_session(out / "closing_1.mcap")["bench.state"] == state.read_text()
+    assert main([*words, "--duration", "3", "--split", "test"]) == 0
     said = capsys.readouterr().out
     assert "ended: complete" in said
     loaded = load_dataset(out)
@@ -268,6 +264,13 @@ def test_a_picture_needs_no_display(policy: Path, tmp_path: Path) -> None:
     assert numbers
     assert all(0.0 <= number <= 1100.0 for number in numbers)
     assert main(["plot", str(out / "closing_0.mcap"), "--out", str(tmp_path / "a.png")]) == 2
+
+
+def test_a_recording_is_drawn_too(tmp_path: Path) -> None:
+    """A CSV file as `import` writes it."""
+    write_dataset(tmp_path, [recording("a.csv")], [])
+    assert main(["plot", str(tmp_path / "a.csv")]) == 0
+    assert "measured" in (tmp_path / "a.svg").read_text()
 
 
 def test_another_policy_is_noticed_in_a_replay(policy, tmp_path, capsys) -> None:

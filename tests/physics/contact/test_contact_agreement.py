@@ -25,14 +25,10 @@ from tendon_newton.simulation.mujoco.mujoco_rollout import (
     solver_with_contacts,
 )
 from tests.physics.contact.bodies import (
-    FAR,
-    RADIUS,
-    SINK,
     ball,
     block,
     ground,
     marble,
-    scene_of,
     wall,
 )
 from tests.physics.runs import GAIN, ideal_model, replayed, run_of, simulate
@@ -127,7 +123,6 @@ def test_a_finger_in_space_meets_a_ball_alike() -> None:
 ARMS = np.array([0.0080, 0.0055])  # m
 
 TIME = 0.3  # s
-ON_FLOOR = -0.1 + RADIUS - SINK  # m
 
 
 def ours(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float = 0.0) -> Array:
@@ -182,52 +177,6 @@ def both(
     return ours(mechanism, coordinates, speeds, angle), theirs(
         mechanism, coordinates, speeds, angle
     )
-
-
-def apart(pair: tuple[Array, Array]) -> float:
-    """Return how far apart two balls are at most [m]."""
-    return float(np.max(np.linalg.norm((pair[0] - pair[1])[:, 2:5], axis=-1)))
-
-
-def lossless(obstacle: Obstacle) -> Obstacle:
-    """Return an obstacle that takes no energy."""
-    return replace(obstacle, friction=0.0, dissipation=0.0)
-
-
-def test_an_elastic_ball_bounces_alike() -> None:
-    """Two bounces; without damping the laws are the same."""
-    mechanism = load_mechanism("finger").with_obstacles(lossless(marble()), lossless(ground()))
-    pair = both(mechanism, [FAR, 0.0, -0.075])
-    assert np.ptp(pair[0][:, 4]) > 0.01  # m
-    assert apart(pair) < 1e-4  # m; measured 6e-5
-
-
-def test_a_dropped_ball_comes_to_rest_alike() -> None:
-    """On the way MuJoCo's linear damper takes another share; where the ball rests is the same."""
-    own, other = both(scene_of(marble()), [FAR, 0.0, -0.084])
-    assert other[-1, 4] == pytest.approx(ON_FLOOR, abs=2e-6)
-    assert own[-1, 4] == pytest.approx(ON_FLOOR, abs=2e-7)
-
-
-def test_a_ball_slides_and_rolls_alike() -> None:
-    """Until it rolls; MuJoCo's cone lifts what slides, which costs some of its way."""
-    pair = both(scene_of(marble(friction=0.2)), [FAR, 0.0, ON_FLOOR], speed=0.5)
-    gone = float(np.ptp(pair[0][:, 2]))
-    assert gone > 0.1  # m
-    assert apart(pair) < 0.04 * gone  # measured 0.03
-
-
-def test_a_ball_rolls_down_a_slope_alike() -> None:
-    """Without slip in both engines."""
-    angle = 0.3
-    normal = np.array([np.sin(angle), 0.0, np.cos(angle)])
-    foot = np.array([FAR, 0.0, -0.1])
-    slope = Plane(position=foot, normal=normal, friction=0.8)
-    mechanism = load_mechanism("finger").with_obstacles(marble(friction=0.8), slope)
-    pair = both(mechanism, foot + (RADIUS - SINK * np.cos(angle)) * normal)
-    gone = float(np.ptp(pair[0][:, 2]))
-    assert gone > 0.08  # m
-    assert apart(pair) < 0.002 * gone  # measured 0.0013
 
 
 def test_a_finger_presses_a_ball_into_a_corner_alike() -> None:

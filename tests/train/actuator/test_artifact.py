@@ -17,7 +17,7 @@ from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetwork
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.trust import trust_content, trust_file, trusted_hashes
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
-from tendon_newton.force_networks import SETS, build_network
+from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
 from tendon_newton.force_networks.transformer import Transformer
 from tendon_newton.mechanisms.asset_library import asset_folder
@@ -140,7 +140,6 @@ def test_an_archive_that_claims_more_than_it_has_is_refused_before_it_is_unpacke
         (Constant(1.0, 1), "{", "card: must be JSON"),
         (Constant(1.0, 1), "[]", "card: must be a JSON object"),
         (Constant(1.0, 1), card_of().to_json(), r"one tension per window of 30 samples"),
-        (Constant(1.0, 1), card_of("transformer").to_json(), "transformer has last_query"),
     ],
 )
 def test_a_foreign_file_is_refused(tmp_path, module, card, said) -> None:
@@ -312,17 +311,6 @@ def test_a_network_is_given_numbers_about_one() -> None:
     torch.testing.assert_close(inputs.std(dim=0), torch.ones(3), atol=1e-4, rtol=0.0)
     standard = ((force - force.mean()) / force.std())[:, None]
     torch.testing.assert_close(network.tension(standard), force, rtol=1e-5, atol=1e-5)
-
-
-@pytest.mark.parametrize("of_set", SETS)
-def test_the_last_query_is_enough(of_set: str) -> None:
-    """Computing only the last sample of the last layer gives the same tension to 1e-6 of it."""
-    network = made("transformer", of_set)
-    assert isinstance(network, Transformer)
-    with torch.no_grad():
-        torch.testing.assert_close(
-            network.last_query(windows()), network(windows()), rtol=1e-6, atol=1e-6
-        )
 
 
 def test_attention_is_that_of_torch() -> None:
