@@ -3,7 +3,6 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 import torch
 
@@ -86,40 +85,6 @@ def test_a_drop_costs_its_price_and_ends_the_episode_for_good() -> None:
     assert float(reward[:2].abs().max()) < 0.05
     assert float(environment.loop.body_pose[2, 2]) == pytest.approx(-0.040, abs=1e-6)
     assert float(seen["policy"][2].reshape(3, -1)[:, -3:].abs().max()) == 0.0
-
-
-def test_the_pay_is_the_mean_rate_up_to_the_commanded_one() -> None:
-    """By hand from the balls' turns: a low-pass of a second, taken off again beyond the command."""
-    environment, task = hands(smooth_weight=0.0)
-    turned = torch.zeros(WORLDS, 6)
-    turned[:, 4] = torch.linspace(0.0, 50.0, WORLDS)  # rad/s, for as long as friction lets it
-    environment.loop.body_velocity.copy_(turned)
-    mean = torch.zeros(WORLDS)
-    kept = float(np.exp(-1.0 / 20.0))
-    for _ in range(10):
-        before = task.judged_pose[:, 3:].clone()
-        _, reward, dones, _ = environment.step(torch.zeros(WORLDS, 4))
-        assert not dones.any()
-        after, away = task.judged_pose[:, 3:], task.judged_pose[:, :3].norm(dim=-1)
-        half = (after * before).sum(dim=-1).clamp(max=1.0).acos()  # the axis does not change here
-        mean = kept * mean + (1.0 - kept) * 40.0 * half
-        expected = 1.0 - (1.0 - mean).abs() - PLAIN.place_weight * away
-        torch.testing.assert_close(reward, expected, atol=0.02, rtol=0.0)  # acos near 1: 3e-4 rad
-    assert float(mean.max()) > 1.0
-
-
-def test_balls_and_cameras_differ_and_the_critic_knows_how() -> None:
-    """Mass, friction and size within their spreads; a greater ball starts higher."""
-    environment, _ = hands(spread=0.3, turning=TurningConfig())
-    hidden = environment.get_observations()["hidden"]
-    assert hidden.shape == (WORLDS, 13)
-    mass, friction, radius = hidden[:, -3:].unbind(dim=1)
-    for values, middle, spread in ((mass, 0.05, 0.3), (friction, 0.8, 0.3), (radius, 0.025, 0.02)):
-        share = values / middle - 1.0
-        assert float(share.abs().max()) <= spread * 1.001
-        assert float(share.abs().max()) > 0.3 * spread
-    height = -environment.loop.body_pose[:, 2]
-    assert torch.equal(height.argsort(), radius.argsort())
 
 
 def test_a_policy_that_turns_is_trained_written_and_watched(tmp_path, capsys) -> None:
