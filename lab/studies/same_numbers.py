@@ -33,13 +33,14 @@ def demo(folder: Path) -> Iterator[tuple[str, Any]]:
     """Yield every number of the demo's answer."""
     from tendon_newton.cli import main
 
-    assert main(["--quiet", "demo", "--out", str(folder)]) == 0
+    assert main(["demo", "--quiet", "--out", str(folder)]) == 0
     stack = [("demo", json.loads((folder / "diagnosis.json").read_text(encoding="utf-8")))]
     while stack:
         name, value = stack.pop()
-        parts = value.items() if isinstance(value, dict) else enumerate(value)
-        for key, part in parts if isinstance(value, dict | list) else ():
-            stack.append((f"{name}.{key}", part))
+        if isinstance(value, list):
+            value = dict(enumerate(value))
+        if isinstance(value, dict):
+            stack += [(f"{name}.{key}", part) for key, part in value.items()]
         if isinstance(value, str | int | float) and not name.endswith(DEMO_SKIPPED):
             yield name, value
 

@@ -363,14 +363,10 @@ def model_file(config: DiagnoseConfig) -> Path:
 
 def start_model(config: DiagnoseConfig, dataset: Dataset) -> Model:
     """Return the model to start from, for the benches of a dataset."""
-    from tendon_newton.cli.heap import load_newton
-
-    file = model_file(config)
-    load_newton()
-
     from tendon_newton.diagnosis.diagnosed_bench import open_model
     from tendon_newton.mechanisms.loading import load_mechanism
 
+    file = model_file(config)
     benches = dict.fromkeys(recording.bench for recording in dataset.train)
     return open_model(file, [load_mechanism(bench) for bench in benches])
 
