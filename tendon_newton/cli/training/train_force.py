@@ -25,7 +25,6 @@ import tyro
 from tendon_train.actuator.training_config import TrainingConfig
 
 if TYPE_CHECKING:
-    from tendon_newton.data.dataset import Dataset
     from tendon_train.actuator.fitting.training import FittingProgress
 
 
@@ -40,24 +39,17 @@ class TrainForceConfig:
 
 
 def main(config: TrainForceConfig) -> None:
-    """Train and write the network."""
+    """Train, write the network and print its errors."""
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.files.output_folder import make_folder
-    from tendon_train.actuator.samples.folds import SPLIT_WORDS
-
-    dataset = load_dataset(config.dataset, require_test=False)
-    train(dataset, config.training, make_folder(config.out, config.dataset), SPLIT_WORDS)
-
-
-def train(dataset: Dataset, training: TrainingConfig, out: Path, split: str) -> None:
-    """Train on a dataset, write the network with the words on its split, and print its errors."""
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_train.actuator.fitting.run import train_to_file
     from tendon_train.actuator.training_config import SERVO_LIMIT
 
+    dataset = load_dataset(config.dataset, require_test=False)
+    out = make_folder(config.out, config.dataset)
     quiet_warp()
-    exported = train_to_file(dataset, training, out, report=show, split=split)
-    assert exported is not None
+    exported = train_to_file(dataset, config.training, out, report=show)
     card = exported.card
     print(
         f"\nwrote {exported.weights}, to use and to share, {exported.torchscript.name} and "

@@ -53,7 +53,6 @@ def train(reproduction: Reproduction, unit: Unit, kind: Kind, aim: Purpose) -> d
     config = reproduction.settings.training(kind, aim)
     reproduction.tell(f"  {unit.name}: {config.name}")
     exported = train_to_file(unit.dataset, config, folder, report=lambda progress: None)
-    assert exported is not None
     if aim == IN_LOOP:
         model = learned_model(exported.torchscript)
         write_model(reproduction.model_file(unit, "network"), model)

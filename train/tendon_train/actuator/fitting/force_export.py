@@ -36,7 +36,6 @@ def export_network(
     config: TrainingConfig,
     dataset: Dataset,
     data: ForceData,
-    split: str = SPLIT_WORDS,
 ) -> ExportedNetwork:
     """Measure a network on the test recordings and write it with its card."""
     # imported here, so that a machine without Warp can train: actuators load it
@@ -44,7 +43,7 @@ def export_network(
     from tendon_newton.actuators.networks.onnx_file import write_onnx
     from tendon_newton.force_networks.weights_file import SUFFIX, write_weights
 
-    card = make_card(network, config, dataset, data, split)
+    card = make_card(network, config, dataset, data)
     if data.test:
         card = dataclasses.replace(card, held_out=measure(network, card, data))
     torchscript = out / f"{config.name}.pt"
@@ -60,7 +59,6 @@ def make_card(
     config: TrainingConfig,
     dataset: Dataset,
     data: ForceData,
-    split: str = SPLIT_WORDS,
 ) -> ForceNetworkCard:
     """Say what a network takes and gives, and where it comes from."""
     low, high = data.fit.inputs.min(axis=0), data.fit.inputs.max(axis=0)
@@ -74,7 +72,7 @@ def make_card(
         bounds={name: (float(low[i]), float(high[i])) for i, name in enumerate(INPUTS)},
         training=Training(
             recordings=recorded_fold(dataset.path, data.fold),
-            split=split,
+            split=SPLIT_WORDS,
             seed=config.seed,
             git_commit=git_commit(),
             version=__version__,

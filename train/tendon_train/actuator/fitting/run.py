@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import asdict
-from importlib.util import find_spec
 from pathlib import Path
 
 import torch
@@ -11,7 +10,7 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
 from tendon_train.actuator.fitting.force_export import ExportedNetwork, export_network
 from tendon_train.actuator.fitting.training import FittingProgress, train_network
-from tendon_train.actuator.samples.folds import SPLIT_WORDS, prepare
+from tendon_train.actuator.samples.folds import prepare
 from tendon_train.actuator.training_config import TrainingConfig
 
 
@@ -21,17 +20,11 @@ def train_to_file(
     out: Path,
     *,
     report: Callable[[FittingProgress], None],
-    export: bool = True,
-    split: str = SPLIT_WORDS,
-) -> ExportedNetwork | None:
+) -> ExportedNetwork:
     """Train a network and write its files; what is finished already is not done again.
 
-    Writes NAME.checkpoint, NAME.json with the errors after each epoch, a TensorBoard log, and,
-    where it exports, NAME.safetensors, NAME.pt and NAME.onnx.
-
-    Args:
-        export: Whether to write the network's files; they need Warp and ONNX installed.
-        split: What the card says of the recordings.
+    Writes NAME.checkpoint, NAME.json with the errors after each epoch, a TensorBoard log,
+    NAME.safetensors, NAME.pt and NAME.onnx.
     """
     torch.set_num_threads(config.threads)
     data = prepare(dataset, config)
@@ -54,24 +47,18 @@ def train_to_file(
         "history_n": [list(pair) for pair in done.history],
     }
     write_json(out / f"{config.name}.json", history)
-    return export_network(out, network, config, dataset, data, split) if export else None
+    return export_network(out, network, config, dataset, data)
 
 
 class TrainingLog:
-    """A TensorBoard log of a training, opened when there is something to write.
-
-    A machine that trains for another one may have no TensorBoard; it writes none.
-    """
+    """A TensorBoard log of a training, opened when there is something to write."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._writer = None
-        self._wanted = find_spec("tensorboard") is not None
 
     def write(self, progress: FittingProgress) -> None:
         """Add an epoch."""
-        if not self._wanted:
-            return
         if self._writer is None:
             from torch.utils.tensorboard import SummaryWriter
 
