@@ -37,18 +37,18 @@ def fitted(seed: int, colour: float) -> tuple[np.ndarray, Linearisation]:
 
 @pytest.mark.parametrize("colour", [0.0, 0.9])
 def test_the_interval_holds_the_truth_and_is_no_wider_than_it_says(colour: float) -> None:
-    """It does in 19 of 20 cases at least, and a quarter of it in fewer, in white and in red noise.
+    """It does in 19 of 20 cases at least, and a fifth of it in fewer, in white and in red noise.
 
-    The widening is for errors of form, which are absent here. A quarter lies within 2 deviations.
+    The widening is for errors of form, which are absent here. A fifth lies within 2 deviations.
     The whole is at most `WIDENING` times 1.96 deviations, and as much again as few recordings cost;
-    one that were twice as wide would hold nearly all truths in its quarter.
+    one that were twice as wide would hold nearly all truths in its fifth.
     """
     shares = []
     for seed in range(60):
         value, point = fitted(seed, colour)
         shares.append(np.abs(TRUTH - value) / half_widths(point, WHERE, UNSTATED))
     assert np.mean(np.array(shares) < 1.0) >= 0.95
-    assert np.mean(np.array(shares) < 0.25) < 0.95
+    assert np.mean(np.array(shares) < 0.2) < 0.95
 
 
 def test_the_spread_over_draws_is_that_over_data_sets() -> None:
@@ -140,13 +140,16 @@ def test_rows_that_err_together_tell_less() -> None:
 
 
 def test_an_interval_holds_each_of_three_recordings_that_differ() -> None:
-    """Means of 1.0, 1.5 and 2.0: by blocks of time alone their mean would be known to 0.25."""
+    """Means of 1.0, 1.5 and 2.0: by blocks of time alone their mean would be known to 0.3.
+
+    Student's quantile of three recordings gives 1.24.
+    """
     own = np.repeat([1.0, 1.5, 2.0], ROWS // 3)
     where = replace(WHERE, recording=np.repeat(np.arange(3), ROWS // 3))
     mean = float(own.mean())
     point = Linearisation(residual=own - mean, jacobian=-np.ones((ROWS, 1)))
     (half,) = half_widths(point, where, UNSTATED[:1])
-    assert 0.5 < half < 1.0
+    assert 0.5 < half < 1.24
 
 
 @pytest.mark.parametrize("seed", [2, 3, 5])
