@@ -10,7 +10,7 @@ import argparse
 import hashlib
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -45,7 +45,7 @@ def demo(folder: Path) -> Iterator[tuple[str, Any]]:
             yield name, value
 
 
-def simulations(folder: Path) -> Iterator[tuple[str, Any]]:
+def simulations(folder: Path, assets: Sequence[str]) -> Iterator[tuple[str, Any]]:
     """Yield rollouts of all assets, the text of all exports, gradients, and times of a step [s]."""
     import torch
     import warp as wp
@@ -57,9 +57,7 @@ def simulations(folder: Path) -> Iterator[tuple[str, Any]]:
     from tests.physics.runs import ideal_model, run_of, simulate, stairs
 
     model, bare, rng = ideal_model(**EFFECTS), ideal_model(), np.random.default_rng(SEED)
-    for name in asset_names():
-        if name in (FREE, "servo"):
-            continue
+    for name in assets or sorted({*asset_names()} - {FREE, "servo"}):
         mechanism = tn.load_mechanism(name)
         tendons = range(len(mechanism.tendons))
         commands = np.stack([stairs(rng, ROWS, 0.0, 2.5, 20) for _ in tendons], axis=1)
@@ -100,12 +98,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("what", choices=("write", "hold"))
     parser.add_argument("files", type=Path, nargs="+")
+    parser.add_argument("--assets", nargs="+", default=(), help="rollouts of these alone")
     told = parser.parse_args()
     tree = Path.cwd()  # whose code is looked at
     sys.path[:0] = [str(tree), *(str(tree / name) for name in ("hardware", "train", "lab"))]
     if told.what == "write":
         with TemporaryDirectory() as folder:
-            found = dict([*demo(Path(folder) / "demo"), *simulations(Path(folder))])
+            found = dict([*demo(Path(folder) / "demo"), *simulations(Path(folder), told.assets)])
         told.files[0].write_text(json.dumps(found), encoding="utf-8")
         return
     old, new = (json.loads(file.read_text(encoding="utf-8")) for file in told.files)
