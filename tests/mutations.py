@@ -129,6 +129,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("laws-always-miss-as-usual", "tendon_newton/diagnosis/search/pool.py",
         "min(usual, max(stays, SEARCHED * usual))", "usual",
         f"{SETS} error_of_form_is"),
+    Mutation("supply-is-of-a-stated-size", "tendon_newton/identification/signals.py",
+        "        relative=True,\n", "", "tests/identification/test_signals.py -k falls_with"),
     Mutation("rows-count-across-signals", "tendon_newton/diagnosis/search/refit.py",
         "counts[own] / counts[own].sum()", "counts[own]",
         "tests/diagnosis/search/test_refit.py -k slope_of_the"),

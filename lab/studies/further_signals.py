@@ -24,7 +24,7 @@ from tests.planted.trials import SERVO
 
 DURATION = (4.0, 5.0)  # Length of each recording [s]
 OF_SENSORS = {name for name, effect in EFFECTS.items() if effect.further_signals()}
-FIELDS = ("joint_position", "tip", "current")
+FIELDS = ("joint_position", "tip", "current", "voltage")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +46,7 @@ class Case:
 
 NO_CELL = {"without_force": True}
 MOTOR = {"servo": SERVO}
+SUPPLY = {"supply": 7.4}  # [V]
 ALIKE = (
     ("gain_error",),
     ("tendon_slack",),
@@ -61,6 +62,17 @@ OF_A_MOTOR = (
     ("spool_radius_error",),
 )
 """The same where the motor's torque constant is not known."""
+OF_A_SUPPLY = (
+    ("voltage_sag",),
+    ("force_saturation",),
+    ("torque_fade",),
+    ("spring_stiffening",),
+    ("voltage_sag", "gain_error"),
+    ("voltage_sag", "joint_stiffness_error"),
+    ("voltage_sag", "spool_radius_error"),
+    ("voltage_sag", "tendon_compliance"),
+)
+"""Causes by which large forces fall short, alone and beside those of the same size."""
 UNKNOWN = ("torque_constant",)
 CASES = (
     *(Case(signal="joint_position", mix="W", effects=own, options=NO_CELL) for own in ALIKE),
@@ -68,6 +80,9 @@ CASES = (
     *(Case(signal="current", mix="W", effects=own, options=MOTOR | NO_CELL, fit=UNKNOWN)
       for own in OF_A_MOTOR),
     Case(signal="current", mix="W", effects=("current_sensor_gain",), options=MOTOR),
+    *(Case(signal="voltage", mix="W", effects=own, options=SUPPLY | NO_CELL)
+      for own in OF_A_SUPPLY),
+    Case(signal="voltage", mix="W", effects=("voltage_sensor_sag",), options=SUPPLY),
     *(Case(signal="tip", mix="F", effects=own, options=NO_CELL) for own in ALIKE),
     Case(signal="tip", mix="F", effects=("tip_sensor_gain",)),
 )  # fmt: skip

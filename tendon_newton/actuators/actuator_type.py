@@ -34,6 +34,8 @@ class Actuator(DeviceCode):
     """Parameters that data sheets and firmware state badly or not at all, such as a rotor's."""
     modulated: ClassVar[bool] = False
     """Whether it drives its motor by a duty cycle; else its force over its limit counts as one."""
+    gives_way: ClassVar[bool] = False
+    """Whether it takes no supply voltage as given, so that one that falls is an effect's doing."""
     duty: ClassVar[Callable[..., Any]]
     """Device function (error: Jet, tendon, p) -> Jet: the duty cycle that it asks for [1]."""
     driven: ClassVar[Callable[..., Any]]
@@ -51,8 +53,8 @@ class Actuator(DeviceCode):
 
     @staticmethod
     def current(force: real, tendon: Tendon, p: ParameterVector) -> real:
-        """Return the motor's current [A] while it gives a force [N]; 0 if none is known."""
-        return real(0.0)
+        """Return the current [A] of a motor that gives a force [N]; the force if none is known."""
+        return force
 
     @classmethod
     def draw(cls, values: Mapping[str, float | str], radius: float) -> float | None:

@@ -19,6 +19,7 @@ class Ideal(Actuator):
     """
 
     stiffness = "gain"
+    gives_way = True
     parameters = (
         Parameter("gain", "N/rad", null=0.0, nominal=4.2, lower=0.1, upper=100.0).since(
             "measured at 4.2 N/rad by the paper's authors"

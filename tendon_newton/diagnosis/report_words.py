@@ -56,6 +56,7 @@ SENTENCES: dict[str, str] = {
     "tip_sensor_delay": "What sees the tip comes {delay} late",
     "tip_sensor_gain": "How far the tip is seen to move is {scale:than}",
     "viscoelastic_spring": "The return springs creep with a time constant of {relaxation_time}",
+    "voltage_sensor_sag": "The supply is read to give way [less|more] than it does, by {sag:size}",
     "viscous_friction": "The servo loses {coefficient:loss} for every rad/s at which it turns",
 }
 """What a cause means for a bench; an effect without one is told by its docstring's first line."""

@@ -55,6 +55,7 @@ IN_ORDER = (  # in which they act within a stage
     "tip_sensor_gain",
     "current_sensor_delay",
     "current_sensor_gain",
+    "voltage_sensor_sag",
 )
 
 

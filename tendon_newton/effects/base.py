@@ -82,12 +82,16 @@ class Stage(Enum):
     """(tip, time [s], values) -> tip: what a camera makes of a tip's x and z [m], shape (S, 2)."""
     CURRENT_READING = "current_reading"
     """(current, time [s], values) -> current: what is read of a motor's [A], shape (S, D)."""
+    VOLTAGE_READING = "voltage_reading"
+    """(supply, time [s], values) -> supply: a motor's force [N], and the share by which its supply
+    is read lower [1], shape (S, 2)."""
 
 
 READINGS = {
     Stage.JOINT_READING: ("joint", "slide"),
     Stage.TIP_READING: ("tip",),
     Stage.CURRENT_READING: ("current",),
+    Stage.VOLTAGE_READING: ("voltage",),
 }
 """Stages of further sensors -> the signals that show them."""
 
@@ -147,8 +151,8 @@ class Effect(DeviceCode):
         """
         if independent and cls.side == "mechanism":
             return cls.hook(Stage.TILT) is None
-        shared = (Stage.PERIOD, *READINGS)
-        return cls.side != "mechanism" and all(cls.hook(stage) is None for stage in shared)
+        shared = cls.hook(Stage.PERIOD) or cls.further_signals()
+        return cls.side != "mechanism" and not shared
 
     @classmethod
     def acts_on_cell_only(cls) -> bool:
@@ -158,7 +162,9 @@ class Effect(DeviceCode):
     @classmethod
     def further_signals(cls) -> tuple[str, ...]:
         """Return the signals without which nothing shows it: none but for a further sensor's."""
-        return tuple(s for stage, own in READINGS.items() if cls.hook(stage) for s in own)
+        of_sensor = cls._acts_only_in(READINGS)
+        return tuple(s for stage, own in READINGS.items() if of_sensor and cls.hook(stage)
+                     for s in own)  # fmt: skip
 
     @classmethod
     def _acts_only_in(cls, own: Container[Stage]) -> bool:

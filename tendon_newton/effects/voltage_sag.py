@@ -1,14 +1,16 @@
 """The supply gives way under load."""
 
+import numpy as np
 import warp as wp
 
+from tendon_newton.data.recording import Array
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 
 
 class VoltageSag(Effect):
     r"""The voltage falls in proportion to the current, and the force with it.
 
-    .. math:: F = \frac{F_m}{1 + \sigma\,|F_m|}
+    .. math:: F = \frac{F_m}{1 + \sigma\,|F_m|}, \qquad \frac{V}{V_0} = 1 - \sigma\,|F|
 
     Source: Ohm's law for leads, plugs and a battery's inner resistance, at a duty cycle that is
     given.
@@ -33,3 +35,8 @@ class VoltageSag(Effect):
             left = real(1.0) / (real(1.0) + values[0] * wp.abs(force[0]))
             out = Jet(force[0] * left, force[1] * left * left, force[2] * left * left)
         return out
+
+    @classmethod
+    def voltage_reading(cls, supply: Array, time: Array, values: Array) -> Array:
+        """The supply is lower by as much as the force."""
+        return supply + values[0] * np.abs(supply[:, :1]) * (0.0, 1.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_newton.data.checks.measures import difference_noise, encoder_noise
+from tendon_newton.data.checks.measures import difference_noise, encoder_noise, resolution
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.identification.load_cell import fill_between_readings
 from tendon_newton.identification.noise_floor import NoiseFloor, angle_noise, force_noise
@@ -29,6 +29,7 @@ class View:
     servo: int = 0
     cell: tuple[int, int] | None = None  # First row read and rows per reading of a slow load cell
     draw: float | None = None  # Current of the motor per newton [A/N]; None where no model tells
+    gives_way: bool = False  # Whether its supply is an only motor's, and no input of its model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,9 +51,14 @@ class Signal:
     by_servo: bool = False  # Whether each servo has its own; else a recording has it once
     zero: float = 0.0
     """By how much its zero may be off in each recording [unit]: that is no error of a model."""
+    relative: bool = False  # Whether its size in each recording is not known
 
     def residual(self, measured: Array, simulated: Array, trusted: Mask) -> Array:
-        """Return measured (C, T) minus simulated (N, C, T), with the likeliest zero."""
+        """Return measured (C, T) minus simulated (N, C, T), with the likeliest size and zero."""
+        if self.relative:
+            own = simulated[..., trusted]
+            size = (own * measured[:, trusted]).sum(axis=-1) / (own**2).sum(axis=-1)
+            simulated = size[..., None] * simulated
         out = measured - simulated
         if self.zero > 0.0:
             middle = out[..., trusted].mean(axis=-1, keepdims=True)
@@ -179,6 +185,35 @@ def current_noise(views: Sequence[View]) -> float | None:
     return float(np.median(found)) if found else None
 
 
+def measured_voltage(view: View) -> Array | None:
+    """Return the voltage of the only motor's supply [V], shape (1, T); one value may be stated."""
+    own = view.recording.voltage
+    is_motors = view.gives_way and view.recording.driven_by == "command"
+    return own[None, :] if own is not None and is_motors and np.ptp(own) > 0.0 else None
+
+
+def voltage_noise(views: Sequence[View]) -> float | None:
+    """Return the noise of a supply [V], None where none is compared: what is not its motor's doing.
+
+    What it gives way follows from the position error, less than in proportion. Counts, late
+    readings and what others draw from it do not.
+    """
+    found = list[float]()
+    for view in views:
+        own, run = measured_voltage(view), view.recording
+        if own is not None and run.command is not None:
+            doing = np.abs(run.command - run.motor_position) ** np.arange(3)
+            left = own[0] - doing @ np.linalg.lstsq(doing, own[0])[0]
+            found.append(max(float(left.std()), resolution(own[0]) / float(np.sqrt(12.0))))
+    return float(np.median(found)) if found else None
+
+
+def voltage_form(usual: Scales, view: View) -> float:
+    """Return by how much laws miss a supply [V]: as much of it as of its motor's greatest force."""
+    own, most = view.recording.voltage, view.mechanism.tendons[0].force_limit
+    return 0.0 if own is None else float(np.mean(own)) * usual.force / most
+
+
 def reach(mechanism: Mechanism) -> float:
     """Return how far the tip moves at most while the first motor turns [m/rad].
 
@@ -237,6 +272,17 @@ SIGNALS: dict[str, Signal] = {
         noise=current_noise,
         form=lambda usual, view: usual.force * (view.draw or 0.0),
         zero=np.inf,
+    ),
+    "voltage": Signal(
+        words="supply voltage",
+        unit="V",
+        shown=(1.0, "V"),
+        rollout=lambda _: "voltage",
+        measured=measured_voltage,
+        simulated=lambda _, rows: finite(1.0 - rows["voltage"][:, None, :, 1]),
+        noise=voltage_noise,
+        form=voltage_form,
+        relative=True,
     ),
 }
 """A further signal is a row here: with it, what a model leaves of it counts in every fit."""

@@ -170,6 +170,7 @@ class Study:
             servo=self.sources[index][1],
             cell=find_cell(recording, self.timeline(index)),
             draw=self._draw_of(bench),
+            gives_way=self.servos == 1 and find_actuator(self._model.actuator.name).gives_way,
         )
 
     def _draw_of(self, bench: Mechanism) -> float | None:

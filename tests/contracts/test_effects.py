@@ -16,7 +16,8 @@ from tendon_newton.simulation.model.structure import in_catalogue_order
 from tests.effect_bench import GAIN, commanded, simulate, steps_and_waves
 
 FRICTIONS = [n for n, e in EFFECTS.items() if e.side == "actuator" and n.endswith("friction")]
-IN_TRAJECTORIES = [n for n, e in EFFECTS.items() if not {"tip", "current"} & {*e.further_signals()}]
+UNSEEN = {"tip", "current", "voltage"}
+IN_TRAJECTORIES = [n for n, e in EFFECTS.items() if not UNSEEN & {*e.further_signals()}]
 """What moves angles or forces; tests/identification/test_signals.py sees the others."""
 ENCODER_FLOOR = 0.44e-3  # [rad] half a count of 4096 a turn
 CELL_FLOOR = 0.05  # [N]

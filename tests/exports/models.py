@@ -84,6 +84,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "tip_sensor_gain": {"scale": 1.1},
     "current_sensor_delay": {"delay": 0.03},
     "current_sensor_gain": {"scale": 1.1},
+    "voltage_sensor_sag": {"sag": 0.03},
 }
 """A number for each effect that shows on the standard commands."""
 TORQUE = {"kp": 0.05, "kd": 0.002, "max_torque": 0.25, "armature": 2.0e-4, "spool_radius": 0.0125}

@@ -152,10 +152,47 @@ def test_the_current_of_a_winding_is_compared() -> None:
     assert "current" not in Study([with_current()], MOTOR, (), time_step=1e-3).compared[0]
 
 
+def test_a_supply_falls_with_the_force_that_it_costs() -> None:
+    """V = V0 / (1 + sag P |theta_d - theta|), whatever V0; what is read besides is a sensor's."""
+    sag, more = 0.04, 0.01
+    run = measured(joint_position=None, tip=None)
+    model = replace(SERVO, effects=(NamedValues(name="voltage_sag", values={"sag": sag}),))
+    (weak,) = replay([run], model, time_step=1e-3)
+    asked = 4.2 * np.abs(run.command - weak.motor_position)[:, 0]
+    left = 1.0 / (1.0 + sag * asked)
+    run = replace(run, motor_position=weak.motor_position, motor_velocity=weak.motor_velocity,
+                  force=weak.force, voltage=7.1 * (left - more * asked * left))  # fmt: skip
+    study = Study([run], SERVO, ("voltage_sag", *FURTHER), time_step=1e-3)
+    assert "voltage_sensor_sag" in testable.testable_effects(study)
+    causes = [study.table.columns(name)[0] for name in ("voltage_sag", "voltage_sensor_sag")]
+    candidates = [dict(zip(causes, sizes, strict=True)) for sizes in ((sag, more), (sag, 0.0))]
+    right, without = study.residuals(*replacements(candidates))[0].signals["voltage"]
+    assert np.abs(right).max() < 1e-9
+    assert np.abs(without).max() > 0.1
+
+
+@pytest.mark.parametrize(("model", "volts"), [(SERVO, 0.0), (MOTOR, 0.3)])
+def test_a_supply_that_is_given_is_not_compared(model: Model, volts: float) -> None:
+    """One number in all rows may be stated, and a model with a motor takes it as it was read."""
+    run = measured(joint_position=None, tip=None)
+    run = replace(run, voltage=7.4 + volts * np.sin(run.time))
+    study = Study([run], model, FURTHER, time_step=1e-3)
+    assert list(study.compared[0]) == ["theta", "force"]
+    assert "voltage_sensor_sag" not in testable.testable_effects(study)
+
+
+def test_what_others_draw_from_a_supply_is_its_noise() -> None:
+    """A motor beside this one takes half a volt six times a second: that is no gap of this one."""
+    run = measured(joint_position=None, tip=None)
+    others = 0.25 * np.sign(np.sin(12.0 * np.pi * run.time + 0.1))
+    noise = study_of(replace(run, voltage=7.4 + others)).noise.of("voltage")
+    assert noise == pytest.approx(0.25, rel=0.1)
+
+
 def test_encoders_on_joints_are_no_cause_where_there_are_none() -> None:
     """A log of angle and force cannot tell what they read."""
     run = measured()
-    seen = {name for name in FURTHER if not name.startswith("current")}
+    seen = {name for name in FURTHER if not name.startswith(("current", "voltage"))}
     assert seen <= {*testable.testable_effects(study_of(run))}
     bare = testable.testable_effects(study_of(replace(run, joint_position=None, tip=None)))
     assert not any(EFFECTS[name].further_signals() for name in bare)

@@ -69,6 +69,7 @@ class Recipe:
     without_force: bool = False  # Whether the bench has no load cell
     on_joint: bool = False  # Whether joints have encoders of their own
     servo: DcServo | None = None  # A motor whose current is logged; None is the ideal source
+    supply: float | None = None  # Voltage of its supply without a load, where that is logged [V]
 
 
 def make_dataset(out: Path, recipe: Recipe) -> Truth:
@@ -103,6 +104,7 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
         force_noise=recipe.force_noise,
         noise_colour=recipe.noise_colour,
         cell_rate=recipe.cell_rate,
+        supply=recipe.supply,
         on_joint=recipe.on_joint or any(n.startswith("joint_encoder") for n in recipe.effects),
     )
     recordings = tuple(
@@ -190,20 +192,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--effect", dest="effects", nargs="+", choices=[*DRAWS], default=())
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--mix", choices=list(MIXES), default="A")
-    parser.add_argument("--size", type=float, default=1.0, help="of the causes [1]")
-    parser.add_argument("--noise", dest="noise_colour", type=float, default=0.0, help="colour [1]")
-    parser.add_argument("--known-friction", action="store_true")
-    parser.add_argument("--cell-rate", type=float, default=None, help="[Hz]")
-    parser.add_argument("--gaps", action="store_true")
-    parser.add_argument("--imperfection", type=float, default=0.0)
-    parser.add_argument("--off-nominal", type=float, default=0.0)
-    parser.add_argument("--second-form", action="store_true", help="of the plant")
-    parser.add_argument("--without-force", action="store_true", help="no load cell")
-    parser.add_argument("--on-joint", action="store_true", help="encoders on the joints")
-    chosen = vars(parser.parse_args(arguments))
-    out: Path = chosen.pop("out")
-    truth = make_dataset(out, Recipe(**{**chosen, "effects": tuple(chosen["effects"])}))
+    chosen = parser.parse_args(arguments)
+    out: Path = chosen.out
+    truth = make_dataset(out, Recipe(effects=tuple(chosen.effects), seed=chosen.seed))
     beside = out.with_name(f"{out.name}.truth.json")
     beside.write_text(json.dumps({"id": out.name, **truth.to_json()}, indent=1) + "\n")
 

@@ -17,6 +17,8 @@ from tests.planted.physics.sensors import (
     JOINT_STEP,
     SLIDE_STEP,
     TIP_NOISE,
+    VOLTAGE_NOISE,
+    VOLTAGE_STEP,
     Sensors,
     encoder,
     kept_rows,
@@ -108,10 +110,19 @@ def camera(rng: np.random.Generator, motion: Motion, run: Run) -> Array | None:
     return (place + TIP_NOISE * rng.standard_normal(place.shape)).round(5)
 
 
-def read_current(motion: Motion, run: Run) -> Array:
-    """Current as a register tells it [A], shape (T,)."""
-    read = run.causes.current_gain * earlier(run, motion.current, run.causes.current_delay)
+def read_current(motion: Motion, run: Run, servo: DcServo) -> Array:
+    """Current of a winding as a register tells it [A], shape (T,)."""
+    radius = run.causes.radius_scale * run.bench.spool_radius
+    current = motion.given * radius / servo.torque_constant
+    read = run.causes.current_gain * earlier(run, current, run.causes.current_delay)
     return (np.round(read / CURRENT_STEP) * CURRENT_STEP).round(6)
+
+
+def read_supply(rng: np.random.Generator, motion: Motion, run: Run, idle: float) -> Array:
+    """Voltage as a register tells it [V], shape (T,): leads take as much of it as of the force."""
+    lost = (run.causes.sag + run.causes.supply_sag) * np.abs(motion.given)
+    read = idle * (1.0 - lost) + VOLTAGE_NOISE * rng.standard_normal(lost.size)
+    return (np.round(read / VOLTAGE_STEP) * VOLTAGE_STEP).round(6)
 
 
 def record(
@@ -123,7 +134,9 @@ def record(
     joint = joint_encoders(motion, run) if sensors.on_joint else None
     tip = camera(rng, motion, run)
     kept = kept_rows(rng, run.time.size) if gaps else np.arange(run.time.size)
-    current = None if run.servo is None else read_current(motion, run)[kept]
+    current = None if run.servo is None else read_current(motion, run, run.servo)[kept]
+    idle = sensors.supply
+    voltage = None if idle is None else read_supply(rng, motion, run, idle)[kept]
     return Recording(
         name=slot.file,
         bench=slot.bench,
@@ -135,6 +148,7 @@ def record(
         joint_position=None if joint is None else joint[kept],
         tip=None if tip is None else tip[kept],
         current=current,
+        voltage=voltage,
         current_in=None if current is None else "winding",
         load_cell_rate=sensors.cell_rate,
     )

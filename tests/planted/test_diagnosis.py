@@ -1,7 +1,7 @@
 """The gate: a hidden cause is found by its name, and nothing is found where nothing is hidden.
 
 Data come from a plant that is not the simulator; the diagnosis sees the folder alone. Each takes
-two to eight seconds of a core, all 48 effects 170, and yet they are not marked slow: a change that
+two to eight seconds of a core, all 49 effects 170, and yet they are not marked slow: a change that
 breaks the diagnosis must not pass.
 """
 
@@ -80,7 +80,7 @@ def of_gate(hidden: str, seed: int) -> Recipe:
     """Return what hides an effect in short recordings."""
     return Recipe(
         effects=(hidden,), seed=seed, mix=BENCHES.get(hidden, "S"), duration=SHORT,
-        servo=servo_of(hidden),
+        servo=servo_of(hidden), supply=7.4 if hidden.startswith("voltage") else None,
     )  # fmt: skip
 
 

@@ -186,7 +186,7 @@ def test_a_log_with_gaps_keeps_its_first_row_and_its_commands(tmp_path: Path) ->
 
 def test_the_command_line_writes_the_truth_beside_the_folder(tmp_path: Path) -> None:
     """OUT.truth.json, never inside OUT."""
-    main([str(tmp_path / "set"), "--effect", "gain_error", "--seed", "3", "--noise", "0.6"])
+    main([str(tmp_path / "set"), "--effect", "gain_error", "--seed", "3"])
     truth = json.loads((tmp_path / "set.truth.json").read_text())
     (effect,) = truth["effects"]
     assert effect["name"] == "gain_error"

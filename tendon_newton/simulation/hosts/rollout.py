@@ -74,12 +74,14 @@ SIGNALS = {
 FURTHER = {
     "tip": "joint_position",
     "current": "current",
+    "voltage": "current",
 }  # What they may have besides, where it is asked for
 # The stages in which further sensors read a signal
 READINGS = {
     "joints": Stage.JOINT_READING,
     "tip": Stage.TIP_READING,
     "current": Stage.CURRENT_READING,
+    "voltage": Stage.VOLTAGE_READING,
 }
 NEVER = 1 << 30  # A row that no recording has
 
@@ -286,10 +288,11 @@ class Rollout:
         """Simulate as `run`, and return signals over all simulated rows S.
 
         They are ``angle``, ``rate``, ``force`` (N, S, D) and ``joints`` (N, S, J), or those that
-        are asked for, also ``tip`` (N, S, 2) and ``current`` (N, S, D). Where a candidate's numbers
-        make the simulation diverge its rows are not finite; the others are unharmed. Candidates
-        between which a recording's chain feels no difference, such as in another finger's friction,
-        share a world.
+        are asked for, also ``tip`` (N, S, 2), ``current`` (N, S, D) and ``voltage`` (N, S, 2): a
+        motor's force [N] and the share by which its supply is read lower. Where a candidate's
+        numbers make the simulation diverge its rows are not finite; the others are unharmed.
+        Candidates between which a recording's chain feels no difference, such as in another
+        finger's friction, share a world.
         """
         vectors, bench = self._of_chains(parameters)
         chains, counts = len(self.commands.count), self.commands.count.numpy()
@@ -313,6 +316,8 @@ class Rollout:
             out[name] = self._chains.beside(values[rows])
         if "tip" in out:
             out["tip"] = self._tips(out["tip"], parameters)
+        if "voltage" in out:  # of an only servo whose model states no torque constant
+            out["voltage"] = np.concatenate([out["voltage"], 0.0 * out["voltage"]], axis=-1)
         for name in out.keys() & READINGS.keys():
             self._read(READINGS[name], out[name], parameters)
         return out

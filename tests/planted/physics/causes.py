@@ -84,6 +84,7 @@ class Causes:
     tip_delay: float = 0.0  # How late it is seen [s]
     current_gain: float = 1.0  # What is read of the motor's current [1]
     current_delay: float = 0.0  # How late it is read [s]
+    supply_sag: float = 0.0  # Share by which the supply is read too low per newton [1/N]
     period_scale: float = 1.0  # Time between two rows against what the log says [1]
 
     # Amplitude of the motor force's ripple [N], in sin(cogging_rate * angle + phase)

@@ -12,7 +12,7 @@ from tests.planted.physics.kernel_line import (
     first_line,
     line_after,
     motor_angle,
-    motor_current,
+    motor_pull,
     tension,
 )
 from tests.planted.physics.kernel_plant import HALF, ONE, PI, ZERO, Plant, bend_after
@@ -116,7 +116,7 @@ def drive(
     motor: wp.array2d[wp.vec2d],
     force: wp.array2d[wp.float64],
     cell: wp.array2d[wp.float64],
-    current: wp.array2d[wp.float64],
+    given: wp.array2d[wp.float64],
 ) -> None:
     """Run recording i from rest.
 
@@ -192,7 +192,7 @@ def drive(
             coordinates[i, row] = q
             motor[i, row] = wp.vec2d(angle, rate)
             force[i, row] = shown
-            current[i, row] = motor_current(p, s, just)
+            given[i, row] = motor_pull(p, s, just, shown)
             row += 1
         if p.compliance != ZERO and jumps == 0:
             stretching = (pull - s.tension) / p.step

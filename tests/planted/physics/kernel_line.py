@@ -102,12 +102,12 @@ def motor_angle(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.
 
 
 @wp.func
-def motor_current(p: Plant, s: Line, command: wp.float64) -> wp.float64:
-    """Current of the winding [A], of which no ideal source has one."""
+def motor_pull(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.float64:
+    """Force that the motor gives just now [N], under a tension."""
+    angle = s.angle + p.offset
     if p.rotor == ZERO:
-        return ZERO
-    force = lagging(p, s, motor_force(p, s, command, s.angle + p.offset, s.rate))
-    return force * p.radius / p.torque_constant
+        angle = source_angle(p, s, command, pull)
+    return lagging(p, s, motor_force(p, s, command, angle, s.rate))
 
 
 @wp.func

@@ -59,7 +59,7 @@ class Motion:
     # Tension at the load cell just after the row's command took effect [N], shape (T,)
     force: Array
     cell: Array  # What the load cell says at each row: late, lagging, scaled, shifted, drifting [N]
-    current: Array  # Of the motor's winding [A]; 0 of an ideal source, shape (T,)
+    given: Array  # Force of the motor, before its gear [N], shape (T,)
     coordinates: Array  # Joint angles [rad], slider [m] and 0, shape (T, 2)
     tip: Array | None  # Fingertip x and z [m], shape (T, 2); None on a slider
 
@@ -102,7 +102,7 @@ def tip_position(bench: Bench, q: Array) -> Array:
 
 
 def _motion(
-    run: Run, coordinates: Array, motor: Array, force: Array, cell: Array, current: Array
+    run: Run, coordinates: Array, motor: Array, force: Array, cell: Array, given: Array
 ) -> Motion:
     causes = run.causes
     if run.logged is not None:
@@ -113,7 +113,7 @@ def _motion(
         speed=motor[:, 1],
         force=force,
         cell=said,
-        current=current,
+        given=given,
         coordinates=coordinates,
         tip=tip_position(run.bench, coordinates) if run.bench.kind == "finger" else None,
     )

@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 ENCODER_STEP = 2.0 * np.pi / 4096.0  # [rad]; rounded to the nearest count: floor 0.443 mrad
 JOINT_STEP, SLIDE_STEP = 2.0 * np.pi / 16384.0, 1.0e-6  # [rad, m]
 CURRENT_STEP = 1.0e-3  # [A]
+VOLTAGE_STEP, VOLTAGE_NOISE = 0.1, 0.03  # [V] of a servo's register, and standard deviation
 SPEED_STEP = 0.024  # [rad/s]
 SPEED_NOISE = 0.02  # [rad/s] standard deviation
 FORCE_NOISE = 0.05  # [N] standard deviation
@@ -28,6 +29,7 @@ class Sensors:
     cell_rate: float | None = None
     # Whether joints have encoders of their own; their zeros are where they were switched on
     on_joint: bool = False
+    supply: float | None = None  # Voltage of the supply without a load, where it is read [V]
 
 
 def coloured_noise(rng: np.random.Generator, rows: int, colour: float) -> Array:

@@ -45,5 +45,7 @@ FURTHER_SENSORS: Mapping[str, Draw] = {
     "current_sensor_gain": off("scale", "current_gain", 0.05, 0.20),
     # A register of the current that is 10 to 60 ms late
     "current_sensor_delay": evenly("delay", "current_delay", 0.01, 0.06),
+    # A supply that is read 2 to 6 % per newton lower than it is
+    "voltage_sensor_sag": evenly("sag", "supply_sag", 0.02, 0.06),
 }
 """Causes of benches that have encoders on their joints, a camera, or a servo with a motor."""
