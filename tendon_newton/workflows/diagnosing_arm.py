@@ -30,6 +30,8 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.diagnosing import diagnose_into
 
+BETTER = 0.1
+"""Share of a plain servo's squared error that causes take away, to be worth their names. Chosen."""
 ASSET = "asset"  # Folder beside the results with an arm that was described by another file
 
 
@@ -247,4 +249,13 @@ def error_lines(answer: ArmAnswer) -> list[str]:
         errors = (one.baseline.theta_rmse, one.extended.theta_rmse,
                   answer.plain[joint], answer.together[joint])  # fmt: skip
         lines.append(f"  {joint:18s}" + " ".join(f"{1e3 * error:8.1f}" for error in errors))
-    return lines
+    return [*lines, *names_line(answer.plain, answer.together)]
+
+
+def names_line(plain: Mapping[str, float], together: Mapping[str, float]) -> list[str]:
+    """Say of which joints causes predict no better than plain servos, from both RMS [rad]."""
+    same = [j for j, error in together.items() if error**2 >= (1.0 - BETTER) * plain[j] ** 2 > 0.0]
+    if not same:
+        return []
+    return [f"of {', '.join(same)} nothing is to be named beyond a plain servo: its causes take "
+            f"less than {100 * BETTER:.0f} % of the squared error away"]  # fmt: skip

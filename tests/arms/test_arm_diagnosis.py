@@ -17,7 +17,7 @@ from tendon_newton.data.model_file import Model, NamedValues, load_model, write_
 from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.errors import InvalidDataset, InvalidRecording
 from tendon_newton.exports.arms.arm_export import arm_motions
-from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into
+from tendon_newton.workflows.diagnosing_arm import diagnose_arm_into, names_line
 from tests.arms import planted_arm
 from tests.doors.logs import ROWS, lerobot, sound
 from tests.doors.mistakes import FAILED
@@ -92,6 +92,14 @@ def test_one_call_diagnoses_every_servo_of_an_arm(arm, tmp_path, capsys, monkeyp
         told = np.sqrt(np.mean((unseen.angles - unseen.commands) ** 2))
         assert row["plain_rmse"] < 0.1 * told
         assert row["together_rmse"] < 0.8 * told  # a search of seconds may name nothing
+
+
+def test_causes_that_predict_no_better_than_plain_servos_are_told() -> None:
+    """A tenth of the squared error is asked; a joint that stands has none."""
+    plain = {"pan": 0.01, "lift": 0.02, "jaw": 0.0}
+    (line,) = names_line(plain, {"pan": 0.0096, "lift": 0.0188, "jaw": 0.0})
+    assert line.startswith("of pan nothing is to be named")
+    assert names_line(plain, {"pan": 0.009, "lift": 0.018, "jaw": 0.0}) == []
 
 
 def lerobot_arm(folder: Path, arm: Path, count: int) -> Path:

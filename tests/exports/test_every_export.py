@@ -150,10 +150,7 @@ def test_what_turns_a_shaft_is_told_as_a_torque(bench: str, unit: str) -> None:
 def test_what_the_page_tells_of_a_sine_is_what_a_user_finds(
     target, bench, servo, waves, tmp_path
 ) -> None:
-    """A user's own loop strays from our simulation as far as the replay does that the page tells.
-
-    `python -m lab.studies.told_replays` does so for all benches and servos.
-    """
+    """A user's own loop strays from our simulation as far as the page tells that a replay does."""
     found = dict(told_and_found(tmp_path, target, bench, model_for(bench, servo), waves))
     assert found
     assert [one.text for way in found.values() for one in way if not one.true] == []

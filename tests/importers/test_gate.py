@@ -209,9 +209,9 @@ def test_an_unknown_bench_names_the_folders_variable(logs, tmp_path, capsys, mon
     words = logs.write(tmp_path)
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2
-    assert "your own are looked for in the folders in TENDON_NEWTON_ASSETS" in (
-        capsys.readouterr().err
-    )
+    said = capsys.readouterr().err
+    assert "your own are looked for in the folders in TENDON_NEWTON_ASSETS" in said
+    assert not (tmp_path / "out").exists()
     (tmp_path / "lab_finger").mkdir()
     (tmp_path / "lab_finger" / "lab_finger.usda").write_text("#usda 1.0\n")
     assert main(words) == 2

@@ -294,14 +294,6 @@ def test_what_cannot_be_guessed_is_said(head, columns, said, lab, tmp_path, caps
     assert said in capsys.readouterr().err
 
 
-def test_an_unknown_bench_is_refused_at_once(lab: Path, tmp_path: Path, capsys) -> None:
-    """Nothing is written of what nothing could simulate."""
-    path = mapping(tmp_path, LAB_COLUMNS, 'bench = "my_arm"')
-    assert run_import(lab, path, tmp_path / "out") == 2
-    assert "No bench named 'my_arm'; known:" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
 def test_comments_a_stated_header_and_fewer_rows(tmp_path: Path) -> None:
     """Lines of a comment are passed over, names are stated, and rows are means of many.
 

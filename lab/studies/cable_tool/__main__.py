@@ -18,11 +18,9 @@ from lab.studies.board import interval
 from lab.studies.cable_tool.figure import draw
 from lab.studies.cable_tool.rivals import fitted_law, learned
 from lab.studies.cable_tool.runs import (
-    REGIMES,
     TO_TORQUE,
     Run,
     read_runs,
-    regimes,
     repeatability,
     write_bench,
 )
@@ -88,7 +86,7 @@ SPLITS = {
 
 
 def main() -> None:
-    """Print repeatability, the answers of all programs by split, halves and regimes."""
+    """Print repeatability, the answers of all programs by split, and halves."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path, help="folder of the tools' folders")
     parser.add_argument("--splits", nargs="+", choices=list(SPLITS), default=list(SPLITS))
@@ -129,7 +127,6 @@ def report(runs: Sequence[Run], split: Split, repeats: float, pictures: Path | N
         print(f"  {name:32s} {with_interval(torques(errors)):24s} {with_interval(angles(errors))}")
     ratio = rms(torques(found)) / repeats
     print(f"  the diagnosis leaves {ratio:.1f} times the repeatability of the torque")
-    by_regime(test, found)
     print_causes(diagnosis)
     if pictures is not None:
         draw(pictures, split.name, test, whole)
@@ -171,19 +168,6 @@ def with_interval(sizes: Array) -> str:
     """Return the RMS over runs with its 95 % interval, by drawing runs, and the worst run."""
     low, high = interval(sizes)
     return f"{rms(sizes):5.2f} [{low:.2f}, {high:.2f}], worst {sizes.max():.1f}"
-
-
-def by_regime(test: Sequence[Run], errors: Errors) -> None:
-    """Print what is left while the spindle is still, turns over and slides."""
-    place = np.concatenate([regimes(run.recording)[run.scored] for run in test])
-    torque = np.concatenate([TO_TORQUE * e.force[0] for e in errors if e.force is not None])
-    angle = np.concatenate([1.0e3 * e.theta[0] for e in errors])
-    for k, name in enumerate(REGIMES):
-        own = place == k
-        print(
-            f"    {name:14s} {100.0 * own.mean():3.0f} % of the rows: "
-            f"{rms(torque[own]):5.2f} mN m, {rms(angle[own]):5.1f} mrad"
-        )
 
 
 def print_causes(diagnosis: Diagnosis) -> None:

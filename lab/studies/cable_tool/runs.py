@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.importers.mapped import read_mapped
-from tendon_newton.data.recording import Array, Indices, Mask, Recording
+from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE
@@ -24,9 +24,6 @@ JERK = {"Tool_4_Maryland_L_4_07.csv": 17.0}
 ZERO_LOAD, ZERO_FREQUENCY = 0.6, 0.3
 """Load [A] and frequency [Hz] of the run that tells the jaw encoder's zero of its setting."""
 SLOPE = 0.93  # Turn of the jaw per turn of the spindle by which those zeros are read [1]
-STILL, TURNED = 0.02, 0.1
-"""Speed of the spindle at rest [rad/s]; way after a reversal on which it still turns over [rad]."""
-REGIMES = ("still", "turning over", "sliding")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,21 +111,6 @@ def spindle_torque(recording: Recording) -> Array:
     """Return the torque measured at the spindle [mN m], shape (T,)."""
     assert recording.force is not None
     return TO_TORQUE * recording.force[:, 0]
-
-
-def regimes(recording: Recording) -> Indices:
-    """Return whether the spindle is still (0), turns over (1) or slides (2), shape (T,)."""
-    speed = recording.motor_velocity[:, 0]
-    moves = np.abs(speed) > STILL
-    side = np.sign(speed) * moves
-    way = np.abs(np.diff(recording.motor_position[:, 0], prepend=0.0))
-    since = np.zeros(len(side))
-    last = 0.0
-    for k in range(1, len(side)):
-        turned = side[k] * last < 0.0
-        last = side[k] or last
-        since[k] = 0.0 if turned else since[k - 1] + way[k]
-    return np.where(~moves, 0, np.where(since < TURNED, 1, 2)).astype(np.intp)
 
 
 def repeatability(runs: Sequence[Run]) -> Array:

@@ -36,13 +36,6 @@ class Replayed:
         return self.recording.time >= self.recording.time[0] + SETTLED
 
     @property
-    def force_error(self) -> float:
-        """Tension, RMS [N]."""
-        assert self.recording.force is not None
-        assert self.simulated.force is not None
-        return rms((self.recording.force - self.simulated.force)[self.late])
-
-    @property
     def tip_error(self) -> float:
         """Distance of the tips, RMS [m]."""
         assert self.recording.tip is not None
