@@ -10,12 +10,13 @@ from tendon_hardware.deployment.deploy_log import STEP_TOPIC, TIMING_FIELDS, TIM
 from tendon_hardware.deployment.svg_panels import Panel, PanelLine
 from tendon_hardware.logs.session_log import TURNED_TOPIC
 from tendon_newton.data.cards.policy_observation import goal_angle
-from tendon_newton.data.dataset import load_recording
 from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
+from tendon_newton.data.recording import Array, Recording
 
 GOAL, TIP = "goal", "tip"  # Names of the two lines whose distance is the error of a policy
 ASKED, SEEN = "asked", "as seen"  # The same of a ball that turns
+SIMULATED = "simulated"  # What a model makes of the commands
 SHOWN: dict[str, tuple[tuple[str, str, float], ...]] = {
     "goal angle [deg]": (("alpha", GOAL, degrees(1.0)),),
     "turn of the ball [rad]": (("asked", ASKED, 1.0), ("turned", SEEN, 1.0)),
@@ -26,9 +27,16 @@ SHOWN: dict[str, tuple[tuple[str, str, float], ...]] = {
 """Panels that a deployment's log alone has: which of its numbers, their names and units."""
 
 
-def panels_of(path: Path) -> tuple[Panel, ...]:
-    """Gather what a log shows: goal and tip, ball, spool, tension, timing."""
-    log = load_recording(path)
+def panels_of(
+    log: Recording, path: Path, simulated: tuple[Array, Array] | None = None
+) -> tuple[Panel, ...]:
+    """Gather what a log shows: goal and tip, ball, spool, tension, timing.
+
+    Args:
+        log: Its rows.
+        path: Its file, which says more if it is a log of ours.
+        simulated: Spool angles [rad] and tensions [N] that a model makes of it, shape (T, D) each.
+    """
     (goal, goals), *balls, (timing, late) = shown_lines(path).items()
     if log.tip is not None and not any(lines for _, lines in balls):
         tip = np.degrees(goal_angle(log.tip[:, 0], log.tip[:, 1]))
@@ -40,6 +48,8 @@ def panels_of(path: Path) -> tuple[Panel, ...]:
         spool = [PanelLine(name="measured", time=log.time, values=log.motor_position[:, d])]
         if log.command is not None:
             spool.insert(0, PanelLine(name="command", time=log.time, values=log.command[:, d]))
+        if simulated is not None:
+            spool.append(PanelLine(name=SIMULATED, time=log.time, values=simulated[0][:, d]))
         panels.append(Panel(title=f"spool angle{of} [rad]", lines=tuple(spool)))
     force = []
     if log.force is not None:
@@ -48,6 +58,13 @@ def panels_of(path: Path) -> tuple[Panel, ...]:
                 name=f"load cell {d}" if servos > 1 else "load cell", time=log.time, values=column
             )
             for d, column in enumerate(log.force.T)
+        ]
+    if simulated is not None:
+        force += [
+            PanelLine(
+                name=f"{SIMULATED} {d}" if servos > 1 else SIMULATED, time=log.time, values=column
+            )
+            for d, column in enumerate(simulated[1].T)
         ]
     panels.append(Panel(title="tension [N]", lines=tuple(force)))
     panels.append(Panel(title=timing, lines=tuple(late)))

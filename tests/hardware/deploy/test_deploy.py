@@ -22,6 +22,7 @@ from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
+from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tests.bad_input.damage import refusal
 from tests.hardware.deploy.policies import Proportional, card_of, network, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
@@ -270,7 +271,20 @@ def test_a_recording_is_drawn_too(tmp_path: Path) -> None:
     """A CSV file as `import` writes it."""
     write_dataset(tmp_path, [recording("a.csv")], [])
     assert main(["plot", str(tmp_path / "a.csv")]) == 0
-    assert "measured" in (tmp_path / "a.svg").read_text()
+    alone = (tmp_path / "a.svg").read_text()
+    assert "measured" in alone
+    assert "simulated" not in alone
+
+
+def test_what_a_model_makes_of_a_log_is_drawn_beside_it(tmp_path: Path) -> None:
+    """Its angle beside the encoder's, its tension beside the cell's."""
+    write_dataset(tmp_path, [recording("a.csv")], [])
+    words = ["plot", str(tmp_path / "a.csv"), "--model"]
+    told = Model(actuator=NamedValues(name="ideal", values={"gain": 50.0}))
+    write_model(tmp_path / "model.toml", told)
+    assert main([*words, str(tmp_path / "model.toml")]) == 0
+    assert (tmp_path / "a.svg").read_text().count(">simulated<") == 2
+    assert main([*words, str(tmp_path / "nowhere.toml")]) == 2
 
 
 def test_another_policy_is_noticed_in_a_replay(policy, tmp_path, capsys) -> None:
