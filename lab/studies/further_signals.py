@@ -69,8 +69,7 @@ OF_A_SUPPLY = (
     ("spring_stiffening",),
     ("voltage_sag", "gain_error"),
     ("voltage_sag", "joint_stiffness_error"),
-    ("voltage_sag", "spool_radius_error"),
-    ("voltage_sag", "tendon_compliance"),
+    ("voltage_sag", "torque_fade", "spring_stiffening"),
 )
 """Causes by which large forces fall short, alone and beside those of the same size."""
 UNKNOWN = ("torque_constant",)
