@@ -13,6 +13,7 @@ from tendon_hardware.benches.bench import Bench
 from tendon_hardware.control.goals import stairs
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_log import read_steps
+from tendon_hardware.deployment.deploy_plot import panels_of
 from tendon_hardware.deployment.deploy_replay import replay_log
 from tendon_hardware.deployment.deploy_settings import DeploySettings
 from tendon_hardware.safety_rules.rule_limits import DeployLimits
@@ -285,6 +286,16 @@ def test_what_a_model_makes_of_a_log_is_drawn_beside_it(tmp_path: Path) -> None:
     assert main([*words, str(tmp_path / "model.toml")]) == 0
     assert (tmp_path / "a.svg").read_text().count(">simulated<") == 2
     assert main([*words, str(tmp_path / "nowhere.toml")]) == 2
+
+
+def test_a_simulated_angle_is_among_angles_and_a_tension_among_tensions() -> None:
+    """Each has its own panel and unit."""
+    log = recording("a.csv")
+    angle, force = np.full((log.sample_count, 1), 1.0), np.full((log.sample_count, 1), 2.0)
+    panels = panels_of(log, Path("a.csv"), (angle, force))
+    drawn = {p.title: {line.name: line.values[0] for line in p.lines} for p in panels}
+    assert drawn["spool angle [rad]"]["simulated"] == 1.0
+    assert drawn["tension [N]"]["simulated"] == 2.0
 
 
 def test_another_policy_is_noticed_in_a_replay(policy, tmp_path, capsys) -> None:
