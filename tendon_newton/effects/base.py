@@ -172,6 +172,11 @@ class Effect(DeviceCode):
         return all(cls.hook(stage) is None for stage in Stage if stage not in own)
 
 
+def lowered(supply: Array, sag: float) -> Array:
+    """Return a force [N] and the share by which its supply is lower [1], by more of it [1/N]."""
+    return supply + sag * np.abs(supply[:, :1]) * (0.0, 1.0)
+
+
 def earlier(signal: Array, time: Array, delay: float) -> Array:
     """Return a signal (S, C) as it was some time [s] before each row, by a cubic spline."""
     return CubicSpline(time, signal)(np.maximum(time - delay, time[0]))

@@ -1,10 +1,9 @@
 """The supply gives way under load."""
 
-import numpy as np
 import warp as wp
 
 from tendon_newton.data.recording import Array
-from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
+from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, lowered, real
 
 
 class VoltageSag(Effect):
@@ -39,4 +38,4 @@ class VoltageSag(Effect):
     @classmethod
     def voltage_reading(cls, supply: Array, time: Array, values: Array) -> Array:
         """The supply is lower by as much as the force."""
-        return supply + values[0] * np.abs(supply[:, :1]) * (0.0, 1.0)
+        return lowered(supply, values[0])

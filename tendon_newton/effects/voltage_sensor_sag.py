@@ -1,9 +1,7 @@
 """The supply is read to give way by another share than it does."""
 
-import numpy as np
-
 from tendon_newton.data.recording import Array
-from tendon_newton.effects.base import Effect, Parameter
+from tendon_newton.effects.base import Effect, Parameter, lowered
 
 
 class VoltageSensorSag(Effect):
@@ -28,4 +26,4 @@ class VoltageSensorSag(Effect):
     @classmethod
     def voltage_reading(cls, supply: Array, time: Array, values: Array) -> Array:
         """The reading is lower in proportion to the force."""
-        return supply + values[0] * np.abs(supply[:, :1]) * (0.0, 1.0)
+        return lowered(supply, values[0])
