@@ -2,8 +2,8 @@
 
 ``python -m lab.studies.turning_seeds --out DIR`` writes a policy and a learning curve of each
 seed, and does so every ten iterations. A GPU steps ten thousand hands in little more time than two
-thousand, so that ten seeds take twice the time of one. Strings stretch, unlike in the command of
-docs/policies.md.
+thousand, so that ten seeds take twice the time of one. Two runs that differ in ``--force`` alone
+are pairs: a seed has the same starting weights and draws in both.
 """
 
 from __future__ import annotations
@@ -72,8 +72,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(10)))
+    parser.add_argument("--force", default=RECIPE.environment.force, help="model of the servo")
+    parser.add_argument("--randomise", nargs="+", default=RANDOMISE, help="as of train-policy")
     parser.add_argument("--worlds", type=int, default=RECIPE.environment.worlds, help="of a seed")
     parser.add_argument("--iterations", type=int, default=RECIPE.iterations)
+    parser.add_argument("--stop-after", type=int, help="iterations; by default all of them")
     parser.add_argument("--rate-window", type=float, default=TurningConfig.rate_window, help="[s]")
     parser.add_argument("--catch-up-time", type=float, default=TurningConfig.catch_up_time)
     parser.add_argument("--history", type=int, default=RECIPE.environment.history)
@@ -85,14 +88,25 @@ def main() -> None:
         rate_window=words.rate_window,
         catch_up_time=words.catch_up_time,
     )
-    own = replace(RECIPE.environment, worlds=words.worlds, turning=turning, history=words.history)
+    own = replace(
+        RECIPE.environment,
+        force=words.force,
+        randomise=tuple(words.randomise),
+        worlds=words.worlds,
+        turning=turning,
+        history=words.history,
+    )
     config = replace(RECIPE, environment=own, iterations=words.iterations, device=words.device)
     words.out.mkdir(parents=True, exist_ok=True)
-    train(config, words.seeds, words.out)
+    train(config, words.seeds, words.stop_after or words.iterations, words.out)
 
 
-def train(config: PolicyTrainingConfig, seeds: list[int], out: Path) -> None:
-    """Train all seeds, and write what each has learned."""
+def train(config: PolicyTrainingConfig, seeds: list[int], last: int, out: Path) -> None:
+    """Train all seeds, and write what each has learned.
+
+    Args:
+        last: Iteration after which all end; exploration and learning rate fall until the config's.
+    """
     worlds, begun = config.environment.worlds, time.monotonic()
     together = replace(config.environment, worlds=worlds * len(seeds))
     environment = FingerEnvironment(together, seed=seeds[0], device=config.device)
@@ -102,7 +116,7 @@ def train(config: PolicyTrainingConfig, seeds: list[int], out: Path) -> None:
         learner_of(replace(config, seed=seed), environment, slice(k * worlds, (k + 1) * worlds))
         for k, seed in enumerate(seeds)
     ]
-    for iteration in range(config.iterations):
+    for iteration in range(last):
         for learner in learners:
             explore(learner, exploration_at(config, iteration))
             learn_at(learner, learning_rate_at(config, iteration))
@@ -125,7 +139,7 @@ def train(config: PolicyTrainingConfig, seeds: list[int], out: Path) -> None:
             each.rows.append([iteration + 1, seconds, rate, float(paid[each.share].mean())])
         rates = ", ".join(f"{each.rows[-1][2]:.2f}" for each in learners)
         print(f"iteration {iteration + 1}, {seconds:.0f} s: {rates} rad/s", flush=True)
-        if (iteration + 1) % KEPT_EVERY == 0 or iteration + 1 == config.iterations:
+        if (iteration + 1) % KEPT_EVERY == 0 or iteration + 1 == last:
             write(out, environment, learners)
 
 

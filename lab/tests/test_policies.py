@@ -9,6 +9,9 @@ import pytest
 from lab.studies.climbs import file_of
 from lab.studies.diagnosed_policies import PACKAGED, jobs_of, reader, row_of, study_of, tuned
 from lab.studies.job_graph import Job, Places, failures, left, run
+from lab.studies.turning_hands import compared, deploy, policies_of
+from tendon_newton.data.files.origin import content_hash
+from tendon_newton.errors import TendonNewtonError
 from tests.diagnosis.in_time.test_changes import log_of
 from tests.physics.runs import ideal_model
 
@@ -111,3 +114,28 @@ def test_tuning_finds_the_numbers_of_a_model_from_a_log() -> None:
     assert found["coulomb_friction"]["force"] == pytest.approx(1.1, rel=0.05)
     assert found["tendon_slack"]["length"] == pytest.approx(0.003, rel=0.05)
     assert model.actuator == start.actuator
+
+
+def test_a_difference_of_one_hand_or_one_seed_counts_for_nothing(rng) -> None:
+    """Ten seeds agree on a hand that gains 30 rad/min, and yet another hand may gain nothing."""
+    first = 20.0 + rng.normal(0.0, 3.0, (10, 10))
+    everywhere, one = first - 4.0 + rng.normal(0.0, 1.0, (2, 10, 10))
+    one += 4.0
+    one[:, 3] -= 30.0
+    assert compared(first, everywhere).endswith(": significant")
+    assert compared(first, one).endswith(": no difference that counts")
+    assert compared(first.T, one.T).endswith(": no difference that counts")
+
+
+def test_a_policy_turns_each_hand_once(tmp_path: Path) -> None:
+    """Rows of the same policy stay; another one in its place is deployed, and is none here."""
+    (tmp_path / "seed_31.onnx").write_bytes(b"a policy")
+    ((seed, policy),) = policies_of(tmp_path).items()
+    asked = {"rate_rad_per_s": 1.5, "seconds": 20.0}
+    rows = {**asked, "policy": content_hash(b"a policy"), "hands": [{"unit": 7}]}
+    results = tmp_path / "hands.json"
+    results.write_text(json.dumps({f"sheet{seed}": rows}))
+    deploy("sheet_31", policy, [7], asked, results)
+    policy.write_bytes(b"another")
+    with pytest.raises(TendonNewtonError):
+        deploy("sheet_31", policy, [7], asked, results)
