@@ -280,6 +280,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("overload-never-ends", "tendon_newton/effects/overload_cut.py",
         "turned = duty[0] * lasted < real(0.0)", "turned = duty[0] * lasted < real(-1.0e9)",
         f"{FIRMWARE} other_side"),
+    Mutation("overload-cut-at-the-next-step", "tendon_newton/effects/overload_cut.py",
+        "    counts_to = 2\n", "", f"{FIRMWARE} inside_a_step"),
     Mutation("profile-brakes-too-late", "tendon_newton/effects/acceleration_limit.py",
         "top = wp.min(wp.sqrt(reach), values[1])",
         "top = wp.min(wp.sqrt(real(2.0) * reach), values[1])", f"{FIRMWARE} trapezoid"),

@@ -204,6 +204,8 @@ MEMORY_SIZE: int = constant()  # Numbers S in a world's memory
 # Where the parameters stand that wake the effects with memory, those of each tendon
 MEMORY_OFFSETS: tuple[int, ...] = constant()
 MEMORY_NULLS: tuple[float, ...] = constant()  # Null values of these parameters
+# For each tendon's memory that counts seconds: its place, and that of the time that it counts to
+COUNTS: tuple[tuple[int, int], ...] = constant()
 HAS_LOAD: bool = constant()  # Whether the load on the joint is an input
 LED: bool = constant()  # Whether the shaft's path is an input
 # Whether the actuator's force is decided outside the kernel and held

@@ -124,6 +124,9 @@ class Effect(DeviceCode):
     """Stage after which an effect with internal state renews it; see `renewals`."""
     memory_parameter: ClassVar[int] = 0
     """Place of the parameter at whose null value nothing needs to be renewed."""
+    counts_to: ClassVar[int | None] = None
+    """Place of the parameter [s] up to which a memory counts the seconds, whatever its sign: the
+    effect acts otherwise from there on, and a step is divided there."""
 
     @classmethod
     def hook(cls, stage: Stage) -> Callable[..., Any] | None:

@@ -25,6 +25,7 @@ class OverloadCut(Effect):
     confused = ("force_saturation", "torque_fade")
     memory = Stage.DUTY
     switches = ("duty", "time")
+    counts_to = 2
     parameters = (
         Parameter("duty", "1", null=1.0, nominal=0.8, lower=0.05, upper=1.0).since(
             "80 of 100 from the factory"

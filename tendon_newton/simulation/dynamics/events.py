@@ -1,8 +1,9 @@
-"""What ends contact states: a row at a speed at which it may be held, an end stop met or left."""
+"""What divides a step: a row at a speed at which it may be held, a stop, a string, a time met."""
 
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    COUNTS,
     FREE_SPOOL,
     HAS_ROTOR,
     HOLDS_ROUTED,
@@ -43,6 +44,7 @@ from tendon_newton.simulation.tendons.world_drive import at_end, in_same_mode
 
 # How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]
 EDGE = 1.0e-6
+AFTER = 1.0e-6  # How long after a time was met a step is divided [s]: float32 counts to some 1e-7
 NOTHING = -1  # Row of an event that brings no row to a speed
 
 
@@ -174,6 +176,15 @@ def first_event(
                     event.speed = real(0.0)
     if wp.static(not HAS_ROTOR):
         event = first_slack(mechanism, p, here, contact, end, there, h, event)
+    for i in range(wp.static(len(COUNTS))):
+        lasted = wp.abs(here.memory[wp.static(COUNTS[i][0])])
+        fraction = (p[wp.static(COUNTS[i][1])] + real(AFTER) - lasted) / h
+        if lasted > real(0.0) and fraction > real(0.0) and fraction < event.fraction:
+            event = Event()
+            event.fraction = fraction
+            event.row = int(NOTHING)
+            event.joint = int(NOTHING)
+            event.tendon = int(NOTHING)
     return event
 
 

@@ -133,6 +133,15 @@ def memory_constants(structure: Structure) -> dict[Any, Any]:
         d.MEMORY_NULLS: tuple(
             e.parameters[e.memory_parameter].null for e in effects for _ in structure.starts(e.name)
         ),
+        d.COUNTS: tuple(
+            (
+                structure.memories[e.name][0] + d,
+                structure.offsets[e.name] + e.counts_to + structure.stride(e.name) * d,
+            )
+            for e in effects
+            if e.counts_to is not None
+            for d in range(structure.tendon_count)
+        ),
         d.EFFECT_COUNT: len(structure.effects),
         d.FIRST_OWN: min(structure.offsets.values(), default=0),
         d.OWN_BITS: tuple(bit for bit, _ in own),
