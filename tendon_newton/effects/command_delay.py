@@ -8,8 +8,8 @@ class CommandDelay(Effect):
 
     .. math:: \theta_d(t) \to \theta_d(t - \delta)
 
-    The commands are a staircase, and so is the delayed command; a substep of the simulation sees
-    its mean over the substep.
+    The commands are a staircase, and so is the delayed command. A substep of a rollout ends where a
+    command comes to the first servo; in a control loop and at further servos it sees the mean.
     Source: bus, USB latency and firmware period; 0.2 s were seen on a hobby servo behind ROS 2.
     Validity: a constant delay; jitter is left out.
     Signature: the residual follows the rate of the command; every jump loses its first rows.

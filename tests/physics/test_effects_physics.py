@@ -41,6 +41,17 @@ def test_a_delay_between_rows_acts_between_rows() -> None:
     np.testing.assert_allclose(late["theta"][2:], prompt[1:-3:2][: len(command) - 2], atol=1e-9)
 
 
+def test_a_delayed_command_divides_a_substep() -> None:
+    """Steps of 2 ms err by 2 mrad where a finger jumps; a mean command would err by 69."""
+    command = np.repeat([0.3, 5.0, 1.0, 3.5], 40)
+    effects = {"command_delay": {"delay": 0.0207}}
+    coarse, fine = (
+        simulate(commanded(command), effects, time_step=h, kernel=tuple(effects))
+        for h in (2e-3, 1e-4)
+    )
+    np.testing.assert_allclose(coarse.motor_position, fine.motor_position, atol=2e-3)
+
+
 def test_lag_answers_a_step_with_its_time_constant() -> None:
     """Against a wall the force is P theta_d (1 - exp(-t / tau))."""
     out = run(step(2.0), {"actuator_lag": {"time_constant": 0.05}}, **WALL)

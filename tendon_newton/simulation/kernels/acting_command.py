@@ -1,5 +1,7 @@
 """Which command acts when: a recording's commands, delayed by the servo's clock."""
 
+import warp as wp
+
 from tendon_newton.device_code.placeholders import (
     TENDONS,
     MemoryVector,
@@ -68,6 +70,30 @@ def acting_command(
         acting = acting_row(commands, log, p, d, time, row)
         command[d] = commands.angle[log.first + acting][d]
     return command
+
+
+@device_template
+def arrival(
+    commands: Commands, log: Log, p: ParameterVector, time: real, interval: real, row: int
+) -> real:
+    """Return how long [s] after an instant the command behind a row's comes to servo 0.
+
+    None comes before the interval [s] is over: its whole length.
+    """
+    arrives = interval
+    if row + 1 < log.count:
+        start = clock_effects(time, 0, p) / log.scale
+        passing = clock_effects(time + interval, 0, p) / log.scale - start
+        later = commands.time[log.first + row + 1] - start
+        if later > real(INSTANT) and later < passing - real(INSTANT):
+            arrives = interval * later / passing
+    return arrives
+
+
+@device_template
+def substeps_in(interval: real, time_step: real) -> int:
+    """Return how many substeps of at most a time step [s] an interval [s] has."""
+    return int(wp.ceil(interval / time_step - real(1.0e-6)))
 
 
 @device_template

@@ -32,9 +32,11 @@ from tendon_newton.simulation.dynamics.sensors import (
 from tendon_newton.simulation.kernels.acting_command import (
     acting_command,
     acting_row,
+    arrival,
     in_row,
     log_of,
     mean_command,
+    substeps_in,
 )
 from tendon_newton.simulation.tendons.routes import located, placed
 from tendon_newton.simulation.tendons.world_drive import at_start, world_drive
@@ -98,11 +100,16 @@ def rollout_kernel(
                 cell.after = reading.force
                 last = real(2.0 * INSTANT)
                 cell = report(commands, log, p, cell, now, last, out, readout.force)
-        steps = int(wp.ceil(interval / time_step - real(1.0e-6)))
-        h = interval / real(wp.max(steps, 1))
+        arrives = arrival(commands, log, p, now, interval, acting)
+        before = substeps_in(arrives, time_step)
+        steps = before + substeps_in(interval - arrives, time_step)
         tension = reading.force
         for k in range(steps):
+            h = arrives / real(wp.max(before, 1))
             drive.time = now + real(k) * h
+            if k >= before:
+                h = (interval - arrives) / real(steps - before)
+                drive.time = now + arrives + real(k - before) * h
             command = mean_command(commands, log, p, drive.time, h, acting)
             changed = bool(False)
             for d in range(TENDONS):
