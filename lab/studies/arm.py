@@ -6,19 +6,20 @@ causes of one joint are looked for under the loads of the arm. All other motions
 from the commands alone, all servos together. Beside it stand the plain servos of that arm, and
 lag, delay, deadband and offset of the joint alone. All start behind the acceleration that LeRobot
 writes. ``LOGS`` holds ``so101.urdf`` beside the motions. Every pair that is finished stands in
-``--out``.
+``--out``, its median and worst motion in ``--pictures``.
 """
 
 import argparse
 import json
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
+from lab.studies.arm_figure import draw
 from lab.studies.so101_pairs import (
     TOLD,
     causes,
@@ -31,10 +32,9 @@ from lab.studies.so101_pairs import (
 )
 from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.arms.arm import ArmMotion
-from tendon_newton.arms.arm_simulation import simulate_arm
-from tendon_newton.arms.known_arm import KnownArm, each_servo, know_arm
+from tendon_newton.arms.arm_simulation import SimulatedMotion, simulate_arm
+from tendon_newton.arms.known_arm import each_servo, know_arm
 from tendon_newton.data.importers.imported import Imported
-from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.effects import EFFECTS
@@ -72,6 +72,7 @@ def main() -> None:
     parser.add_argument("logs", type=Path)
     parser.add_argument("--joint", action="append", help="joints: all by default")
     parser.add_argument("--out", type=Path, default=Path("arm.jsonl"))
+    parser.add_argument("--pictures", type=Path, help="folder for pictures of each pair's motions")
     arguments = parser.parse_args()
     imported = read_so101(arguments.logs)
     mechanism = mechanism_of(arguments.logs / "so101.urdf")
@@ -80,7 +81,7 @@ def main() -> None:
         logs = [log for log in imported.logs if log.conditions["joint"] == joint]
         for pair in drawn(list(combinations(moving(logs), 2)), PAIRS):
             if (joint, pair) not in done:
-                done[joint, pair] = one_pair(imported, mechanism, joint, pair)
+                done[joint, pair] = one_pair(imported, mechanism, joint, pair, arguments.pictures)
                 with arguments.out.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(asdict(done[joint, pair])) + "\n")
     report(list(done.values()))
@@ -105,7 +106,11 @@ def motions_by_name(imported: Imported) -> dict[str, ArmMotion]:
 
 
 def one_pair(
-    imported: Imported, mechanism: Mechanism, joint: str, pair: tuple[str, str]
+    imported: Imported,
+    mechanism: Mechanism,
+    joint: str,
+    pair: tuple[str, str],
+    pictures: Path | None,
 ) -> ArmResult:
     """Diagnose a joint on two motions of its arm, and simulate the arm in all others."""
     motions = motions_by_name(imported)
@@ -114,7 +119,8 @@ def one_pair(
            for name in joints(imported)}  # fmt: skip
     known = know_arm(mechanism, seen, [imported.start_model(logs) for logs in own.values()])
     place = list(own).index(joint)
-    others = [motion for name, motion in motions.items() if name not in pair]
+    names = [name for name in motions if name not in pair]
+    others = [motions[name] for name in names]
     weights = [known.arm.weight(motion.angles) for motion in others]
     start = imported.start_model(own[joint])
     with tempfile.TemporaryDirectory() as folder:
@@ -126,9 +132,12 @@ def one_pair(
     (told,), (fixed,) = squares(study, [{}]), squares(alone, [numbers])
     trusted = [study.timeline(i).trusted for i in range(len(dataset.test))]
     models = dict(enumerate(known.plain))
-    plain = arm_squares(known, models, others, place, trusted)
-    servo = known.servo(place, diagnosis)
-    found = arm_squares(known, {**models, place: servo}, others, place, trusted)
+    plain = arm_squares(simulate_arm(known.arm, models, others), others, place, trusted)
+    models[place] = servo = known.servo(place, diagnosis)
+    states = simulate_arm(known.arm, models, others)
+    found = arm_squares(states, others, place, trusted)
+    if pictures is not None:
+        draw(pictures / f"{joint}_{'_'.join(pair)}.png", place, names, others, states, found)
     compliance = servo.actuator.values.get("compliance")
     return ArmResult(
         joint=joint, train=pair, told=mean(told), fixed=mean(fixed), plain=mean(plain),
@@ -138,14 +147,12 @@ def one_pair(
 
 
 def arm_squares(
-    known: KnownArm,
-    models: Mapping[int, Model],
+    states: Sequence[SimulatedMotion],
     motions: Sequence[ArmMotion],
     joint: int,
     trusted: Sequence[Mask],
 ) -> list[Array]:
     """Return one joint's squared errors [rad2] by motion, where its shaft is free."""
-    states = simulate_arm(known.arm, models, motions)
     return [
         (state.angles - motion.angles)[rows, joint] ** 2
         for state, motion, rows in zip(states, motions, trusted, strict=True)

@@ -42,4 +42,4 @@ def draw(folder: Path, name: str, runs: Sequence[Run], errors: Sequence[Residual
         )
     panels[0][1].legend(frameon=False, fontsize=9)
     folder.mkdir(parents=True, exist_ok=True)
-    save(figure, folder / f"cable_tool_{'_'.join(name.split()[:3])}.png", dpi=100)
+    save(figure, folder / f"cable_tool_{'_'.join(name.replace(',', '').split()[:3])}.png", dpi=100)
