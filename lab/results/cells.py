@@ -40,6 +40,12 @@ def of_rate(rate: Mapping[str, Any] | None) -> str:
     return f"{rate['hits']} of {rate['of']}: {rate['rate']:.0%} ({rate['at_least']:.0%})"
 
 
+def with_interval(ends: Sequence[float], digits: int = 2) -> str:
+    """Return a number with its 95 % interval, of the number and both ends."""
+    value, low, high = (f"{x:.{digits}f}" for x in ends)
+    return f"{value} [{low}, {high}]"
+
+
 def share(value: float | None) -> str:
     """Return a share in percent; nothing where it means nothing."""
     return "" if value is None else f"{value:.0%}"

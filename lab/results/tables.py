@@ -6,7 +6,17 @@ from typing import Any
 
 from scipy.stats import ttest_rel
 
-from lab.results.cells import ASKED, Records, about, constant, hands, of_rate, share, table
+from lab.results.cells import (
+    ASKED,
+    Records,
+    about,
+    constant,
+    hands,
+    of_rate,
+    share,
+    table,
+    with_interval,
+)
 from lab.results.readme_table import origin, readme
 from lab.results.record import Record
 from lab.studies.comparison.table import ratios, shares_of_arm
@@ -289,6 +299,27 @@ def paper(kept: Records) -> str:
     return table(("experiment", "measured", "paper", "ours: median (range)", "benches"), rows)
 
 
+def cable_tool(kept: Records) -> str:
+    """Return what programs leave of instruments' torque and jaw angle, by what is left out."""
+    splits = kept["cable_tool"].figures
+    rows = []
+    for program in next(iter(splits.values())):
+        both = ([*map(with_interval, own[program])] for own in splits.values())
+        rows.append((program, *(f"{torque} mN m, {angle} mrad" for torque, angle in both)))
+    return table(("", *splits), rows)
+
+
+def whole_arm(kept: Records) -> str:
+    """Return what models leave of an arm's squared error, and their errors by joint."""
+    models = kept["arm"].figures
+    joints = next(iter(models.values()))["joints"]
+    rows = [
+        [words, with_interval(own["pooled"], 3), f"{own['alike']:.3f}", *own["joints"].values()]
+        for words, own in models.items()
+    ]
+    return table(("model", "pooled", "each pair alike", *joints), rows)
+
+
 TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "readme": ("README.md", readme),
     "comparison": (
@@ -301,6 +332,8 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     ),
     "losses": ("docs/comparison.md", lambda kept: ratios(kept["comparison"].figures)),
     "arm": ("docs/lab/so101.md", lambda kept: shares_of_arm(kept["comparison"].figures)),
+    "whole arm": ("docs/lab/so101.md", whole_arm),
+    "cable tool": ("docs/lab/cable_tool.md", cable_tool),
     "rates": ("docs/policies.md", heeded),
     "diagnosed policies": ("docs/lab/policies.md", diagnosed),
     "paper's policies": ("docs/lab/policies.md", as_the_paper),

@@ -45,6 +45,6 @@ def draw(
         axes.set_ylabel("angle [rad]")
         tidy(axes)
     axes.set_xlabel("time [s]")
-    axes.legend(frameon=False, fontsize=9)
+    axes.legend(framealpha=1.0, fontsize=9)
     path.parent.mkdir(parents=True, exist_ok=True)
     save(figure, path, dpi=100)
