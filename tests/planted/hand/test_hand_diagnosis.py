@@ -13,9 +13,8 @@ from tests.planted.owners.checks import (
 from tests.planted.owners.plant import Faults
 from tests.planted.owners.sets import FAULTS, SILENT, Recipe
 
-QUICK = ("gain_error", 1)
-"""What is diagnosed whenever tests run, in recordings of 2 s; the others take most of a minute."""
-OTHERS = (
+KINDS = (
+    ("gain_error", 1),
     ("joint_dry_friction", 3),
     (SILENT, None),
     *((name, place % 4) for place, name in enumerate(FAULTS)),
@@ -73,11 +72,8 @@ def test_plant_and_simulator_do_the_same_with_faults_of_one_finger() -> None:
     check_agreement(HAND, planted)
 
 
-@pytest.mark.parametrize(
-    ("fault", "servo"),
-    [QUICK, *(pytest.param(*kind, marks=pytest.mark.slow) for kind in OTHERS if kind != QUICK)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("fault", "servo"), dict.fromkeys(KINDS))
 def test_a_fault_is_named_with_its_finger_and_no_other(fault, servo, tmp_path) -> None:
     """Or as that of all; with its number in the extended model too; a clean set is silent."""
-    duration = 2.0 if (fault, servo) == QUICK else 4.0
-    check_answer(tmp_path, Recipe(bench=HAND, fault=fault, servo=servo, seed=5, duration=duration))
+    check_answer(tmp_path, Recipe(bench=HAND, fault=fault, servo=servo, seed=5))

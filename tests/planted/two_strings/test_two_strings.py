@@ -156,6 +156,11 @@ def recipe(fault: str, servo: int | None, seed: int = 5) -> Recipe:
     return Recipe(bench=TWO_STRINGS, fault=fault, servo=servo, seed=seed)
 
 
+def test_a_fault_of_one_servo_is_named_with_its_owner(tmp_path: Path) -> None:
+    """In recordings of 2 s, whenever tests run; the others take a minute and more."""
+    check_answer(tmp_path, replace(recipe("load_cell_gain", 0), duration=2.0))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("fault", "servo"), TWO_STRINGS.kinds)
 def test_a_fault_is_named_with_its_owner_and_no_other(fault, servo, tmp_path) -> None:
