@@ -9,9 +9,10 @@ from tendon_newton.actuators import ACTUATORS as KINDS
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
+from tendon_newton.effects import EFFECTS
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, command_range, departure, replayed
-from tendon_newton.simulation.hosts.replay import bench_of, replay
+from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from tests.physics.runs import run_of
 
@@ -137,4 +138,8 @@ def strays_of(folder: Path, target: str, way: str, bench: str, model: Model) -> 
     run = short_run(bench, model)
     exported = EXPORTS[target].write(folder, mechanism, model)
     theirs = replayed(EXPORTS[target], exported, way, model, [run])
-    return departure(mechanism, theirs, replay([run], model))
+    plain = len(mechanism.tendons) == 1 and len(mechanism.joints) < 3
+    # kernels of all effects compile once, those of a model's own for each model
+    effects = tuple(EFFECTS) if model.effects and plain else None
+    ours = rollout_of(mechanism, [run], model, effects=effects)
+    return departure(mechanism, theirs, ours.run(ours.base_vectors(model)[None])[0])

@@ -21,6 +21,7 @@ from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
+from tests import effect_bench
 from tests.conftest import SEED
 from tests.physics.hands.chains import TREES, write_chain
 from tests.physics.runs import GAIN, RADIUS, ideal_model, run_of, simulate, stairs
@@ -100,9 +101,9 @@ def test_error_falls_with_the_square_of_the_step(case: str) -> None:
 def closing_error(effects: dict[str, dict[str, float]], duration: float, step: float) -> float:
     """Return how far a closing finger is from a fine simulation at the end of one row [rad]."""
     run = run_of([2.5, 2.5], rate=1.0 / duration, start="first_row", angle=0.8, speed=2.0)
-    model = ideal_model(**effects)
     coarse, fine = (
-        simulate([run], model, time_step=h)[0].joint_position[-1] for h in (step, REFERENCE)
+        effect_bench.simulate(run, effects, time_step=h).joint_position[-1]
+        for h in (step, REFERENCE)
     )
     return float(np.abs(coarse - fine).max())
 
