@@ -40,14 +40,9 @@ def main(config: ExperimentConfig) -> None:
     """Find the run and write it."""
     from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.errors import InvalidOutput, InvalidParameter, NothingToSeparate
+    from tendon_newton.errors import NothingToSeparate
 
-    if not 2.0 <= config.duration <= 120.0:
-        raise InvalidParameter(f"--duration must be 2 to 120 s; it is {config.duration:g}")
-    if not config.force_limit > 0.0:
-        raise InvalidParameter(f"--force-limit must be above 0; it is {config.force_limit:g}")
-    if config.out.suffix != ".csv":
-        raise InvalidOutput(f"{config.out}: a command file is a CSV file, NAME.csv")
+    check(config)
     quiet_warp()
 
     import numpy as np
@@ -100,6 +95,18 @@ def main(config: ExperimentConfig) -> None:
     if (worth := best_by_hand(forecast)) is not None:
         print(f"\nby hand: {worth.text()}")
     tell_next(config, best)
+
+
+def check(config: ExperimentConfig) -> None:
+    """Refuse what no run can be, before anything is loaded."""
+    from tendon_newton.errors import InvalidOutput, InvalidParameter
+
+    if not 2.0 <= config.duration <= 120.0:
+        raise InvalidParameter(f"--duration must be 2 to 120 s; it is {config.duration:g}")
+    if not config.force_limit > 0.0:
+        raise InvalidParameter(f"--force-limit must be above 0; it is {config.force_limit:g}")
+    if config.out.suffix != ".csv":
+        raise InvalidOutput(f"{config.out}: a command file is a CSV file, NAME.csv")
 
 
 def tell_next(config: ExperimentConfig, best: Expected) -> None:
