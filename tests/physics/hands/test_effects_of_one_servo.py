@@ -98,6 +98,20 @@ def test_the_same_at_each_servo_is_the_same_at_all(actuator, causes) -> None:
             assert np.array_equal(first[:, 2], all_[:, 2]), name
 
 
+def test_an_overload_of_the_second_servo_is_cut_inside_a_step() -> None:
+    """Its own time divides a step, not that of the first: so steps of 2 ms err by 1 mrad."""
+    jump = np.where(np.arange(ROWS) < 10, 0.5, 2.5)
+    log = replace(recording(), command=np.stack([np.full(ROWS, 0.5), jump], axis=1))
+    cut = (
+        effect("overload_cut", d, duty=0.3, fraction=0.01, time=time)
+        for d, time in enumerate((0.9, 0.5013))
+    )
+    model = Model(actuator=IDEAL, effects=tuple(cut))
+    coarse, fine = (replay([log], model, time_step=h)[0].motor_position[48:] for h in (2e-3, 1e-4))
+    np.testing.assert_allclose(coarse, fine, atol=1e-3)
+    assert fine[0, 1] - fine[5, 1] > 0.2  # it is let go
+
+
 def test_what_one_servo_has_counts_there_before_what_all_have() -> None:
     """An effect of all servos and one of servo 1 are two effects of one servo each."""
     both = run(effect("gain_error", scale=0.8), effect("gain_error", 1, scale=1.0))
