@@ -109,6 +109,16 @@ class ListedRecording:
     bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
     actuator_overrides: Mapping[str, float] = field(default_factory=dict[str, float])
 
+    @property
+    def stated(self) -> dict[str, Any]:
+        """What it says of the recording, as that one's fields."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {
+            name: value
+            for name, value in own.items()
+            if name not in ("file", "split", "mapping") and value is not None
+        }
+
 
 @dataclass(frozen=True, kw_only=True)
 class Dataset:
@@ -358,13 +368,7 @@ def inside(folder: Path, name: str, where: str) -> Path:
 def read_recording(path: Path, entry: ListedRecording) -> Recording:
     """Read the recording that an entry lists."""
     where = f"{path / FILE_NAME}: {entry.file}"
-    stated = {
-        field.name: getattr(entry, field.name)
-        for field in fields(entry)
-        if field.name not in ("file", "split", "mapping", "obstacle")
-    }
-    if entry.obstacle is not None:
-        stated["obstacle"] = entry.obstacle
+    stated = entry.stated
     try:
         with kept_inside(path):
             if entry.mapping is not None:

@@ -11,7 +11,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset, load_dataset, write_dataset
 from tendon_newton.data.files.text_file import kept_inside, read_text
 from tendon_newton.data.files.toml_file import write_toml
-from tendon_newton.data.formats.csv_file import read_csv
+from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
@@ -232,7 +232,7 @@ def test_long_files_of_short_lines_are_read(ending: str, tmp_path: Path) -> None
 
 def read_finger(path: Path) -> Recording:
     """Read a CSV file as a log of the finger."""
-    return read_csv(path, bench="finger")
+    return read_recording_file(path, bench="finger")
 
 
 def read_whole(path: Path) -> Dataset:

@@ -28,9 +28,8 @@ from tendon_hardware.logs.mcap_file import McapFile
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
-from tendon_newton.data.formats.csv_file import read_csv, write_csv
+from tendon_newton.data.formats.csv_file import write_csv
 from tendon_newton.data.formats.mapped_column import read_topic_mapping
-from tendon_newton.data.formats.mcap_file import read_mcap
 from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
 from tendon_newton.data.importers.mapped import read_mapped
 from tendon_newton.data.model_file import load_model, write_model
@@ -182,9 +181,9 @@ def csv_file(folder: Path) -> Path:
 
 def read_csv_twice(path: Path) -> None:
     """What is read can be written and read again, every number the same."""
-    made = read_csv(path, bench="finger")
+    made = read_recording_file(path, bench="finger")
     write_csv(path.with_name("again.csv"), made)
-    again = read_csv(path.with_name("again.csv"), bench="finger")
+    again = read_recording_file(path.with_name("again.csv"), bench="finger")
     for name in ("time", "motor_position", "motor_velocity", "command", "force", "enabled"):
         assert np.array_equal(getattr(made, name), getattr(again, name))
     assert set(made.extra) == set(again.extra)
@@ -392,9 +391,9 @@ TABLE = either(change_cells, change_cells, change_lines, flip)
 TARGETS: dict[str, Target] = {
     "csv": Target(csv_file, TABLE, read_csv_twice),
     "dataset": Target(dataset_folder, table_changer(DATASET, tomli_w.dumps), read_dataset),
-    "mcap": Target(mcap_file, flip, lambda path: read_mcap(path, bench="finger")),
+    "mcap": Target(mcap_file, flip, lambda path: read_recording_file(path, bench="finger")),
     "mcap-schema": Target(
-        mcap_file, change_definitions, lambda path: read_mcap(path, bench="finger")
+        mcap_file, change_definitions, lambda path: read_recording_file(path, bench="finger")
     ),
     "bag": Target(bag_file, flip, read_bag),
     "bag-yaml": Target(lambda at: bag_file(at).with_name("metadata.yaml"), TEXT, read_bag),

@@ -12,7 +12,8 @@ import pytest
 from tendon_hardware.logs import ros_messages as ros
 from tendon_newton.data import dataset as datasets
 from tendon_newton.data.dataset import load_dataset, process_count, write_dataset
-from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency, TendonNewtonError
 from tests.formats.sessions import (
@@ -27,7 +28,7 @@ from tests.formats.sessions import (
 
 def read(path: Path) -> Recording:
     """Read a log of the finger."""
-    return read_mcap(path, bench="finger")
+    return read_recording_file(path, bench="finger")
 
 
 def joint(k: int, **changes: object) -> ros.Message:
@@ -236,7 +237,7 @@ def test_a_session_states_what_stood_in_the_way(tmp_path: Path, *, finish: bool)
     blocked = write_session(tmp_path / "hand.mcap", rows=1600, finish=finish, obstacle="hand")
     assert read(blocked).obstacle == "hand"
     assert read(write_session(tmp_path / "run.mcap")).obstacle == "free"
-    assert read_mcap(blocked, bench="finger", obstacle="free").obstacle == "free"
+    assert read_recording_file(blocked, bench="finger", obstacle="free").obstacle == "free"
 
 
 def test_an_obstacle_survives_where_the_session_does_not(tmp_path: Path) -> None:

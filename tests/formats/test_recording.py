@@ -11,7 +11,9 @@ from hypothesis.extra.numpy import arrays
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.channels import CHANNELS
 from tendon_newton.data.dataset import load_dataset, write_dataset
-from tendon_newton.data.formats.csv_file import read_csv, write_csv
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.csv_file import write_csv
+from tendon_newton.data.importers.own import read_own
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset, InvalidRecording
 from tests.importers.logs import ROWS, dataset, recording
@@ -116,7 +118,7 @@ def test_a_csv_file_keeps_every_bit(tmp_path_factory, width, data, start, steps)
     )
     path = tmp_path_factory.mktemp("csv") / log.name
     write_csv(path, log)
-    assert_equal(read_csv(path, bench="finger"), log)
+    assert_equal(read_recording_file(path, bench="finger"), log)
 
 
 def assert_equal(one: Recording, other: Recording) -> None:
@@ -133,19 +135,19 @@ def test_unknown_columns_are_kept_as_numbers_or_words(tmp_path: Path) -> None:
     """A column that the format does not know comes back, whatever it holds."""
     path = tmp_path / "run.csv"
     path.write_text("phase,theta_dot,t,theta,force,humidity\nup,0,0,0,1,0.4\ndown,0,0.01,0,1,\n")
-    log = read_csv(path, bench="finger")
+    log = read_recording_file(path, bench="finger")
     assert list(log.extra["phase"]) == ["up", "down"]
     assert list(log.extra["humidity"]) == ["0.4", ""]
     assert log.command is None
     write_csv(path, log)
-    assert list(read_csv(path, bench="finger").extra["phase"]) == ["up", "down"]
+    assert list(read_recording_file(path, bench="finger").extra["phase"]) == ["up", "down"]
 
 
 def test_a_byte_order_mark_and_spaces_after_commas_are_read(tmp_path: Path) -> None:
     """Spreadsheets write both."""
     path = tmp_path / "run.csv"
     path.write_text("\ufefft, theta, theta_dot, theta_d\r\n0, 0, 0, 1\r\n0.01, 0, 0, 1\r\n")
-    assert read_csv(path, bench="finger").sample_count == 2
+    assert read_recording_file(path, bench="finger").sample_count == 2
 
 
 def test_tendons_that_are_switched_apart_are_refused(tmp_path: Path) -> None:
@@ -154,23 +156,26 @@ def test_tendons_that_are_switched_apart_are_refused(tmp_path: Path) -> None:
     header = "t,theta_0,theta_1,theta_dot_0,theta_dot_1,force_0,force_1,enabled_0,enabled_1\n"
     path.write_text(header + "0,0,0,0,0,1,1,1,0\n0.01,0,0,0,0,1,1,1,1\n")
     with pytest.raises(InvalidRecording, match="enabled must be the same for all tendons"):
-        read_csv(path, bench="finger")
+        read_recording_file(path, bench="finger")
     path.write_text(header + "0,0,0,0,0,1,1,0,0\n0.01,0,0,0,0,1,1,1,1\n")
-    assert list(read_csv(path, bench="finger").enabled) == [False, True]
+    assert list(read_recording_file(path, bench="finger").enabled) == [False, True]
 
 
-def test_what_an_entry_says_comes_back(tmp_path: Path) -> None:
-    """Start, overrides and load cell rate of a recording survive writing and reading."""
+@pytest.mark.parametrize("mend", [False, True])
+def test_what_an_entry_says_comes_back(mend: bool, tmp_path: Path) -> None:
+    """Start, obstacle, overrides and load cell rate survive writing and reading, mended or not."""
     log = recording(
         "sub/run.csv",
         start="first_row",
         bench_overrides=BenchOverrides(mass=(0.49,), range=(1.75, 1.4)),
         actuator_overrides={"duty_per_rad": 1.1},
         load_cell_rate=20.0,
+        obstacle="ball",
     )
     write_dataset(tmp_path, [log], [recording("test.csv")])
-    (back,) = load_dataset(tmp_path).train
+    (back,) = (read_own(tmp_path, mend=True) if mend else load_dataset(tmp_path)).train
     assert back.name == "sub/run.csv"
+    assert back.obstacle == "ball"
     assert back.start == "first_row"
     assert back.bench_overrides == log.bench_overrides
     assert dict(back.actuator_overrides) == {"duty_per_rad": 1.1}

@@ -12,7 +12,8 @@ from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.control.operator import OperatorProgress
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import FaultEvent, Faults
-from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.recording import Recording
 from tests.hardware.silent_operator import SilentOperator
 
@@ -80,7 +81,7 @@ class Trial:
 
     def recording(self) -> Recording:
         """Read what was recorded."""
-        return read_mcap(self.path, bench=self.bench)
+        return read_recording_file(self.path, bench=self.bench)
 
 
 def begin(bench: Bench, faults: Faults) -> None:

@@ -36,7 +36,8 @@ from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import ListedRecording, list_recording, load_dataset
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS, excite
-from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.errors import InvalidOutput, InvalidParameter
 from tests.bad_input.damage import refusal
@@ -332,7 +333,7 @@ def test_an_interrupted_plan_is_taken_up_again(tmp_path: Path) -> None:
             LOCKSTEP, SHORT, CollectSettings(), tmp_path, operator, stop, title="short"
         )
     assert (second.kept, second.left, second.outcomes[0].interrupted) == (1, 2, "SIGTERM")
-    partial = read_mcap(tmp_path / "finger_ramps_0.mcap", bench="finger")
+    partial = read_recording_file(tmp_path / "finger_ramps_0.mcap", bench="finger")
     assert 0.9 < partial.duration < 1.6
     with StopRequest() as stop:
         third = collect(

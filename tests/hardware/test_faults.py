@@ -31,7 +31,7 @@ from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import FaultEvent, Faults
-from tendon_newton.data.formats.mcap_file import read_mcap
+from tendon_newton.data.formats.any_file import read_recording_file
 from tests.hardware.recording import Trial, Watcher
 
 NOISE = Faults(dropped_replies=0.01, corrupted_replies=0.01, garbled_lines=0.01)
@@ -275,7 +275,7 @@ def test_killed_processes_lose_less_than_a_second(tmp_path, rng, caplog) -> None
     parent.stdout.close()
     for place, instant in enumerate(killed):
         path = tmp_path / f"{place}.mcap"
-        log = read_mcap(path, bench="finger")
+        log = read_recording_file(path, bench="finger")
         first = first_stamp(path)
         old = int((instant - 1.0 - first) * 80.0)
         assert np.count_nonzero(first + log.time < instant - 1.0) >= 0.99 * old

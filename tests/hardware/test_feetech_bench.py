@@ -18,7 +18,8 @@ from tendon_hardware.errors import ServoRefused
 from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
 from tendon_hardware.virtual_bench.process import lockstep_of
 from tendon_newton.cli import main
-from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.mcap_file import read_session
 
 FAST = ["--port", "virtual::3", "--servo", "sts3215", "--faster-than-real-time"]
 
@@ -54,7 +55,7 @@ def test_collect_records_what_the_firmware_does_by_itself(tmp_path: Path) -> Non
     )
     assert session["servo.dead_zone"].count("0.0015") == 2
     assert float(session["host_loop.gain"]) == pytest.approx(0.1 * 0.75 / 2.94)
-    recording = read_mcap(path, bench="finger")
+    recording = read_recording_file(path, bench="finger")
     assert np.ptp(recording.motor_position) > 0.2  # a loop this soft hardly beats the gear
     assert recording.force is not None
 

@@ -47,7 +47,7 @@ def main(config: WearLogs) -> None:
     """Read, fit, print, and leave with code 1 where a part wears."""
     from tendon_newton.data.importers.lerobot import LeRobotUnits
     from tendon_newton.data.oscillations.log_reading import read_any_log
-    from tendon_newton.data.wear.days import dated, joint_names
+    from tendon_newton.data.wear.days import dated
     from tendon_newton.data.wear.passport import passport_lines, passport_of
     from tendon_newton.errors import InvalidParameter
 
@@ -57,7 +57,8 @@ def main(config: WearLogs) -> None:
     logs = {name: read_any_log(name, config.mapping, units) for name in config.logs}
     days = dated(logs)
     seen: list[Passport] = []
-    for place, joint in enumerate(joint_names(logs)):
+    joints = next(iter(logs.values())).joints  # which all logs share
+    for place, joint in enumerate(joints):
         seen.append(passport_of(joint, place, days))
         if not config.json:
             print(*passport_lines(seen[-1]), sep="\n", flush=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_newton.data.formats.csv_columns import INDEX, Columns, read_columns, require
+from tendon_newton.data.formats.csv_columns import INDEX, Columns, require
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.errors import InvalidRecording, listed
 
@@ -27,18 +27,6 @@ SHARED_COLUMNS = {
     "voltage": "voltage",
     "temperature": "temperature",
 }
-
-
-def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -> Recording:
-    """Read one recording.
-
-    Args:
-        name: Name for messages and outputs; the file's own name unless given.
-        entry: What else the dataset says of it (``start``, ``bench_overrides``,
-            ``actuator_overrides``, ``load_cell_rate``).
-    """
-    name = name or path.name
-    return recording_of(read_columns(path, name), name=name, bench=bench, **entry)
 
 
 def recording_of(there: Columns, *, name: str, **entry: Any) -> Recording:

@@ -13,10 +13,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 from tendon_newton.data.files.text_file import absence, open_bytes
 from tendon_newton.data.formats.message_streams import Stream, TimedMessage, read_streams
-from tendon_newton.data.formats.resampling import rows_of
-from tendon_newton.data.formats.topic_mapping import DEFAULT_MAPPING, SESSION_RECORD, TopicMapping
-from tendon_newton.data.recording import Recording
-from tendon_newton.errors import InvalidRecording, MissingDependency, shown
+from tendon_newton.data.formats.topic_mapping import SESSION_RECORD, TopicMapping
+from tendon_newton.errors import InvalidRecording, MissingDependency
 
 if TYPE_CHECKING:
     from mcap.records import Channel, Chunk, McapRecord, Message, Schema
@@ -77,27 +75,12 @@ billions, would be read for ever."""
 
 
 def read_mcap(
-    path: Path,
-    *,
-    bench: str,
-    name: str | None = None,
-    mapping: TopicMapping = DEFAULT_MAPPING,
-    **entry: Any,
-) -> Recording:
-    """Read one recording.
+    path: Path, mapping: TopicMapping, name: str
+) -> tuple[dict[str, str], dict[str, Stream], dict[str, str]]:
+    """Read a file's topics, its mapped columns and how it was made.
 
-    Args:
-        path: The file; where it breaks off, what came before is read and a warning says so.
-        name: Name for messages and outputs; the file's own name unless given.
-        entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
-            ``actuator_overrides``, ``load_cell_rate``, ``obstacle``); the obstacle that the file
-            states holds unless given.
-
-    Raises:
-        InvalidRecording: The file is no MCAP file, or lacks a topic.
-        MissingDependency: The packages that read it are not installed.
+    Where it breaks off, what came before is read and a warning says so.
     """
-    name = name or path.name
     if not path.is_file():
         raise InvalidRecording(f"{name}: {absence(path)} ({path})")
     wanted = {source.topic for source in mapping.sources.values()}
@@ -105,10 +88,7 @@ def read_mcap(
         reading = McapReading(file, name)
         streams = read_streams(reading.messages(wanted), mapping, name)
     reading.warn()
-    require_topics(streams, mapping, reading.topics, name)
-    if "obstacle" in reading.session:
-        entry = {"obstacle": reading.session["obstacle"], **entry}
-    return Recording(name=name, bench=bench, **rows_of(streams, mapping, name), **entry)
+    return reading.topics, streams, reading.session
 
 
 def read_session(path: Path) -> dict[str, str]:
@@ -119,22 +99,6 @@ def read_session(path: Path) -> dict[str, str]:
             if type(record).__name__ == "Metadata" and record.name == SESSION_RECORD:
                 from_file = dict(record.metadata)
     return from_file
-
-
-def require_topics(
-    streams: dict[str, Stream], mapping: TopicMapping, topics: dict[str, str], name: str
-) -> None:
-    """Refuse a file without a topic that its mapping names, listing those there."""
-    for column, source in mapping.sources.items():
-        if column in streams or column in mapping.optional:
-            continue
-        there = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(topics.items()))
-        lack = "holds no value of it" if source.topic in topics else "is missing"
-        hint = "" if mapping.path else '; name yours in a file: mapping = "mapping.toml"'
-        raise InvalidRecording(
-            f"{name}: {column} comes from topic {shown(source.topic)}, field "
-            f"{shown(source.field)}, which {lack}; there are {there or 'no topics'}{hint}"
-        )
 
 
 @dataclass(kw_only=True)

@@ -10,11 +10,8 @@ from typing import Any
 
 from tendon_newton.data.files.guarded import MEMORY, SECONDS, TooMuch, guarded
 from tendon_newton.data.files.text_file import absence
-from tendon_newton.data.formats.mcap_file import require_topics
 from tendon_newton.data.formats.message_streams import Stream, TimedMessage, read_streams
-from tendon_newton.data.formats.resampling import rows_of
-from tendon_newton.data.formats.topic_mapping import DEFAULT_MAPPING, TopicMapping
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.formats.topic_mapping import TopicMapping
 from tendon_newton.errors import InvalidRecording, MissingDependency
 
 METADATA_FILE = "metadata.yaml"
@@ -24,26 +21,13 @@ BYTES_PER_SECOND = 250_000
 
 
 def read_rosbag(
-    path: Path,
-    *,
-    bench: str,
-    name: str | None = None,
-    mapping: TopicMapping = DEFAULT_MAPPING,
-    **entry: Any,
-) -> Recording:
-    """Read one recording.
+    path: Path, mapping: TopicMapping, name: str
+) -> tuple[dict[str, str], dict[str, Stream], dict[str, str]]:
+    """Read a bag's topics and its mapped columns; nothing in it says how it was made.
 
     Args:
         path: A folder with ``metadata.yaml``, or a .db3 file alone.
-        name: Name for messages and outputs; the folder's own name unless given.
-        entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
-            ``actuator_overrides``, ``load_cell_rate``).
-
-    Raises:
-        InvalidRecording: The folder or file is no bag, is damaged, or lacks a topic.
-        MissingDependency: The package that reads it is not installed.
     """
-    name = name or path.name
     if not path.exists():
         raise InvalidRecording(f"{name}: no such file or folder ({path})")
     if path.is_dir() and not (path / METADATA_FILE).is_file():
@@ -71,8 +55,7 @@ def read_rosbag(
         raise InvalidRecording(f"{name}: must be a ROS 2 bag; reading it {error} ({path})") from (
             error
         )
-    require_topics(streams, mapping, topics, name)
-    return Recording(name=name, bench=bench, **rows_of(streams, mapping, name), **entry)
+    return topics, streams, {}
 
 
 def refuse_foreign_parts(path: Path, name: str) -> int:

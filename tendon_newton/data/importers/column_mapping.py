@@ -48,6 +48,11 @@ class StatedNumbers:
     load_cell_rate: float | None = None
     current_in: Literal["winding"] | None = None  # Where the current flows, if not in the supply
 
+    @property
+    def given(self) -> dict[str, Any]:
+        """What is stated, as the fields of a recording."""
+        return {key: value for key in STATED_KEYS if (value := getattr(self, key)) is not None}
+
     def with_(self, other: "StatedNumbers") -> "StatedNumbers":
         """Return these numbers where the other has none of its own."""
         return replace(

@@ -42,6 +42,13 @@ def mended_columns(columns: Columns, name: str) -> tuple[list[Columns], list[Fin
     return list(long_parts(columns, parts)), found
 
 
+def names_of_parts(name: str, count: int) -> list[str]:
+    """Return the names of a recording's parts: its own where there is one."""
+    if count == 1:
+        return [name]
+    return [name.replace(".csv", f"_clock{k}.csv") for k in range(count)]
+
+
 def long_parts(columns: Mapping[str, Array], parts: list[Indices]) -> Iterator[Columns]:
     """Give the columns of each part that is long enough; of the longest where none is."""
     lasting = [float(columns["t"][rows[-1]] - columns["t"][rows[0]]) for rows in parts]

@@ -122,18 +122,14 @@ def beside_siblings(followed: Mapping[str, Following]) -> Iterator[tuple[str, Fi
     arm = {name: found for name, found in followed.items() if GRIPPER not in name}
     plays = {name: found.play for name, found in arm.items()}
     lateness = {name: found.delay + found.lag for name, found in arm.items()}
+    whole = Examined("all", "theta")
     for name, usual in outstanding(plays, LEAST_PLAY, ANGLE_LIMIT):
         seen = f"has {plays[name] / DEGREE:.1f} deg of play, siblings {usual / DEGREE:.1f} deg"
-        yield name, of_joint(seen, "tighten horn and screws, or replace a worn gear")
+        yield name, whole.defect(seen, "tighten horn and screws, or replace a worn gear")
     for name, usual in outstanding(lateness, LEAST_LATENESS, LATENESS_LIMIT):
         seen = f"follows {1e3 * lateness[name]:.0f} ms late, its siblings {1e3 * usual:.0f} ms"
         mend = "look at the servo's gain and acceleration registers, and at its place on the bus"
-        yield name, of_joint(seen, mend)
-
-
-def of_joint(seen: str, mend: str) -> Finding:
-    """Return what is wrong with a joint in all of its recordings."""
-    return Examined("all", "theta").defect(seen, mend)
+        yield name, whole.defect(seen, mend)
 
 
 def outstanding(

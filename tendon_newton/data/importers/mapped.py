@@ -18,7 +18,7 @@ from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import SHARED_COLUMNS, TENDON_COLUMNS, recording_of
 from tendon_newton.data.formats.rosbag import METADATA_FILE
 from tendon_newton.data.importers.column_mapping import ColumnMapping, read_mapping
-from tendon_newton.data.importers.column_mends import mended_columns
+from tendon_newton.data.importers.column_mends import mended_columns, names_of_parts
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.mapped_rows import read_mapped_columns
 from tendon_newton.data.model_file import (
@@ -210,20 +210,11 @@ def read_log(
 
 def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
     """Read a recording of ROS 2."""
-    stated = mapping.stated_of(path.name)
     recording = read_recording_file(
         path, bench=mapping.bench, name=path.name, mapping=mapping.topics
     )
     try:
-        return replace(
-            recording,
-            name=name,
-            start=stated.start or recording.start,
-            bench_overrides=stated.bench_overrides,
-            actuator_overrides=stated.actuator_overrides,
-            load_cell_rate=stated.load_cell_rate,
-            current_in=stated.current_in,
-        )
+        return replace(recording, name=name, **mapping.stated_of(path.name).given)
     except TendonNewtonError as error:
         raise InvalidRecording(f"{path}: {error}") from error
 
@@ -237,9 +228,8 @@ def rows_recordings(
     if mend:
         parts, mended = mended_columns(columns, name)
         found += mended
-    names = [name]
+    names = names_of_parts(name, len(parts))
     if len(parts) > 1:
-        names = [name.replace(".csv", f"_clock{k}.csv") for k in range(len(parts))]
         found = [replace(one, recording=own) for own in names for one in found]
     try:
         recordings = [
@@ -262,17 +252,8 @@ def make_recording(
         columns |= {a.replace("theta", "theta_dot"): np.zeros_like(columns[a]) for a in angles}
     if "enabled" in columns:
         columns["enabled"] = np.asarray(columns["enabled"] != 0.0, dtype=np.float64)
-    stated = mapping.stated_of(log)
-    recording = recording_of(
-        dict(columns),
-        name=name,
-        bench=mapping.bench,
-        start=stated.start or "equilibrium",
-        bench_overrides=stated.bench_overrides,
-        actuator_overrides=stated.actuator_overrides,
-        load_cell_rate=stated.load_cell_rate,
-        current_in=stated.current_in,
-    )
+    stated = mapping.stated_of(log).given
+    recording = recording_of(dict(columns), name=name, bench=mapping.bench, **stated)
     if not derived:
         return recording
     slope = np.gradient(recording.motor_position, recording.time, axis=0)

@@ -1,7 +1,7 @@
 """Datasets of our own format, read so that one recording that is none hides no other."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,13 +19,9 @@ from tendon_newton.data.dataset import (
 )
 from tendon_newton.data.formats.csv_columns import read_columns
 from tendon_newton.data.formats.csv_file import recording_of
-from tendon_newton.data.importers.column_mends import mended_columns
+from tendon_newton.data.importers.column_mends import mended_columns, names_of_parts
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
-
-FROM_ENTRY = (
-    "bench", "start", "load_cell_rate", "current_in", "bench_overrides", "actuator_overrides"
-)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,29 +77,20 @@ def read_listed(
 ) -> tuple[Sequence[Recording], Sequence[Finding]]:
     """Read the recording that an entry lists, in parts where its clock begins again."""
     if not mend or not entry.file.endswith(".csv"):
-        recording = read_recording(folder, entry)
-        return ([recording], []) if not mend else as_list(mended(recording))
+        recording, found = read_recording(folder, entry), ()
+        if mend:
+            recording, found = mended(recording)
+        return [recording], found
     columns = read_columns(inside(folder, entry.file, str(folder / FILE_NAME)), entry.file)
     numbers = {n: v for n, v in columns.items() if np.issubdtype(v.dtype, np.number)}
     parts, told = mended_columns(numbers, entry.file)
     if len(parts) == 1:
         parts = [{**columns, **parts[0]}] if len(parts[0]["t"]) == len(columns["t"]) else parts
-    stated = {f.name: getattr(entry, f.name) for f in fields(entry) if f.name in FROM_ENTRY}
-    names = [entry.file]
-    if len(parts) > 1:
-        names = [entry.file.replace(".csv", f"_clock{k}.csv") for k in range(len(parts))]
     passed = [
-        mended(recording_of(dict(part), name=name, **stated))
-        for name, part in zip(names, parts, strict=True)
+        mended(recording_of(dict(part), name=name, **entry.stated))
+        for name, part in zip(names_of_parts(entry.file, len(parts)), parts, strict=True)
     ]
     return [own for own, _ in passed], [*told, *(one for _, found in passed for one in found)]
-
-
-def as_list(
-    passed: tuple[Recording, Sequence[Finding]],
-) -> tuple[list[Recording], Sequence[Finding]]:
-    """Return one mended recording as a list."""
-    return [passed[0]], passed[1]
 
 
 def write_mended(folder: Path, dataset: OwnDataset, out: Path) -> None:

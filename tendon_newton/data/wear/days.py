@@ -1,7 +1,7 @@
 """Dated logs of the same joints: the stretch of each day that tells most of a joint."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -101,8 +101,3 @@ def stretches_of(day: Day, place: int) -> list[Evenly]:
         if sum(len(one.angle) * one.step for one in chosen) < LONGEST - SHORTEST:
             chosen.append(log)
     return chosen
-
-
-def joint_names(logs: Mapping[str, ReadLog]) -> Sequence[str]:
-    """Return the joints of logs that share them."""
-    return next(iter(logs.values())).joints

@@ -21,7 +21,8 @@ from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset, write_dataset
-from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tests.bad_input.damage import refusal
@@ -175,7 +176,7 @@ def test_a_policy_closes_the_finger_and_its_action_is_an_offset(tmp_path: Path) 
     for step in steps:
         wanted = np.clip(step.sample[0] + step.action[0], 0.0, 6.28)
         assert step.command[0] == pytest.approx(wanted, abs=1e-6)  # a sample is float32
-    log = read_mcap(path, bench="finger")
+    log = read_recording_file(path, bench="finger")
     assert log.motor_position.max() > 0.3
     assert log.force.max() > 1.0
 
@@ -186,7 +187,7 @@ def test_a_dry_run_moves_nothing(tmp_path: Path) -> None:
     flight = Flight(path=path, settings=DeploySettings(duration=2.0, dry=True))
     outcome = flight.fly()
     assert outcome.steps == 41
-    log = read_mcap(path, bench="finger")
+    log = read_recording_file(path, bench="finger")
     assert log.command is None
     assert np.ptp(log.motor_position) < 0.01
     assert max(step.action for step in read_steps(path))[0] > 1.0
@@ -206,7 +207,7 @@ def test_a_hand_can_move_the_spool(tmp_path: Path, capsys: pytest.CaptureFixture
     """Jogging needs no policy, holds where it is, and only switches off at its end."""
     assert main([*WORDS, "--jog", "--duration", "2", "--out", str(tmp_path)]) == 0
     assert "jog_0.mcap" in capsys.readouterr().out
-    log = read_mcap(tmp_path / "jog_0.mcap", bench="finger")
+    log = read_recording_file(tmp_path / "jog_0.mcap", bench="finger")
     assert np.ptp(log.motor_position) < 0.05
 
 
@@ -254,7 +255,7 @@ def test_a_picture_needs_no_display(policy: Path, tmp_path: Path) -> None:
         title,
     )
     assert said is not None, title
-    log = read_mcap(out / "closing_0.mcap", bench="finger")
+    log = read_recording_file(out / "closing_0.mcap", bench="finger")
     goals = {step.time: step.sample[4] for step in read_steps(out / "closing_0.mcap")}
     alpha = np.arctan2(-log.tip[:, 1], log.tip[:, 0])
     held = np.array([goals[max(t for t in goals if t <= time)] for time in log.time[8:-8]])

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.formats.csv_file import read_csv, write_csv
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.csv_file import write_csv
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
@@ -260,7 +261,7 @@ def test_a_path_under_a_load_is_written_and_read_back(tmp_path: Path) -> None:
     """A CSV file keeps the joint's angle and load to the bit."""
     recording = run(model_of({}))
     write_csv(tmp_path / "led.csv", recording)
-    again = read_csv(tmp_path / "led.csv", bench=recording.bench)
+    again = read_recording_file(tmp_path / "led.csv", bench=recording.bench)
     assert again.driven_by == "path"
     assert np.array_equal(again.compared_angle, recording.compared_angle)
     assert again.joint_load is not None

@@ -122,9 +122,10 @@ def incomplete(info: LeRobotInfo, rows: LeRobotRows) -> Iterator[Finding]:
     lost = info.rows is not None and not cut and info.rows != len(rows.time)
     if lost or (info.episodes is not None and info.episodes != len(numbers)):
         counts_said = {"episodes": info.episodes, "rows": info.rows}
+        there = listed(str(int(number)) for number in numbers)
         promised = " with ".join(f"{n} {what}" for what, n in counts_said.items() if n is not None)
         yield Examined("all", "t").defect(
-            f"{len(numbers)} episodes with {len(rows.time)} rows ({listed_numbers(numbers)}), and "
+            f"{len(numbers)} episodes with {len(rows.time)} rows ({there}), and "
             f"meta/info.json says {promised}",
             "files of rows are missing: download or record the dataset anew",
         )
@@ -139,8 +140,3 @@ def misstated_rate(info: LeRobotInfo, rows: LeRobotRows) -> Iterator[Finding]:
             f"stamps come at {1.0 / step:.3g} Hz, and meta/info.json says fps = {info.rate:g}",
             "delays and speeds are wrong by as much if the stamps are: correct timestamp or fps",
         )
-
-
-def listed_numbers(numbers: Array) -> str:
-    """Write numbers of episodes."""
-    return listed(str(int(number)) for number in numbers)
