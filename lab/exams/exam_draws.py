@@ -6,6 +6,7 @@ from itertools import cycle
 
 import numpy as np
 
+from tendon_newton.effects import are_related
 from tests.planted.generator import Recipe
 from tests.planted.physics.sensors import FORCE_NOISE
 from tests.planted.sets.draws import EFFECTS, MIX_OF, NEEDS_FINGER, OUTSIDE, SIDES
@@ -130,7 +131,8 @@ def draw_many(rng: np.random.Generator, effects: Sequence[str], count: int) -> t
     """Draw several causes that one bench shows, no two of which imitate each other."""
     chosen: list[str] = []
     for name in map(str, rng.permutation([e for e in effects if e not in MIX_OF])):
-        if len(chosen) < count and not any(are_alike((name, other)) for other in chosen):
+        fits = all(on_one_bench(name, o) and not are_alike((name, o)) for o in chosen)
+        if len(chosen) < count and fits:
             chosen.append(name)
     if len(chosen) < count:
         raise ValueError(f"no {count} of {', '.join(effects)} can be told apart.")
@@ -143,9 +145,12 @@ def are_alike(pair: Collection[str]) -> bool:
 
 
 def on_one_bench(first: str, second: str) -> bool:
-    """Tell whether a bench can show both: play needs a shaft, most else a string or a spring."""
+    """Tell whether a bench can show both: play needs a shaft, most else a string or a spring.
+
+    A law beside its own special case is one law.
+    """
     both = {first, second}
-    return not both & set(MIX_OF) or both <= ON_SHAFT
+    return not are_related(first, second) and (not both & set(MIX_OF) or both <= ON_SHAFT)
 
 
 def _side(effect: str) -> str:

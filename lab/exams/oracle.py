@@ -59,7 +59,8 @@ def kept(folder: Path, true: Causes, said: Causes) -> tuple[str, ...]:
         pool.add(refit(worlds, begun, pool.floors, iterations=STEPS, coarse=0))
         return frozenset(names)
 
-    fit_replacements(pool, pool.renew(pool.fits[add(true)]), testable)
+    begun = pool.renew(pool.fits[add(true)])
+    fit_replacements(pool, begun, [name for name in testable if name not in begun.names])
     prune(pool, pool.best())
     add(said)
     add({})

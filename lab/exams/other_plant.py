@@ -153,10 +153,13 @@ def simulate(bench: Drawing, causes: Mapping[str, Array], command: Array) -> tup
 
 
 def hertz(depth: Array, speed: Array, stiffness: Array, at: float, rebound: float) -> Array:
-    """Return the force of a contact of spheres that is as stiff as a spring at one depth."""
+    """Return the force of a contact of spheres that is as stiff as a spring at one depth.
+
+    Its damping takes or adds all of that force at most: more would need shorter steps.
+    """
     inside = np.maximum(depth, 0.0)
     force = stiffness / at ** (SPHERE - 1.0) * inside**SPHERE
-    return np.maximum(0.0, force * (1.0 + rebound * speed))
+    return force * np.clip(1.0 + rebound * speed, 0.0, 2.0)
 
 
 def slide(b: Drawing, q: Array, v: Array, force: Array, tilt: Array, inertia: Array) -> Array:

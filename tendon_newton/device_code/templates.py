@@ -177,8 +177,8 @@ class Specialiser:
 
         Kernels that share functions are all made before one of them is launched.
 
-        The identity tells apart kernels whose bindings differ. Warp's cache keys hold neither
-        functions nor numbers that a static loop picks from a tuple; without it, two lists of
+        The name tells apart kernels whose identity, sources or bound numbers differ. Warp's cache
+        keys hold neither functions nor numbers that a static loop picks from a tuple; two lists of
         effects of one shape would share one binary.
         """
         bound = self._bind(template)
@@ -209,6 +209,10 @@ class Specialiser:
         return bound
 
     def _bound(self, value: Any) -> Any:
-        """Return what a global of a template stands for."""
+        """Return what a global of a template stands for; numbers are told with the sources."""
         found = self._bindings[value]
-        return self.function(found) if is_device_template(found) else found
+        if is_device_template(found):
+            return self.function(found)
+        if found is not value and not callable(found):
+            self._sources.append(repr(found))
+        return found

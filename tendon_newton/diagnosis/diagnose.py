@@ -75,9 +75,7 @@ WORTH_SAYING = 0.1
 alone."""
 SEED = 0  # Seed of the bootstrap: the same data give the same diagnosis
 
-NO_SMALLER = (
-    "The causes that were found make the error on held-out recordings no smaller, so none is named."
-)
+LARGER = "The causes that were found enlarge the error on held-out recordings, so none is named."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,7 +231,7 @@ def conclude(
     start: float,
 ) -> tuple[Diagnosis, Evidence]:
     """Put findings into a diagnosis and measure them on the test recordings."""
-    findings, measured = helpful(train, findings, test)
+    findings, measured = helpful(train, findings, test, rng)
     final, written = findings.final, findings.written
     before, after = measured.before, measured.after
     interval = fraction_interval(before, after, train.noise, rng)
@@ -288,10 +286,19 @@ def conclude(
     return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
 
 
-def helpful(train: Study, findings: Findings, test: Study) -> tuple[Findings, HeldOutErrors]:
-    """Return findings without what makes the error on test recordings no smaller, and the errors.
+def helpful(
+    train: Study, findings: Findings, test: Study, rng: np.random.Generator
+) -> tuple[Findings, HeldOutErrors]:
+    """Return findings without what test recordings do not bear out, and the errors there.
 
-    Numbers that are only suspected go first, then all names.
+    Numbers that are only suspected go first, where the error is no smaller. Names go where the
+    error is surely smaller without them: a cause need not act in what was kept back.
+
+    Args:
+        train: The recordings that the fits saw.
+        findings: What was found there.
+        test: Held-out recordings.
+        rng: Draws the recordings of an interval.
     """
     if findings.nameless == "no_gap" and not any(
         is_named(findings, c) for c in causes_of(findings)
@@ -303,13 +310,14 @@ def helpful(train: Study, findings: Findings, test: Study) -> tuple[Findings, He
     if measured.fraction > 0.0:
         return findings, measured
     if findings.predictor is not None:
-        return helpful(train, replace(findings, predictor=None), test)
-    if findings.final is not None:
+        return helpful(train, replace(findings, predictor=None), test, rng)
+    lowest, _ = fraction_interval(measured.after, measured.before, train.noise, rng)
+    if findings.final is not None and lowest > 0.0:
         empty = replace(
             findings, verdict="unexplained", final=None, posterior=Posterior(),
-            notes=(*findings.notes, NO_SMALLER),
+            notes=(*findings.notes, LARGER),
         )  # fmt: skip
-        return helpful(train, empty, test)
+        return helpful(train, empty, test, rng)
     return findings, measured
 
 

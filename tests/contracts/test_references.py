@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tendon_newton.device_code.placeholders import DeviceArray, JointMatrix, real
+from tendon_newton.device_code.placeholders import JOINTS, OFFSETS, DeviceArray, JointMatrix, real
 from tendon_newton.device_code.references import by_reference, is_large, written_places
 from tendon_newton.device_code.templates import (
     Bindings,
@@ -72,6 +72,13 @@ def weigh_kernel(bench: Bench, out: DeviceArray[real]) -> None:
     out[4] = noted(own, 0)
 
 
+@device_template
+def offset_kernel(out: DeviceArray[real]) -> None:
+    """Read a table of numbers that are bound."""
+    for d in range(wp.static(JOINTS)):
+        out[d] = real(wp.static(OFFSETS[d]))
+
+
 def bindings() -> Bindings:
     """Return the types of these tests."""
     return Bindings({real: wp.float64, JointMatrix: wp.types.matrix((4, 4), wp.float64)})
@@ -108,6 +115,16 @@ def test_no_callee_changes_what_its_caller_has() -> None:
     wp.launch(kernel, 1, inputs=[given, out], device="cpu")
     np.testing.assert_array_equal(out.numpy(), [3.0, 6.0, 0.0, 3.0, 3.0])
     assert given.masses.numpy()[0] == 3.0
+
+
+def test_kernels_that_differ_in_a_bound_number_have_names_of_their_own() -> None:
+    """Warp's cache knows a kernel by its name and text: it would run one for the other."""
+
+    def name(offsets: tuple[int, ...]) -> str:
+        bound = Bindings({real: wp.float64, JOINTS: len(offsets), OFFSETS: offsets})
+        return Specialiser(bound).kernel(offset_kernel, "offsets").key
+
+    assert name((3, 5)) == name((3, 5)) != name((3, 6))
 
 
 def test_the_result_of_a_call_is_refused_in_one_line() -> None:

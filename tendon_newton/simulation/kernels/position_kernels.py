@@ -37,7 +37,12 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.spool import SETTLED, UNBOUNDED
 from tendon_newton.simulation.dynamics.settling import AS_MEASURED
-from tendon_newton.simulation.kernels.acting_command import acting_row, log_of, mean_command
+from tendon_newton.simulation.kernels.acting_command import (
+    acting_row,
+    log_of,
+    mean_command,
+    substeps_in,
+)
 
 # Effects that can act where only positions are known
 POSITION_EFFECTS = (
@@ -173,7 +178,7 @@ def position_kernel(
         before = reading
         if row + 1 < log.count:
             passed = commands.time[log.first + row + 1] * log.scale - now
-            steps = int(wp.max(wp.ceil(passed / time_step - real(1.0e-6)), real(1.0)))
+            steps = wp.max(substeps_in(passed, time_step), 1)
             h = passed / real(steps)
             for k in range(steps):
                 command = mean_command(commands, log, p, now + real(k) * h, h, acting)

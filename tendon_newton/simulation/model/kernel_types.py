@@ -135,12 +135,12 @@ def memory_constants(structure: Structure) -> dict[Any, Any]:
         ),
         d.COUNTS: tuple(
             (
-                structure.memories[e.name][0] + d,
-                structure.offsets[e.name] + e.counts_to + structure.stride(e.name) * d,
+                structure.memories[e.name][0] + tendon,
+                structure.offsets[e.name] + e.counts_to + structure.stride(e.name) * tendon,
             )
             for e in effects
             if e.counts_to is not None
-            for d in range(structure.tendon_count)
+            for tendon in range(structure.tendon_count)
         ),
         d.EFFECT_COUNT: len(structure.effects),
         d.FIRST_OWN: min(structure.offsets.values(), default=0),

@@ -2,7 +2,6 @@
 
 import time
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -94,25 +93,29 @@ def test_where_no_cause_is_sure_the_set_that_predicts_best_is_written(pool: Pool
 
 
 @pytest.mark.parametrize(
-    ("predicts", "named", "kept"),
-    [(True, True, ("predictor", "final")), (False, True, ("final",)), (False, False, ())],
+    ("predicts", "sure", "kept"),
+    [(0.5, False, ("predictor", "final")), (-0.5, False, ("final",)), (-0.5, True, ())],
 )
 def test_what_misses_more_on_test_recordings_is_not_written(
-    predicts: bool, named: bool, kept: tuple[str, ...], pool: Pool, monkeypatch: pytest.MonkeyPatch
+    predicts: float,
+    sure: bool,
+    kept: tuple[str, ...],
+    pool: Pool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The set that is only suspected goes first, then the names."""
+    """The set that is only suspected goes first, then the names where that is no chance."""
     found = found_of(pool, pool.fits[frozenset()])
     findings = Findings(
         verdict="explained", baseline=found, final=found, closest=found, suspected=(), classes={},
         candidates=(), predictor=found,
     )  # fmt: skip
 
-    def measured(_: Study, told: Findings, __: Study) -> Any:
-        helps = predicts if told.predictor else named if told.final else False
-        return SimpleNamespace(fraction=0.5 if helps else -0.5)
-
-    monkeypatch.setattr(diagnose, "measure", measured)
-    written, _ = diagnose.helpful(pool.worlds.study, findings, pool.worlds.study)
+    measured = SimpleNamespace(fraction=predicts, before="before", after="after")
+    lost = {("after", "before"): (0.1 if sure else -0.1, 0.5)}
+    monkeypatch.setattr(diagnose, "measure", lambda *_: measured)
+    monkeypatch.setattr(diagnose, "fraction_interval", lambda *errors: lost[errors[:2]])
+    study, rng = pool.worlds.study, np.random.default_rng(0)
+    written, _ = diagnose.helpful(study, findings, study, rng)
     assert tuple(k for k in ("predictor", "final") if getattr(written, k) is not None) == kept
 
 

@@ -834,15 +834,26 @@ def test_intervals_are_those_of_the_loss_that_was_minimised(
 
 
 def test_an_interval_that_holds_none_names_nothing(worlds: SearchWorlds) -> None:
-    """Stribeck's speed shapes it: its two forces alone tell whether there is any."""
+    """Stribeck's speed shapes it: its two forces alone tell whether there is any.
+
+    Where both are open to 0.2 N each and their difference, 0.2 N, to 0.01 N, there is some.
+    """
     study, table = worlds.study, worlds.study.table
     (viscous,) = table.columns("viscous_friction")
     coulomb, breakaway, speed = table.columns("stribeck_friction")
+    places = {viscous: 0.5, coulomb: 0.2, breakaway: 0.4, speed: 1.5}
+    numbers = [SimpleNamespace(coordinate=worlds.coordinate(c), place=places[c]) for c in places]
     found: Any = SimpleNamespace(
-        intervals={viscous: (0.0, 1.3), coulomb: (0.0, 0.5), breakaway: (0.0, 0.6), speed: (1, 2)}
+        intervals={viscous: (0.0, 1.3), coulomb: (0.0, 0.5), breakaway: (0.0, 0.6), speed: (1, 2)},
+        values=places,
+        numbers=numbers,
+        covariance=np.diag([0.1, 0.04, 0.04, 0.1]),
     )
     assert holds_null(study, found, "viscous_friction")
     assert holds_null(study, found, "stribeck_friction")
+    found.covariance[1, 2] = found.covariance[2, 1] = 0.04 - 5.0e-5
+    assert not holds_null(study, found, "stribeck_friction")
+    found.covariance[1, 2] = found.covariance[2, 1] = 0.0
     found.intervals |= {viscous: (0.1, 1.3), breakaway: (0.1, 0.6)}
     assert not holds_null(study, found, "viscous_friction")
     assert not holds_null(study, found, "stribeck_friction")

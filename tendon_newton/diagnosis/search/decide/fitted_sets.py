@@ -1,9 +1,10 @@
 """Numbers of sets of causes with intervals, all of them uncertain together."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.findings import Found
@@ -164,16 +165,35 @@ def clock_slopes(worlds: SearchWorlds, fit: Fit) -> Array:
 
 
 def holds_null(study: Study, found: Found, name: str) -> bool:
-    """Tell whether the intervals of all strengths of a cause hold the value that means none.
+    """Tell whether the values that mean none lie in the intervals of all strengths of a cause.
 
-    Places, times and speeds that only shape a cause of several numbers do not count.
+    They must lie in the 95 % region of all strengths together as well: two forces may be open of
+    which it is sure that one is more than the other. Places, times and speeds that only shape a
+    cause of several numbers do not count.
     """
-    own = [(study.parameter(c), found.intervals[c]) for c in study.table.columns(name)]
-    strengths = [(p, ends) for p, ends in own if not is_shape(p) and p.name != "position"]
-    return all(
-        high >= (1.0 - AT_END) * p.upper if np.isinf(p.null) else low <= p.null <= high
-        for p, (low, high) in (own if len(own) == 1 else strengths)
-    )
+    own = [(study.parameter(c), c) for c in study.table.columns(name)]
+    if len(own) > 1:
+        own = [(p, c) for p, c in own if not is_shape(p) and p.name != "position"]
+    ends = [(p, *found.intervals[c]) for p, c in own]
+    alone = all(high >= (1.0 - AT_END) * p.upper if np.isinf(p.null) else low <= p.null <= high
+                for p, low, high in ends)  # fmt: skip
+    return alone and (len(own) == 1 or none_together(found, [(c, p.null) for p, c in own]))
+
+
+def none_together(found: Found, nulls: Sequence[tuple[int, float]]) -> bool:
+    """Tell whether values of several numbers, by column, lie in their common 95 % region.
+
+    It is as wide for each as the number's own interval, which other sets may have widened.
+    """
+    at = [list(found.values).index(column) for column, _ in nulls]
+    numbers = [found.numbers[k] for k in at]
+    off = [n.place - n.coordinate.place(null) for n, (_, null) in zip(numbers, nulls, strict=True)]
+    half = [max(abs(n.coordinate.place(end) - n.place) for end in found.intervals[column])
+            for n, (column, _) in zip(numbers, nulls, strict=True)]  # fmt: skip
+    covariance = found.covariance[np.ix_(at, at)]
+    wider = np.maximum(np.array(half) / (SURE * np.sqrt(np.diag(covariance))), 1.0)
+    distance = off @ np.linalg.pinv(covariance * np.outer(wider, wider)) @ off
+    return bool(distance <= chi2.ppf(0.95, len(nulls)))
 
 
 def weights_of(
