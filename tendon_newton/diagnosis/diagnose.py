@@ -72,10 +72,12 @@ from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
 
 WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table
-alone."""
+alone. Of causes that take less away from held-out recordings, or add less, these tell nothing."""
 SEED = 0  # Seed of the bootstrap: the same data give the same diagnosis
 
-LARGER = "The causes that were found enlarge the error on held-out recordings, so none is named."
+NO_SMALLER = (
+    "The causes that were found make the error on held-out recordings no smaller, so none is named."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -291,8 +293,8 @@ def helpful(
 ) -> tuple[Findings, HeldOutErrors]:
     """Return findings without what test recordings do not bear out, and the errors there.
 
-    Numbers that are only suspected go first, where the error is no smaller. Names go where the
-    error is surely smaller without them: a cause need not act in what was kept back.
+    Numbers that are only suspected go first, then all names, where the error is no smaller. Names
+    stay if causes surely change it by little: they need not act in what was kept back.
 
     Args:
         train: The recordings that the fits saw.
@@ -311,11 +313,11 @@ def helpful(
         return findings, measured
     if findings.predictor is not None:
         return helpful(train, replace(findings, predictor=None), test, rng)
-    lowest, _ = fraction_interval(measured.after, measured.before, train.noise, rng)
-    if findings.final is not None and lowest > 0.0:
+    _, most = fraction_interval(measured.after, measured.before, train.noise, rng)
+    if findings.final is not None and most > WORTH_SAYING:
         empty = replace(
             findings, verdict="unexplained", final=None, posterior=Posterior(),
-            notes=(*findings.notes, LARGER),
+            notes=(*findings.notes, NO_SMALLER),
         )  # fmt: skip
         return helpful(train, empty, test, rng)
     return findings, measured

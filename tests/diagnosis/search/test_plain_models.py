@@ -93,17 +93,17 @@ def test_where_no_cause_is_sure_the_set_that_predicts_best_is_written(pool: Pool
 
 
 @pytest.mark.parametrize(
-    ("predicts", "sure", "kept"),
-    [(0.5, False, ("predictor", "final")), (-0.5, False, ("final",)), (-0.5, True, ())],
+    ("predicts", "less", "kept"),
+    [(0.5, 0.5, ("predictor", "final")), (-0.01, 0.05, ("final",)), (-0.01, 0.5, ())],
 )
 def test_what_misses_more_on_test_recordings_is_not_written(
     predicts: float,
-    sure: bool,
+    less: float,
     kept: tuple[str, ...],
     pool: Pool,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The set that is only suspected goes first, then the names where that is no chance."""
+    """The set that is only suspected goes first, then names without which less may be left."""
     found = found_of(pool, pool.fits[frozenset()])
     findings = Findings(
         verdict="explained", baseline=found, final=found, closest=found, suspected=(), classes={},
@@ -111,7 +111,7 @@ def test_what_misses_more_on_test_recordings_is_not_written(
     )  # fmt: skip
 
     measured = SimpleNamespace(fraction=predicts, before="before", after="after")
-    lost = {("after", "before"): (0.1 if sure else -0.1, 0.5)}
+    lost = {("after", "before"): (-0.5, less)}
     monkeypatch.setattr(diagnose, "measure", lambda *_: measured)
     monkeypatch.setattr(diagnose, "fraction_interval", lambda *errors: lost[errors[:2]])
     study, rng = pool.worlds.study, np.random.default_rng(0)
