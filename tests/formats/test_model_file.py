@@ -63,39 +63,6 @@ def test_a_file_name_is_a_legal_value(tmp_path: Path) -> None:
     assert load_model(path).actuator.values["file"] == "force.pt"
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", r"a table \[actuator\]; there is none"),
-        ("[actuator]\ngain = 4.2\n", r"kind must be a string that names it; there are gain"),
-        ('[actuator]\nkind = "ideal"\n[[effects]]\nforce = 1.0\n', r"\[\[effects\]\] 0: name must"),
-        ('[actuator]\nkind = "ideal"\ngain = nan\n', "gain of 'ideal' must be finite; it is nan"),
-        ('[actuator]\nkind = "ideal"\ngain = true\n', "gain of 'ideal' must be a number"),
-        (
-            'effect = []\n[actuator]\nkind = "ideal"\n',
-            "no key named 'effect'; did you mean 'effects'",
-        ),
-        ('fit = "gain"\n[actuator]\nkind = "ideal"\n', "fit must be a list of names"),
-        (
-            'bench_overrides = {finger = {mass = -0.012}}\n[actuator]\nkind = "ideal"\n',
-            "bench override 'mass' must lie in",
-        ),
-        (
-            '[actuator]\nkind = "ideal"\n' + '[[effects]]\nname = "deadband"\n' * 2,
-            "every effect stands once; 'deadband'",
-        ),
-        ("[actuator\n", "must be TOML"),
-    ],
-)
-def test_a_broken_model_file_says_where(tmp_path: Path, text: str, said: str) -> None:
-    """Each fault is named together with the file."""
-    path = tmp_path / "model.toml"
-    path.write_text(text)
-    with pytest.raises(InvalidModelFile, match=said) as raised:
-        load_model(path)
-    assert str(path) in str(raised.value)
-
-
 def test_every_reference_model_loads(shared: Path) -> None:
     """All model files of the reference folder are read."""
     for path in sorted((shared / "challenges").glob("*/model.toml")):

@@ -58,14 +58,6 @@ def test_an_edited_asset_is_read_anew(tmp_path: Path, capsys) -> None:
     assert "no errors" in capsys.readouterr().out
 
 
-def test_unreadable_asset_is_misuse(tmp_path: Path, capsys) -> None:
-    """Exit code 2 and one line on stderr."""
-    path = tmp_path / "junk.usda"
-    path.write_bytes(b"\x00\x01")
-    assert main(["asset", "check", str(path)]) == 2
-    assert capsys.readouterr().err.startswith("error: ")
-
-
 def test_show_writes_a_picture_of_the_assets_name(tmp_path: Path, monkeypatch, capsys) -> None:
     """Without --out the picture lands in the current folder."""
     monkeypatch.chdir(tmp_path)

@@ -75,15 +75,6 @@ def write_network(path: Path, network: nn.Module, card: ForceNetworkCard | Polic
     trust_content(content.getvalue(), path.name)
 
 
-def read_card(path: Path) -> ForceNetworkCard:
-    """Read the card of a force network without running any code of its file.
-
-    Raises:
-        InvalidNetworkFile: The file is none, is damaged, or has no card of ours.
-    """
-    return card_in(read_content(path), path)
-
-
 def load_network(path: str | Path, *, trust: bool = False, device: str = "cpu") -> NetworkFile:
     """Read a force network and check that it does what its card says.
 

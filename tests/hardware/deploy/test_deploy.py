@@ -318,8 +318,6 @@ def test_another_policy_is_noticed_in_a_replay(policy, tmp_path, capsys) -> None
         (["--port", "virtual"], "needs --policy FILE, or --jog"),
         (["--policy", "{policy}"], "needs --port"),
         (["--policy", "{policy}", "--port", "virtual", "--jog"], "--jog moves the spool by hand"),
-        (["--policy", "no.onnx", "--port", "virtual"], "no such file. Policies that come along"),
-        (["--policy", "{policy}", "--port", "/dev/no_such_port"], "no such port"),
         (["--policy", "{policy}", "--port", "virtual", "--servo", "xl330_m288_t"], "servo xc330"),
         (["--policy", "{policy}", "--port", "virtual", "--rate", "100"], "servo_rate_hz 80"),
         (["--policy", "{policy}", "--port", "virtual", "--spool-radius", "0.01"], "spool_radius_m"),

@@ -28,7 +28,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import BALL_TOPIC
-from tests.hardware.deploy.policies import FINGERS, TASK, turning_card, write_gait
+from tests.hardware.deploy.policies import FINGERS, TASK, write_gait
 from tests.hardware.deploy.runs import at_instant, calibration_files
 from tests.hardware.silent_operator import SilentOperator
 
@@ -258,13 +258,6 @@ def test_a_ball_that_nobody_sees_is_refused_before_any_motor_runs() -> None:
         bench.clock.sleep_until(bench.clock.now() + 0.2)
         with pytest.raises(BallNotSeen, match="saw the ball 0 times"):
             BallWatch(bench, TASK, SilentOperator()).open()
-
-
-def test_a_card_of_four_servos_has_as_many_ranges() -> None:
-    """The made-up card is sound."""
-    card = turning_card()
-    assert card.servo_count == FINGERS
-    assert len(card.observation) == 4 * FINGERS + 5
 
 
 @pytest.mark.parametrize("asked", [0.5, pytest.param(1.0, marks=pytest.mark.slow)])

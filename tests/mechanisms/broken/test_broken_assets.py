@@ -70,21 +70,6 @@ def test_servo_too_weak_for_the_whole_range_is_worth_a_note() -> None:
     assert "33 %" in note.message
 
 
-@pytest.mark.parametrize("content", [b"", b"\x00\x8f\xff\x01 not a stage", b"#usda 1.0\ndef {{{"])
-def test_file_that_is_no_stage_is_refused(content: bytes, tmp_path: Path) -> None:
-    """Empty, binary and half-written files give one clear error, no traceback of USD's."""
-    path = tmp_path / "junk.usda"
-    path.write_bytes(content)
-    with pytest.raises(InvalidAsset, match="must be a USD file"):
-        check_asset(path)
-
-
-def test_missing_file_is_refused(tmp_path: Path) -> None:
-    """A path that leads nowhere is named."""
-    with pytest.raises(InvalidAsset, match="does not exist"):
-        load_mechanism(tmp_path / "nowhere.usda")
-
-
 def test_unknown_asset_lists_the_known_ones() -> None:
     """A name outside assets/ is answered with the names inside."""
     with pytest.raises(UnknownName, match="hand, hand_ball, pendulum"):

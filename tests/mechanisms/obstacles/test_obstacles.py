@@ -236,19 +236,6 @@ def test_wrong_names_of_links_are_refused(obstacles, kind, words, tmp_path) -> N
         load_mechanism(write_pinch(tmp_path)).with_obstacles(*obstacles)
 
 
-def test_a_single_finger_has_no_link_to_meet() -> None:
-    """Links of one finger carry each other, and do not meet."""
-    with pytest.raises(InvalidParameter, match="no link of another finger"):
-        load_mechanism("finger").with_obstacles(LinkObstacle(link="distal_phalanx"))
-
-
-def test_a_mark_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
-    """The asset's file is named, and the name that is unknown."""
-    target = MET_BY % "/pinch/right/thumb"
-    with pytest.raises(InvalidAsset, match=r"pinch\.usda.*No link with a capsule.*thumb"):
-        load_mechanism(write_pinch(tmp_path, left=MARK % target))
-
-
 @pytest.mark.parametrize("name", ["stiffness", "dissipation", "friction"])
 def test_numbers_without_a_meaning_are_refused(name: str) -> None:
     """As of any obstacle."""

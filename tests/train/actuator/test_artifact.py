@@ -12,7 +12,7 @@ import torch
 from safetensors.torch import load, save
 from torch import Tensor, nn
 
-from tendon_newton.actuators.networks.artifact import load_network, read_card
+from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetworkCard
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.trust import trust_content, trust_file, trusted_hashes
@@ -51,7 +51,6 @@ def test_a_strange_file_does_not_run_until_it_is_trusted(tmp_path, own_trust, mo
     trust_file().unlink()
     with pytest.raises(UntrustedNetworkFile, match=r"SHA-256 [0-9a-f]{64}") as refusal:
         load_network(path)
-    assert read_card(path) == card_of()  # the card needs no trust: reading it runs nothing
     digest = str(refusal.value).split("SHA-256 ")[1][:64]
     monkeypatch.setenv("TENDON_NEWTON_TRUST", f"{'a' * 64}, {digest}")
     load_network(path)
@@ -187,7 +186,8 @@ def test_a_card_without_a_hold_is_the_papers(tmp_path: Path) -> None:
     table = json.loads(card_of().to_json())
     del table["hold"]
     assert "purpose" not in table, "defaults are left out"
-    card = read_card(with_card(write_file(tmp_path / "network.pt"), json.dumps(table)))
+    path = with_card(write_file(tmp_path / "network.pt"), json.dumps(table))
+    card = load_network(path, trust=True).card
     assert (card.hold, card.purpose) == (PLAIN_HOLD, "prediction")
 
 
@@ -197,7 +197,7 @@ def test_a_missing_key_is_named(tmp_path: Path) -> None:
     del table["rate_hz"]
     path = with_card(write_file(tmp_path / "network.pt"), json.dumps(table))
     with pytest.raises(InvalidNetworkFile, match="rate_hz must be a finite number; it is missing"):
-        read_card(path)
+        load_network(path)
 
 
 def test_a_network_for_other_windows_is_found_by_a_test_call(tmp_path: Path) -> None:
@@ -266,7 +266,7 @@ def test_a_file_that_is_none_is_named(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "network.safetensors"
     path.write_bytes(content)
     with pytest.raises(InvalidNetworkFile, match=r"network\.safetensors: "):
-        read_card(path)
+        load_network(path)
 
 
 def made(kind: str, of_set: str = "paper", window: int = 30) -> ForceNetwork:
