@@ -104,7 +104,7 @@ def turned_by(policy: Path, unit: int, rate: float, seconds: float) -> TurningFi
     task = load_policy(policy).card.turning
     assert isinstance(task, TurningTask)
     with tempfile.TemporaryDirectory() as folder:
-        words = ["deploy", "--policy", str(policy), "--port", f"virtual:hand_ball:{unit}"]
+        words = ["deploy", "--policy", str(policy), "--port", f"virtual:{task.asset}:{unit}"]
         words += ["--goals", str(rate), "--duration", str(seconds), "--faster-than-real-time"]
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             code = tendon_newton([*words, "--out", folder])

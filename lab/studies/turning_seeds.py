@@ -72,6 +72,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(10)))
+    parser.add_argument("--finger", default=RECIPE.environment.finger, help="hand, as an asset")
     parser.add_argument("--force", default=RECIPE.environment.force, help="model of the servo")
     parser.add_argument("--randomise", nargs="+", default=RANDOMISE, help="as of train-policy")
     parser.add_argument("--worlds", type=int, default=RECIPE.environment.worlds, help="of a seed")
@@ -90,6 +91,7 @@ def main() -> None:
     )
     own = replace(
         RECIPE.environment,
+        finger=words.finger,
         force=words.force,
         randomise=tuple(words.randomise),
         worlds=words.worlds,

@@ -92,11 +92,11 @@ def test_closing_path_needs_ever_more_force_and_winds_ever_more_tendon(name: str
     assert np.all(np.diff(path.excursion) > 0.0)
 
 
-# a hand with a ball is the hand in every panel of the picture
+# a hand with a ball or a pen is the hand in every panel of the picture
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.slow] if name == "hand_ball" else [])
+        pytest.param(name, marks=[pytest.mark.slow] if name.startswith("hand_") else [])
         for name in asset_names()
         if name != "hand"
     ],

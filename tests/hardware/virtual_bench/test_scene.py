@@ -45,7 +45,7 @@ def place_of(scene: Scene) -> tuple[float, ...]:
     return pose[:3]
 
 
-@pytest.mark.parametrize("bench", ["hand", "hand_ball"])
+@pytest.mark.parametrize("bench", ["hand", "hand_ball", "hand_pen"])
 def test_a_scene_is_what_its_asset_exports(bench: str, tmp_path: Path) -> None:
     """`tendon-newton asset export BENCH --out FILE` writes the file anew."""
     fresh = tmp_path / "scene.xml"
@@ -74,9 +74,10 @@ def test_a_pull_closes_a_finger_as_statics_say(pull: float) -> None:
     assert scene.joints() == pytest.approx(expected, abs=2e-3)
 
 
-def test_a_ball_rests_in_its_cup() -> None:
+@pytest.mark.parametrize("bench", ["hand_ball", "hand_pen"])
+def test_what_a_hand_turns_rests_in_its_cup(bench: str) -> None:
     """Within 0.2 mm of where the asset has it; over a second it creeps by less than 10 um."""
-    scene = Scene("hand_ball", HandBallConstants())
+    scene = Scene(bench, HandBallConstants())
     start = place_of(scene)
     pulled(scene, LEVEL, 1.0)
     rested = place_of(scene)

@@ -72,7 +72,7 @@ def test_servo_too_weak_for_the_whole_range_is_worth_a_note() -> None:
 
 def test_unknown_asset_lists_the_known_ones() -> None:
     """A name outside assets/ is answered with the names inside."""
-    with pytest.raises(UnknownName, match="hand, hand_ball, pendulum"):
+    with pytest.raises(UnknownName, match="hand, hand_ball, hand_pen, pendulum"):
         asset_path("fingre")
     with pytest.raises(UnknownName, match="No asset named"):
         asset_path(5000 * "x")  # longer than a file's name can be

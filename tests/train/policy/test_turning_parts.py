@@ -20,7 +20,7 @@ from tendon_train.policy.config.turning_config import TurningConfig
 from tendon_train.policy.worlds.environment import FingerEnvironment
 from tendon_train.policy.worlds.observation_tensors import ObservationTensors
 from tendon_train.policy.worlds.task import TaskOutcome
-from tendon_train.policy.worlds.turning import SimulatedCamera, Turning
+from tendon_train.policy.worlds.turning import SimulatedCamera, Turning, body_of
 from tendon_train.policy.worlds.world_draws import WorldDraws
 from tests.hardware.deploy.policies import card_of
 
@@ -145,11 +145,11 @@ def paid(task: Turning) -> TaskOutcome:
     return task.score()
 
 
-def turning(loop: Any, **changes: Any) -> Turning:
-    """Return the task to turn such balls at 1 rad/s."""
+def turning(loop: Any, hand: str = "hand_ball", **changes: Any) -> Turning:
+    """Return the task to turn what such hands hold at 1 rad/s."""
     own = TurningConfig(turn_rates=(1.0, 1.0), **changes)
     config = EnvironmentConfig(task="turn", worlds=WORLDS, spread=0.3, turning=own)
-    task = Turning(config, loop, load_mechanism("hand_ball"), WorldDraws(WORLDS))
+    task = Turning(config, loop, load_mechanism(hand), WorldDraws(WORLDS))
     task.begin(torch.ones(WORLDS, dtype=torch.bool))
     return task
 
@@ -211,6 +211,21 @@ def test_each_ball_has_its_own_mass_friction_and_size() -> None:
         # a uniform draw's deviation is its half width / sqrt(3), known to 1 / sqrt(200) here
         assert float(share.std()) == pytest.approx(spread / np.sqrt(3.0), rel=0.15)
     assert np.abs(np.corrcoef(shares) - np.eye(3)).max() < 0.3  # four deviations of 200 numbers
+
+
+def test_a_pen_of_another_size_keeps_its_shape() -> None:
+    """All edges grow alike, and the inertia is that of the solid that is drawn."""
+    loop = StillHands()
+    turning(loop, "hand_pen").place(torch.ones(WORLDS, dtype=torch.bool))
+    hand = load_mechanism("hand_pen")
+    body = body_of(hand)
+    pen = hand.obstacles[body]
+    half, mass = loop.numbers["obstacle_size"][:, body], loop.numbers["body_mass"]
+    share = half / half.new_tensor(pen.size)
+    assert share.numpy() == pytest.approx(share[:, :1].expand(-1, 3).numpy(), rel=1e-6)  # float32
+    assert 0.015 < float((share - 1.0).abs().max()) <= 0.02 * 1.001
+    solid = mass[:, None] / 3.0 * (half.square().sum(dim=1, keepdim=True) - half.square())
+    assert loop.numbers["body_inertia"].numpy() == pytest.approx(solid.numpy(), rel=1e-5)
 
 
 def test_a_camera_is_late_by_a_step_or_two_and_noisy_as_stated() -> None:

@@ -14,8 +14,7 @@ from tendon_hardware.virtual_bench.physics.constants import HandBallConstants, H
 from tendon_newton.errors import MissingDependency
 
 SCENES = Path(__file__).parents[1] / "scenes"  # Folder of the scenes' files
-BALL, CUP = "ball", "obstacle"
-"""Name of the ball's body and geom, and what the names of the cup's geoms begin with."""
+CUP = "obstacle"  # What the names of the cup's geoms begin with
 TIP = "index_tip"
 Pose = tuple[float, ...]  # Place [m] and quaternion (x, y, z, w)
 
@@ -50,9 +49,9 @@ class Scene:
         self._mujoco = mujoco = import_mujoco()
         self._model = model = mujoco.MjModel.from_xml_path(str(SCENES / f"{bench}.xml"))
         self._data = data = mujoco.MjData(model)
-        self._fit(constants)
         model.actuator_ctrllimited[:] = 0  # what a string takes is the spool's business
-        self._joints = int(model.jnt_type.size - (BALL in self._names("body")))
+        self._joints = int((model.jnt_type != mujoco.mjtJoint.mjJNT_FREE).sum())
+        self._fit(constants)
         weights = model.body_invweight0.copy(), model.dof_invweight0.copy()
         mujoco.mj_setConst(model, data)
         # contacts and stops stay as stiff as the asset says: MuJoCo's are the stiffer, the heavier
@@ -149,7 +148,7 @@ class Scene:
     def _fit_ball(self, c: HandBallConstants) -> None:
         """Give ball and cup the unit's numbers; the smoother of two decides their friction."""
         model, geoms = self._model, self._names("geom")
-        ball = model.body(BALL).id
+        ball = model.jnt_bodyid[self._joints]
         model.body_mass[ball] *= c.ball_mass
         model.body_inertia[ball] *= c.ball_mass
         for pair in range(model.npair):

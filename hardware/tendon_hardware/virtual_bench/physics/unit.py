@@ -37,6 +37,7 @@ BENCHES: dict[str, MechanismConstants] = {
     "finger_antagonist": AntagonistConstants(),
     "hand": HandConstants(),
     "hand_ball": HandBallConstants(),
+    "hand_pen": HandBallConstants(),
 }
 """Bench names and the middle of each mechanism's draw."""
 SERVOS: dict[str, ServoConstants] = {

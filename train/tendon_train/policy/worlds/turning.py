@@ -19,7 +19,6 @@ from tendon_newton.data.cards.turning_task import TurningTask, half_turn
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.obstacles import Sphere
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.turning_config import TurningConfig
@@ -34,18 +33,18 @@ LIFT = 1.5
 that stand beside its middle."""
 
 
-def ball_of(mechanism: Mechanism) -> int:
-    """Return the number of the ball that is free to move among the obstacles.
+def body_of(mechanism: Mechanism) -> int:
+    """Return the number of what is free to move among the obstacles, a ball or a block.
 
     Raises:
         InvalidParameter: There is none.
     """
     for number, obstacle in enumerate(mechanism.obstacles):
-        if obstacle.mass is not None and isinstance(obstacle, Sphere):
+        if obstacle.mass is not None:
             return number
     raise InvalidParameter(
-        f"a hand turns a ball that is free to move; {mechanism.name!r} has none: name a hand with "
-        "a sphere that has a mass, such as hand_ball"
+        f"a hand turns a ball or a block that is free to move; {mechanism.name!r} has none: name a "
+        "hand with an obstacle that has a mass, such as hand_ball"
     )
 
 
@@ -67,7 +66,7 @@ class Turning:
     """Balls that differ, commanded rates, and what a hand is paid for.
 
     Raises:
-        InvalidParameter: The mechanism has no ball.
+        InvalidParameter: The mechanism has nothing that is free to move.
     """
 
     def __init__(
@@ -75,7 +74,7 @@ class Turning:
     ) -> None:
         own, worlds, device = config.turning, config.worlds, draws.device
         self._config, self._loop, self._draws = config, loop, draws
-        ball = ball_of(mechanism)
+        body = body_of(mechanism)
         self.greatest_start = own.start_command
         self.card = TurningTask(asset=mechanism.name, axis=AXIS, drop_distance=own.drop_distance)
         self.goal = torch.zeros(worlds, device=device)  # Commanded rates [rad/s], shape (W,)
@@ -89,9 +88,9 @@ class Turning:
         self._kept = exp(-1.0 / (own.rate_window * config.rate))
         self._mass = loop.bench_numbers("body_mass")
         self._inertia = loop.bench_numbers("body_inertia")
-        self._size = loop.bench_numbers("obstacle_size")[:, ball]
-        self._friction = loop.bench_numbers("obstacle_friction")[:, ball]
-        self._nominal = mechanism.obstacles[ball]
+        self._size = loop.bench_numbers("obstacle_size")[:, body]
+        self._friction = loop.bench_numbers("obstacle_friction")[:, body]
+        self._nominal = mechanism.obstacles[body]
         self._camera = SimulatedCamera(own, worlds, draws, float(self._nominal.size[0]))
         down = mechanism.gravity / np.linalg.norm(mechanism.gravity)
         self._up = torch.tensor(-down, dtype=torch.float32, device=device)
@@ -111,17 +110,18 @@ class Turning:
         size = 1.0 + self._config.turning.size_spread * (2.0 * size - 1.0)
         heavier = 1.0 + spread * (2.0 * mass - 1.0)
         rubbing = 1.0 + spread * (2.0 * friction - 1.0)
-        radius, inertia = float(nominal.size[0]), float(nominal.inertia[0])
+        extent, inertia = (size.new_tensor(each) for each in (nominal.size, nominal.inertia))
+        lift = LIFT * float(nominal.size[0])
         for target, values in (
             (self._mass, nominal.mass * heavier),
-            (self._inertia, (inertia * heavier * size.square())[:, None]),
+            (self._inertia, inertia * heavier[:, None] * size.square()[:, None]),
             (self._friction, nominal.friction * rubbing),
-            (self._size, (radius * size)[:, None]),
+            (self._size, extent * size[:, None]),
         ):
             chosen = worlds.reshape(-1, *[1] * (target.ndim - 1))
             target.copy_(torch.where(chosen, values.to(target.dtype), target))
         place = self._home.clone()
-        place[:, :3] += LIFT * radius * (size - 1.0)[:, None] * self._up
+        place[:, :3] += lift * (size - 1.0)[:, None] * self._up
         self._start.copy_(torch.where(worlds[:, None], place, self._start))
         return {"body_pose": self._start}
 
