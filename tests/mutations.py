@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.search_path import search_path
+from tests.interpreters import search_path
 
 ROOT = Path(__file__).resolve().parents[1]
 NOT_COPIED = (".git", ".venv", "build", "dist", "*.egg-info", ".*_cache", "__pycache__")

@@ -3,7 +3,6 @@
 import ast
 import re
 import subprocess
-import sys
 import tomllib
 from collections import Counter
 from pathlib import Path
@@ -149,18 +148,6 @@ def test_the_page_on_architecture_has_every_layer() -> None:
     section = read("docs/architecture.md").partition("## The layers")[2]
     rows = [re.findall(r"`([\w.]+)`", row) for row in re.findall(r"^\| (`.+?) \|", section, re.M)]
     assert rows[: len(layers)] == [layer.split(" | ") for layer in layers]
-
-
-def test_the_command_line_answers_as_a_module() -> None:
-    """``python -m tendon_newton --help`` lists the verbs."""
-    result = subprocess.run(
-        [sys.executable, "-m", "tendon_newton", "--help"],
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert result.returncode == 0, result.stderr
-    assert "usage: tendon-newton VERB" in result.stdout
 
 
 def test_no_file_names_a_path_of_one_machine() -> None:

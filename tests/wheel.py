@@ -18,7 +18,7 @@ from pathlib import Path
 import warp as wp
 
 from tendon_newton.device_code.kernel_loading import TIMES
-from tests.search_path import search_path
+from tests.interpreters import search_path
 
 ROOT = Path(__file__).resolve().parents[1]
 KERNELS = ROOT / "tendon_newton" / "_kernels"

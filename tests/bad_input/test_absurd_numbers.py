@@ -17,8 +17,8 @@ from tendon_newton.mechanisms.usd.stage_file import open_stage
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.held_out import small_dataset
+from tests.interpreters import search_path
 from tests.mechanisms.broken.flat_assets import write_changed
-from tests.search_path import search_path
 
 ROOT = Path(__file__).resolve().parents[2]
 

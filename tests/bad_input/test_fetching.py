@@ -15,7 +15,7 @@ from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_text import closed_text
 from tendon_newton.mechanisms.loading import load_mechanism
-from tests.mechanisms.broken.test_broken_assets import write_changed
+from tests.mechanisms.broken.flat_assets import write_changed
 from tests.mechanisms.test_asset_command import MJCF, URDF
 
 VISUAL = '<visual><geometry><mesh filename="{}"/></geometry></visual>'

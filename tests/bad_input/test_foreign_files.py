@@ -28,7 +28,7 @@ from tests.bad_input.memory import peak_memory
 from tests.bad_input.spoiling import REPLACEMENTS, replace_file
 from tests.bad_input.test_spoilt_files import mapping_file, read_mapped_folder
 from tests.importers.logs import dataset, recording
-from tests.mechanisms.broken.test_broken_assets import write_changed
+from tests.mechanisms.broken.flat_assets import write_changed
 from tests.mechanisms.test_asset_command import MJCF
 
 PLACES = {

@@ -20,8 +20,8 @@ from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, InvalidOutput
 from tests.diagnosis.test_accounts import told
 from tests.held_out import small_dataset
+from tests.interpreters import search_path
 from tests.physics.runs import ideal_model
-from tests.search_path import search_path
 
 ROOT = Path(__file__).resolve().parents[2]
 HOLDER = """

@@ -12,8 +12,8 @@ import pytest
 from tendon_hardware.virtual_bench.process import VirtualPorts
 from tendon_newton.data.files.guarded import guarded
 from tendon_newton.scheduler import JobOptions, open_executor
+from tests.interpreters import search_path
 from tests.scheduling.jobs import squared
-from tests.search_path import search_path
 
 ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = ("tendon_newton", "train/tendon_train", "hardware/tendon_hardware", "lab/tendon_lab")

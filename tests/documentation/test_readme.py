@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.cli import main
-from tests.search_path import search_path
+from tests.interpreters import search_path
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"```(sh|python)\n(.*?)```", re.DOTALL)

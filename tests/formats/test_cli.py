@@ -12,27 +12,13 @@ import pytest
 from tendon_newton import cli
 from tendon_newton.cli import VERBOSE_OPTION, VERBOSE_SHORT, every_verb, main
 from tests.held_out import small_dataset
-
-HEAVY = ("warp", "newton", "torch", "pxr", "matplotlib", "scipy")
-
-
-def help_in_a_fresh_interpreter(arguments: list[str]) -> set[str]:
-    """Run the command line with these arguments and return which heavy packages it loaded."""
-    code = (
-        "import sys\nfrom tendon_newton.cli import main\n"
-        f"assert main({arguments!r}) == 0\n"
-        f"print('LOADED', *(set({HEAVY!r}) & sys.modules.keys()))"
-    )
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
-    )
-    return set(result.stdout.splitlines()[-1].split()[1:])
+from tests.interpreters import run_without
 
 
 @pytest.mark.parametrize("arguments", [["--help"], *([verb, "--help"] for verb in every_verb())])
 def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
     """Help answers without the simulator, also where it is not installed."""
-    assert help_in_a_fresh_interpreter(arguments) == set()
+    run_without(f"from tendon_newton.cli import main\nassert main({arguments!r}) == 0")
 
 
 def test_every_verb_stands_in_the_overview(capsys: pytest.CaptureFixture[str]) -> None:

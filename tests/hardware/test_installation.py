@@ -1,37 +1,14 @@
 """What the hardware package loads: nothing that a Raspberry Pi does not have."""
 
-import subprocess
-import sys
-
 import pytest
 
-ABSENT = ("warp", "newton", "torch", "pxr", "mujoco", "scipy", "matplotlib", "rosbags", "jinja2")
-"""Packages outside the extra ``hardware``."""
-
-BLOCK = f"""
-import sys
-from importlib.abc import MetaPathFinder
-class Absent(MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if name.split(".")[0] in {ABSENT}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-sys.meta_path.insert(0, Absent())
-"""
-"""Makes an interpreter like one without those packages."""
-
-
-def run(code: str) -> str:
-    """Run code in such an interpreter and return what it printed."""
-    result = subprocess.run(
-        [sys.executable, "-c", BLOCK + code], capture_output=True, text=True, timeout=60
-    )
-    assert result.returncode == 0, result.stderr
-    return result.stdout
+from tests.interpreters import run_without
 
 
 @pytest.mark.parametrize(
     "module",
     [
+        "tendon_hardware",
         "tendon_hardware.collection.collect_plan",
         "tendon_hardware.deployment.deploy",
         "tendon_hardware.deployment.deploy_plot",
@@ -42,25 +19,34 @@ def run(code: str) -> str:
         "tendon_hardware.safety_rules.force_estimate",
         "tendon_hardware.servos",
         "tendon_hardware.virtual_bench",
+        "tendon_newton.cli",
         "tendon_newton.cli.bench.collect",
         "tendon_newton.cli.bench.deploy",
+        "tendon_newton.cli.bench.examined_data",
         "tendon_newton.cli.plot",
         "tendon_newton.data.cards.policy_card",
         "tendon_newton.data.cards.policy_observation",
+        "tendon_newton.data.checks.lint",
         "tendon_newton.data.dataset",
         "tendon_newton.data.formats.mcap_file",
+        "tendon_newton.data.importers",
+        "tendon_newton.data.importers.lerobot.lerobot_examination",
+        "tendon_newton.data.importers.own",
+        "tendon_newton.data.model_file",
+        "tendon_newton.data.parameters",
+        "tendon_newton.data.recording",
         "tendon_newton.workflows.collection",
         "tendon_newton.workflows.deployment",
     ],
 )
 def test_a_pi_needs_only_the_hardware_extra(module: str) -> None:
     """Each part is imported where the others' packages cannot be."""
-    run(f"import {module}")
+    run_without(f"import {module}")
 
 
 def test_recording_and_reading_need_only_the_hardware_extra() -> None:
     """A whole run, recorded and loaded as a dataset, in an interpreter without the simulator."""
-    said = run("""
+    said = run_without("""
 import tempfile
 from pathlib import Path
 from tendon_newton.cli import main

@@ -15,7 +15,7 @@ from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
-from tests.mechanisms.broken.test_broken_assets import write_changed
+from tests.mechanisms.broken.flat_assets import write_changed
 from tests.physics.runs import GAIN, RADIUS, ROWS, ideal_model, run_of, simulate, stairs
 from tests.proposed import proposed
 

@@ -25,7 +25,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
 from tendon_newton.mechanisms.worlds import build_model
 from tests.effect_bench import commanded, simulate
-from tests.mechanisms.broken.test_broken_assets import write_changed
+from tests.mechanisms.broken.flat_assets import write_changed
 
 WEIGHTLESS = np.zeros(3)
 

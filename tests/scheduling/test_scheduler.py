@@ -10,8 +10,8 @@ import pytest
 
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.scheduler import InTurn, JobOptions, completed, core_count, open_executor
+from tests.interpreters import search_path
 from tests.scheduling.jobs import refuse, squared
-from tests.search_path import search_path
 
 
 def test_an_interrupt_ends_the_jobs_that_run() -> None:

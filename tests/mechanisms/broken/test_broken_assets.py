@@ -1,6 +1,5 @@
-"""Assets with one thing wrong: each gives a named finding or a clear error."""
+"""Assets that are not found or not whole, and strange ones that are sound."""
 
-from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -12,55 +11,6 @@ from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tests.mechanisms.broken.flat_assets import write_changed
-
-PIP_BODY = "rel physics:body1 = </finger/middle_phalanx>"
-ERRORS: dict[str, tuple[str, tuple[str, str]]] = {
-    "negative mass": ("mass", ("physics:mass = 0.012", "physics:mass = -0.012")),
-    "no mass": ("mass", ("physics:mass = 0.012", "physics:mass = 0")),
-    "impossible inertia": ("inertia", ("(9.6e-8, 9e-7, 9e-7)", "(9.6e-8, 9e-7, 9e-6)")),
-    "joint to a missing prim": ("joint_body", (PIP_BODY, PIP_BODY.replace("middle", "no"))),
-    "tendon to a missing joint": ("tendon_path", ("</finger/joints/dip>,", "</finger/joints/x>,")),
-    "too few moment arms": ("tendon_coef", ("coef = [0.008, 0.0055]", "coef = [0.008]")),
-    "routed tendon": ("tendon_type", ('mjc:type = "fixed"', 'mjc:type = "spatial"')),
-    "millimetres": ("units", ("metersPerUnit = 1", "metersPerUnit = 0.001")),
-    "grams": ("units", ("kilogramsPerUnit = 1", "kilogramsPerUnit = 0.001")),
-    "y up": ("up_axis", ('upAxis = "Z"', 'upAxis = "Y"')),
-    "no root prim": ("default_prim", ('defaultPrim = "finger"', "")),
-    "missing limit": ("limits", ("float physics:upperLimit = 80.21409", "float other = 80")),
-    "limits in the wrong order": (
-        "limits",
-        ("physics:upperLimit = 80.21409", "physics:upperLimit = -1"),
-    ),
-    "no tendon": ("tendon", ("def MjcTendon", "def Scope")),
-    "spool of no size": ("tendon_drive", ("spoolRadius = 0.0125", "spoolRadius = 0")),
-    "spring that pushes": ("spring", ("mjc:stiffness = 0.045", "mjc:stiffness = -0.045")),
-}
-WARNINGS: dict[str, tuple[str, tuple[str, str]]] = {
-    "mass in grams": ("mass", ("physics:mass = 0.012", "physics:mass = 12")),
-    "moment arm in millimetres": ("moment_arm", ("[0.008, 0.0055]", "[8, 0.0055]")),
-    "opening moment arm": ("moment_arm_sign", ("[0.008, 0.0055]", "[0.008, -0.0055]")),
-    "no spring": ("spring", ("uniform double mjc:stiffness = 0.03", "double other = 0")),
-    "spring relaxed when closed": ("springref", ("mjc:springref = 0", "mjc:springref = 120")),
-    "spool too thin": ("spool", ("spoolRadius = 0.0125", "spoolRadius = 0.001")),
-    "no spool radius": ("tendon_drive", ("double tendon:spoolRadius", "double other")),
-}
-
-
-@pytest.mark.parametrize("case", [*ERRORS, *WARNINGS])
-def test_broken_asset_has_a_named_finding(case: str, tmp_path: Path) -> None:
-    """The check names the rule; loading refuses an error, and lets a warning be."""
-    severity = "error" if case in ERRORS else "warning"
-    rule, change = (ERRORS | WARNINGS)[case]
-    path = write_changed(tmp_path, "finger", change)
-    assert rule in {f.rule for f in check_asset(path) if f.severity == severity}
-    with pytest.raises(InvalidAsset) if severity == "error" else nullcontext():
-        load_mechanism(path)
-
-
-def test_servo_too_weak_to_close_is_an_error_below_a_tenth(tmp_path: Path) -> None:
-    """21 N against 20 kN/m move the slider by 1 % of its range."""
-    path = write_changed(tmp_path, "spring_weak", ("mjc:stiffness = 200", "mjc:stiffness = 20000"))
-    assert ("closing_force", "error") in {(f.rule, f.severity) for f in check_asset(path)}
 
 
 def test_servo_too_weak_for_the_whole_range_is_worth_a_note() -> None:
@@ -84,15 +34,6 @@ def test_missing_layer_is_a_composition_error(tmp_path: Path) -> None:
     path.write_text(asset_path("finger").read_text())
     assert "composition" in {f.rule for f in check_asset(path)}
     with pytest.raises(InvalidAsset, match=r"tendon\.usda"):
-        load_mechanism(path)
-
-
-def test_ball_joint_is_refused_by_name(tmp_path: Path) -> None:
-    """Only joints with one degree of freedom can carry a moment arm."""
-    path = write_changed(
-        tmp_path, "finger", ('def PhysicsRevoluteJoint "dip"', 'def PhysicsSphericalJoint "dip"')
-    )
-    with pytest.raises(InvalidAsset, match="dip"):
         load_mechanism(path)
 
 
