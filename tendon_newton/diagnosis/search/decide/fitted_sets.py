@@ -183,17 +183,22 @@ def holds_null(study: Study, found: Found, name: str) -> bool:
 def none_together(found: Found, nulls: Sequence[tuple[int, float]]) -> bool:
     """Tell whether values of several numbers, by column, lie in their common 95 % region.
 
-    It is as wide for each as the number's own interval, which other sets may have widened.
+    It is as wide for each as the number's own interval, which other sets may have widened. A number
+    that is held, or whose interval has no end, says nothing.
     """
     at = [list(found.values).index(column) for column, _ in nulls]
     numbers = [found.numbers[k] for k in at]
-    off = [n.place - n.coordinate.place(null) for n, (_, null) in zip(numbers, nulls, strict=True)]
-    half = [max(abs(n.coordinate.place(end) - n.place) for end in found.intervals[column])
-            for n, (column, _) in zip(numbers, nulls, strict=True)]  # fmt: skip
+    off = np.array([n.place - n.coordinate.place(null)
+                    for n, (_, null) in zip(numbers, nulls, strict=True)])  # fmt: skip
+    half = np.array([max(abs(n.coordinate.place(end) - n.place) for end in found.intervals[column])
+                     for n, (column, _) in zip(numbers, nulls, strict=True)])  # fmt: skip
     covariance = found.covariance[np.ix_(at, at)]
-    wider = np.maximum(np.array(half) / (SURE * np.sqrt(np.diag(covariance))), 1.0)
-    distance = off @ np.linalg.pinv(covariance * np.outer(wider, wider)) @ off
-    return bool(distance <= chi2.ppf(0.95, len(nulls)))
+    spread = np.sqrt(np.diag(covariance))
+    says = np.isfinite(off) & np.isfinite(half) & (spread > 0.0)
+    wider = np.maximum(half[says] / (SURE * spread[says]), 1.0)
+    region = covariance[np.ix_(says, says)] * np.outer(wider, wider)
+    distance = off[says] @ np.linalg.pinv(region) @ off[says]
+    return bool(distance <= chi2.ppf(0.95, max(len(wider), 1)))
 
 
 def weights_of(
