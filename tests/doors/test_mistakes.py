@@ -13,6 +13,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
+from tests.bad_input.damage import swap, text
 from tests.diagnosis.test_diagnosed_bench import diagnosis
 from tests.importers.logs import dataset, model, recording
 from tests.proposed import proposed
@@ -42,22 +43,6 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def replaced(file: str, old: str, new: str) -> Change:
-    """Return a change of a file's text; the old text must be there."""
-
-    def change(folder: Path) -> None:
-        text = (folder / file).read_text()
-        assert old in text
-        (folder / file).write_text(text.replace(old, new))
-
-    return change
-
-
-def wrote(file: str, text: str) -> Change:
-    """Return a change of all that a file holds."""
-    return lambda folder: (folder / file).write_text(text)
-
-
 def removed(file: str) -> Change:
     """Return the loss of a file."""
     return lambda folder: (folder / file).unlink()
@@ -71,7 +56,8 @@ def untested(folder: Path) -> None:
 def thumbs(folder: Path) -> None:
     """Record an earlier day of the thumb."""
     shutil.copytree(folder / "data", folder / "old")
-    replaced("old/dataset.toml", '"finger"', '"thumb"')(folder)
+    path = folder / "old" / "dataset.toml"
+    path.write_text(path.read_text().replace('"finger"', '"thumb"'))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,24 +107,24 @@ MISTAKES: dict[str, Mistake] = {
         said=("results need a folder; it is a file",)),
     "a key of the dataset": Mistake(words=DIAGNOSE,
         said=("no key named 'splitt'; did you mean 'split'?",),
-        change=replaced("data/dataset.toml", "split =", "splitt =")),
+        change=swap("data/dataset.toml", "split =", "splitt =")),
     "an own bench": Mistake(words="simulate data --model data/model.toml --out new",
         said=("No asset named 'my_finger'", OWN_ASSETS),
-        change=replaced("data/dataset.toml", '"finger"', '"my_finger"')),
+        change=swap("data/dataset.toml", '"finger"', '"my_finger"')),
     "a P register for a duty": Mistake(words=DIAGNOSE,
         said=("duty_per_rad of actuator 'pwm_servo' must be between 0.00333 and 300 1/rad",
               "on finger", "P-gain registers", "it is 850"),
-        change=wrote("data/model.toml", PWM.replace("1.15", "850.0"))),
+        change=text("data/model.toml", PWM.replace("1.15", "850.0"))),
     "a rotor in g cm2": Mistake(words="simulate data --model data/model.toml --out new",
         said=("armature of actuator 'pwm_servo' must be between 0 and 0.3 kg m2", "it is 12"),
-        change=wrote("data/model.toml", PWM.replace("armature = 0.001", "armature = 12.0"))),
+        change=text("data/model.toml", PWM.replace("armature = 0.001", "armature = 12.0"))),
     "a rotor in g cm2 to train on": Mistake(
         words="train-policy --force heavy.toml --out new --worlds 16 --iterations 1",
         said=("armature of actuator 'pwm_servo' must be between 0 and 0.3 kg m2", "it is 12"),
-        change=wrote("heavy.toml", PWM.replace("armature = 0.001", "armature = 12.0"))),
+        change=text("heavy.toml", PWM.replace("armature = 0.001", "armature = 12.0"))),
     "a gain in N/m": Mistake(words="export data/model.toml --to mujoco --bench finger --out new",
         said=("gain of actuator 'ideal' must be between", "300 N/rad on finger", "it is 4200"),
-        change=wrote("data/model.toml", ACTUATOR.replace("4.2", "4200.0"))),
+        change=text("data/model.toml", ACTUATOR.replace("4.2", "4200.0"))),
     "a unit for data of ours": Mistake(words="doctor data --unit deg",
         said=("data: --unit and --calibration are for LeRobotDatasets", "in SI units")),
     "a dataset to be drawn": Mistake(words="plot data",
@@ -168,9 +154,9 @@ MISTAKES: dict[str, Mistake] = {
     "a format": Mistake(words="import xl430 raw --out new", said=("did you mean 'xl330'?",)),
     "a key of a mapping": Mistake(words=IMPORT,
         said=("no key named 'benc'; did you mean 'bench'?",),
-        change=replaced("mapping.toml", "bench =", "benc =")),
+        change=swap("mapping.toml", "bench =", "benc =")),
     "all rows empty": Mistake(words=IMPORT, said=("a log has two rows or more", "2 of them lack q"),
-        change=wrote("raw/run_1.csv", "t,goal,q\n0,1,nan\n0.01,1,\n")),
+        change=text("raw/run_1.csv", "t,goal,q\n0,1,nan\n0.01,1,\n")),
     "an import over a dataset": Mistake(words="import mapped raw --mapping mapping.toml --out data",
         said=("it holds a dataset that was not imported",)),
     "a day of another bench": Mistake(words="diagnose data --against old --out new",

@@ -305,11 +305,3 @@ def test_a_silent_cell_and_a_foreign_stream_are_told_apart() -> None:
     stream.pieces = lines(0, 5)
     (few,) = check_load_cell(cell, clock, quiet)
     assert few.verdict == "fix"
-
-
-def test_a_virtual_cell_is_well() -> None:
-    """Through bytes and lines, on a clock that no load disturbs."""
-    bench = LockstepBench("finger", 2)
-    cell = Hx711Serial(bench.load_cell_stream(), clock=bench.clock)
-    cell.open()
-    assert set(verdicts(check_load_cell(cell, bench.clock, quiet)).values()) == {"good"}

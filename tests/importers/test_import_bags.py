@@ -96,12 +96,3 @@ theta_dot = {derive = "theta"}
 """
     assert run_import(bags, mapping) == 2
     assert "its columns come from a topic and a field" in capsys.readouterr().err
-
-
-def test_a_damaged_bag_is_one_line(bags: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The message names the bag."""
-    (bags / "bag_1" / "metadata.yaml").write_text("no: bag\n")
-    assert run_import(bags, MAPPING) == 2
-    message = capsys.readouterr().err
-    assert "bag_1: must be a ROS 2 bag" in message
-    assert message.count("\n") == 1

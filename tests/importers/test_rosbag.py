@@ -42,7 +42,6 @@ class Bag:
 
     plugin: str = "sqlite3"
     stamped: bool = True
-    velocity: bool = True
     topics: dict[str, str] = field(
         default_factory=lambda: {"state": "/joint_states", "goal": "/goal", "force": "/scale"}
     )
@@ -78,7 +77,7 @@ class Bag:
                 header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
                 name=["wrist", "spool"],
                 position=np.array([9.0, 0.01 * k]),
-                velocity=np.array([9.0, 0.8]) if self.velocity else np.array([]),
+                velocity=np.array([9.0, 0.8]),
                 effort=np.array([]),
             ),
             "goal": types["std_msgs/msg/Float64MultiArray"](
@@ -162,16 +161,6 @@ def test_a_bag_without_mapping_must_have_our_topics(tmp_path: Path) -> None:
     path = Bag().write(tmp_path / "bag")
     with pytest.raises(InvalidRecording, match=r"'/servo/state'.*there are /goal.*mapping.toml"):
         read_recording_file(path, name="bag", bench="finger")
-
-
-def test_a_speed_is_derived_only_when_asked_for(tmp_path: Path) -> None:
-    """Without velocities a bag is refused, and read where the mapping derives them."""
-    path = Bag(velocity=False).write(tmp_path / "bag")
-    log_clock = 'clock = "log"\n' + MAPPING
-    with pytest.raises(InvalidRecording, match=r"theta_dot comes from .*holds no value of it"):
-        read(path, log_clock)
-    start, end = log_clock.index("theta_dot ="), log_clock.index("theta_d =")
-    check(read(path, log_clock[:start] + 'theta_dot = {derive = "theta"}\n' + log_clock[end:]))
 
 
 def test_a_message_of_ones_own_is_read_where_the_bag_defines_it(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tests.bad_input.damage import refusal
-from tests.hardware.deploy.policies import Proportional, card_of, network, policy_of, write_onnx
+from tests.hardware.deploy.policies import Proportional, card_of, network, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
 from tests.importers.logs import recording
 
@@ -179,28 +179,6 @@ def test_a_policy_closes_the_finger_and_its_action_is_an_offset(tmp_path: Path) 
     log = read_recording_file(path, bench="finger")
     assert log.motor_position.max() > 0.3
     assert log.force.max() > 1.0
-
-
-def test_a_dry_run_moves_nothing(tmp_path: Path) -> None:
-    """The policy sees and decides, the motor stays off, and no command stands in the log."""
-    path = tmp_path / "run.mcap"
-    flight = Flight(path=path, settings=DeploySettings(duration=2.0, dry=True))
-    outcome = flight.fly()
-    assert outcome.steps == 41
-    log = read_recording_file(path, bench="finger")
-    assert log.command is None
-    assert np.ptp(log.motor_position) < 0.01
-    assert max(step.action for step in read_steps(path))[0] > 1.0
-
-
-def test_commands_stay_within_the_range_whatever_the_policy_wants(tmp_path: Path) -> None:
-    """A policy that pulls with all its might is stopped by the card's clip and range."""
-    path = tmp_path / "run.mcap"
-    flight = Flight(path=path, policy=policy_of(lambda sample: 19.0, command_range=(0.0, 1.0)))
-    flight.fly()
-    steps = list(read_steps(path))
-    assert {step.action for step in steps} == {(2.0,)}
-    assert max(step.command for step in steps) == (1.0,)
 
 
 def test_a_hand_can_move_the_spool(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

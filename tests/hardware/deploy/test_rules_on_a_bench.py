@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tendon_hardware.control.keyboard import Keyboard
+from tendon_hardware.deployment.deploy_replay import replay_log
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.safety_rules.rule_limits import DeployLimits, limits_for
 from tendon_hardware.safety_rules.rules import HARDNESS, SAFETY_RULES, Glance
@@ -40,24 +41,20 @@ def test_every_rule_of_the_table_is_broken_here() -> None:
     assert broken | ELSEWHERE == {rule.name for rule in SAFETY_RULES}
 
 
-def test_unwinding_ends_at_home_and_off() -> None:
-    """After a stop the tendon is let out slowly: the spool comes home, then the motor is off."""
-    flight = CASES["a shutdown"].flight(1.5)
-    flight.fly()
-    positions = [shown.position[0] for shown in flight.operator.shown]  # pyright: ignore
-    assert max(positions) > 0.4
-    assert flight.angle_after < 0.1
+def test_a_hold_keeps_the_command_and_ends_with_its_cause(tmp_path: Path) -> None:
+    """While the load cell is silent the command stays; when it is back the policy goes on.
 
-
-def test_a_hold_keeps_the_command_and_ends_with_its_cause() -> None:
-    """While the load cell is silent the command stays; when it is back the policy goes on."""
+    What the policy then sees of its own actions are those that were applied.
+    """
     flight = CASES["a silent load cell"].flight(0.5)
+    flight.path = tmp_path / "run.mcap"
     outcome = flight.fly()
     assert outcome.fault is None
     assert outcome.trips == {"stale_force": 1, "operator": 1}
     held = [shown.command for shown in flight.operator.shown if shown.mode == "hold"]  # pyright: ignore
     assert held
     assert len(set(held)) == 1
+    assert replay_log(flight.policy, flight.path).broken == 0
 
 
 def test_a_servo_that_comes_back_in_time_is_driven_on() -> None:

@@ -14,6 +14,7 @@ from tendon_hardware.control.policy_runner import Policy
 from tendon_hardware.deployment.deploy_log import read_steps, step_table
 from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from tendon_hardware.errors import PolicyMismatch, ServoSilent
+from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
 from tendon_newton.cli import main
@@ -102,6 +103,7 @@ def test_commands_of_each_servo_stay_within_its_own_range(tmp_path: Path) -> Non
     settings = replace(SETTINGS, loop=loops_of(card)[0], further_loops=loops_of(card)[1:])
     strong = policy_of(lambda sample: np.full(2, 19.0), card)
     flight_of(path=path, policy=strong, settings=settings).fly()
+    assert {step.action for step in read_steps(path)} == {(2.0, 2.0)}, "cut by the card's clip"
     commands = step_table(path)[:, 4:]
     assert commands.max(axis=0).tolist() == [1.0, 0.4]
 
@@ -225,13 +227,17 @@ def test_a_hand_moves_one_of_two_servos(tmp_path: Path, capsys: pytest.CaptureFi
     assert "--jog moves one servo" in capsys.readouterr().err
 
 
-def test_a_dry_run_leaves_both_motors_off(policy: Path, tmp_path: Path) -> None:
-    """The policy sees and decides, and nothing is sent to either servo."""
+def test_a_dry_run_leaves_both_motors_off(policy, tmp_path, monkeypatch) -> None:
+    """The policy sees and decides; neither motor is switched on, and nothing is sent."""
+    monkeypatch.setattr(BusServo, "enable_torque", lambda servo: pytest.fail("it is switched on"))
     words = [*WORDS, "--policy", str(policy), "--out", str(tmp_path), "--dry-run"]
     assert main([*words, "--goals", "1.0", "--duration", "2"]) == 0
     log = read_recording_file(tmp_path / "two_0.mcap", bench="finger_antagonist")
     assert log.command is None
     assert np.ptp(log.motor_position, axis=0).max() < 0.05
+    decided = [step.action for step in read_steps(tmp_path / "two_0.mcap")]
+    assert len(decided) == 40
+    assert np.abs(decided).max() > 0.5
 
 
 def test_servos_and_load_cells_are_reached_through_real_ports() -> None:
