@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import mujoco
 import newton
 import numpy as np
 import pytest
 from newton.usd import SchemaResolverMjc, SchemaResolverNewton, SchemaResolverPhysx
+from scipy.spatial.transform import Rotation
 
 from tendon_newton.exports.urdf_target import ROBOT_FILE, joint_name, write_urdf_target
 from tendon_newton.exports.usd_target import BENCH_FILE, WAY, write_usd_target
@@ -46,6 +48,25 @@ def test_the_links_weigh_and_turn_as_those_of_the_bench(bench: str, tmp_path: Pa
     damping = [theirs.dof_damping[theirs.joint(n).dofadr[0]] for n in names]
     assert damping == pytest.approx([3.0 * joint.damping for joint in mechanism.joints], rel=1e-6)
     assert exported.left_out == {ROBOT_FILE: ()}
+
+
+def test_a_link_whose_frame_is_turned_weighs_where_it_did(tmp_path: Path) -> None:
+    """Its centre and its inertia, turned back from the joint's frame, are the body's own."""
+    model = model_of("finger", "ideal")
+    mechanism = bench_of("finger", model)
+    turn = Rotation.from_euler("xyz", [0.4, -0.7, 1.1]).as_matrix()
+    first = replace(mechanism.joints[0], child_rotation=turn)
+    turned = replace(mechanism, joints=(first, *mechanism.joints[1:]))
+    write_urdf_target(tmp_path, turned, model)
+    inertial = ET.parse(tmp_path / ROBOT_FILE).getroot().findall("link/inertial")[0]
+    origin, tensor = inertial.find("origin"), inertial.find("inertia")
+    assert origin is not None
+    assert tensor is not None
+    centre = np.array([float(x) for x in origin.attrib["xyz"].split()])
+    assert turn @ centre + first.child_position == pytest.approx(first.center_of_mass, abs=1e-9)
+    own = {name: float(value) for name, value in tensor.attrib.items()}
+    rows = [[own["".join(("i", *sorted(a + b)))] for b in "xyz"] for a in "xyz"]
+    assert turn @ np.array(rows) @ turn.T == pytest.approx(first.inertia, abs=1e-12)
 
 
 def test_each_part_of_a_hand_has_a_name_of_its_own(tmp_path: Path) -> None:

@@ -31,7 +31,8 @@ def imported(source: Path, out: Path, joint: str) -> Dataset:
 def test_a_joint_comes_back_episode_by_episode(tmp_path: Path, *, fixed: bool) -> None:
     """An episode that goes on in the next file is one recording; command and angle are its own.
 
-    A gripper in percent beside joints in radians is left out, and no unit is asked for.
+    A gripper in percent beside joints in radians is left out, and no unit is asked for. Episode
+    and joint are conditions of the report, and the source has a digest.
     """
     source = lerobot_dataset(tmp_path / "arm", fixed=fixed)
     loaded = imported(source, tmp_path / "out", "elbow_flex")
@@ -45,6 +46,10 @@ def test_a_joint_comes_back_episode_by_episode(tmp_path: Path, *, fixed: bool) -
         np.testing.assert_allclose(log.command - log.motor_position, 0.01, atol=1e-6)
     model = load_model(tmp_path / "out" / "elbow_flex" / "model.toml")
     assert model.actuator.name == "ideal_position"
+    rows = json.loads((tmp_path / "out" / "elbow_flex" / "import.json").read_text())["recordings"]
+    conditions = [{"episode": float(k), "joint": "elbow_flex"} for k in range(3)]
+    assert [row["conditions"] for row in rows] == conditions
+    assert len({row["sha256"] for row in rows}) == 1
 
 
 def test_several_joints_become_a_dataset_each(tmp_path: Path, capsys) -> None:
@@ -76,26 +81,20 @@ def test_percent_is_an_angle_by_the_arms_calibration(tmp_path: Path) -> None:
     np.testing.assert_allclose(gripper.motor_position[:, 0], (0.5 + 0.1 * time) * pi / 2.0, 1e-6)
 
 
-def test_a_unit_that_cannot_be_seen_is_asked_for(tmp_path: Path, capsys) -> None:
-    """60 may be degrees or percent; nothing is written."""
-    source = lerobot_dataset(tmp_path / "arm", scale=60.0)
-    assert run_import(source, tmp_path / "out") == 2
-    assert "say --unit deg" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
+        ((), "say --unit deg"),  # 60 may be degrees or percent
         (("--unit", "turn"), "No unit named 'turn'"),
         (("--unit", "percent"), "needs --calibration"),
     ],
 )
-def test_a_wrong_option_says_what_there_is(options, said, tmp_path, capsys) -> None:
-    """One line each."""
+def test_a_unit_that_cannot_be_is_asked_for(options, said, tmp_path, capsys) -> None:
+    """One line each, and nothing is written."""
     source = lerobot_dataset(tmp_path / "arm", scale=60.0)
     assert run_import(source, tmp_path / "out", *options) == 2
     assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_options_of_lerobot_belong_to_it(tmp_path: Path, capsys) -> None:
@@ -180,14 +179,3 @@ def test_a_file_that_unpacks_to_gigabytes_is_refused(rows, width, said, tmp_path
     assert path.stat().st_size < 2_000_000
     assert run_import(source, tmp_path / "out") == 2
     assert said in capsys.readouterr().err
-
-
-def test_the_report_says_where_each_came_from(tmp_path: Path) -> None:
-    """Episode and joint are conditions, and the source has a digest."""
-    source = lerobot_dataset(tmp_path / "arm")
-    assert run_import(source, tmp_path / "out") == 0
-    rows = json.loads((tmp_path / "out" / "elbow_flex" / "import.json").read_text())["recordings"]
-    assert [row["conditions"] for row in rows] == [
-        {"episode": float(k), "joint": "elbow_flex"} for k in range(3)
-    ]
-    assert len({row["sha256"] for row in rows}) == 1

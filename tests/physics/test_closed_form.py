@@ -92,6 +92,14 @@ def test_joint_friction_and_tendon_friction_stop_together() -> None:
     assert np.all(run.joint_position[-80:] == run.joint_position[-1])
 
 
+def test_a_string_that_is_let_out_a_little_does_not_push() -> None:
+    """A goal of 0.03 rad below the stop would be 0.126 N of push: none ever comes."""
+    command = np.repeat([0.5, -0.03, 0.2, -0.03], 20)
+    (run,) = simulate([run_of(command, bench="spring_weak")], ideal_model(), time_step=TIME_STEP)
+    assert run.force.min() == 0.0
+    assert np.all(run.force[[39, 79], 0] == 0.0)
+
+
 STEP = 2.5e-4  # s
 FRICTION = np.array([1.0e-3, 5.0e-4])  # N m
 

@@ -223,6 +223,8 @@ def test_a_limit_that_is_passed_for_a_moment_only_is_forgiven_where_a_rule_says_
         ("current", "current", (-DeployLimits().current, DeployLimits().current)),
         ("voltage", "voltage", DeployLimits().voltage),
         ("position_window", "position", DeployLimits().bench.position),
+        # a load cell may hang upside down
+        ("tension", "force", (-DeployLimits().bench.force, DeployLimits().bench.force)),
     ],
 )
 def test_a_limit_on_two_sides_is_kept_on_both(name, field, bounds) -> None:
