@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from tendon_newton.data.model_file import Model, NamedValues, write_model
-from tendon_newton.errors import InvalidParameter, UnknownName
+from tendon_newton.errors import InvalidParameter
 from tendon_train.policy.worlds.environment import FingerEnvironment
 from tendon_train.policy.worlds.randomisation import BENCH_NUMBERS, effect_ranges
 from tendon_train.policy.worlds.world_draws import WorldDraws, mixed
@@ -112,12 +112,6 @@ def test_worlds_differ_about_the_numbers_of_the_model(tmp_path: Path) -> None:
         assert 1.18 < float(share.max()) <= 1.2 + 1e-6
     with pytest.raises(InvalidParameter, match="drawn about the model's own length"):
         environment(force=force, randomise=("tendon_slack",))
-
-
-def test_what_cannot_be_randomised_is_refused() -> None:
-    """A word that is none of the names."""
-    with pytest.raises(UnknownName, match="did you mean 'joint_spring'"):
-        environment(randomise=("joint_sprin",))
 
 
 def test_the_numbers_are_those_of_splitmix64() -> None:
