@@ -13,7 +13,10 @@ Row = tuple[str, str, str]  # Figure, what stands beside it, and what a constant
 
 def one_cause(kept: Records) -> Row:
     """Return how often a single planted cause is named, and how often others besides."""
-    own, second = (kept["exam"].figures["sections"][name] for name in ("single", "other"))
+    exam = kept["exam"].figures
+    own, second = (exam["sections"][name] for name in ("single", "other"))
+    drawn = sum(exam["drawn"].values())
+    partly = "" if exam["sets"] == drawn else f"; {exam['sets']} of {drawn} sets"
     told = [
         f"{round(rate['value'] * rate['cases'])} of {rate['cases']}"
         for section in (own, second)
@@ -21,7 +24,7 @@ def one_cause(kept: Records) -> Row:
     ]
     return (
         told[0],
-        f"nothing else: {told[1]}; second plant: {told[2]}, {told[3]}",
+        f"nothing else: {told[1]}; second plant: {told[2]}, {told[3]}{partly}",
         f"fixed {share(own[NAMED]['fixed'])}, random {share(own[NAMED]['random'])}",
     )
 

@@ -78,6 +78,10 @@ SEED = 0  # Seed of the bootstrap: the same data give the same diagnosis
 NO_SMALLER = (
     "The causes that were found make the error on held-out recordings no smaller, so none is named."
 )
+HARDLY_THERE = (
+    "Held-out recordings hardly show the causes that were found: they confirm none and contradict "
+    "none. Keep back a recording in which these act."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,7 +298,8 @@ def helpful(
     """Return findings without what test recordings do not bear out, and the errors there.
 
     Numbers that are only suspected go first, then all names, where the error is no smaller. Names
-    stay if causes surely change it by little: they need not act in what was kept back.
+    stay if it is surely not much larger with them nor much smaller without: held-out recordings
+    need not show a cause.
 
     Args:
         train: The recordings that the fits saw.
@@ -313,14 +318,17 @@ def helpful(
         return findings, measured
     if findings.predictor is not None:
         return helpful(train, replace(findings, predictor=None), test, rng)
+    if findings.final is None:
+        return findings, measured
+    least, _ = fraction_interval(measured.before, measured.after, train.noise, rng)
     _, most = fraction_interval(measured.after, measured.before, train.noise, rng)
-    if findings.final is not None and most > WORTH_SAYING:
-        empty = replace(
-            findings, verdict="unexplained", final=None, posterior=Posterior(),
-            notes=(*findings.notes, NO_SMALLER),
-        )  # fmt: skip
-        return helpful(train, empty, test, rng)
-    return findings, measured
+    if least > -WORTH_SAYING and most < WORTH_SAYING:
+        return replace(findings, notes=(*findings.notes, HARDLY_THERE)), measured
+    empty = replace(
+        findings, verdict="unexplained", final=None, posterior=Posterior(),
+        notes=(*findings.notes, NO_SMALLER),
+    )  # fmt: skip
+    return helpful(train, empty, test, rng)
 
 
 def measure(train: Study, findings: Findings, test: Study) -> HeldOutErrors:

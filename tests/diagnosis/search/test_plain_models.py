@@ -93,17 +93,23 @@ def test_where_no_cause_is_sure_the_set_that_predicts_best_is_written(pool: Pool
 
 
 @pytest.mark.parametrize(
-    ("predicts", "less", "kept"),
-    [(0.5, 0.5, ("predictor", "final")), (-0.01, 0.05, ("final",)), (-0.01, 0.5, ())],
+    ("predicts", "worst", "less", "kept"),
+    [
+        (0.5, -0.5, 0.5, ("predictor", "final")),
+        (-0.01, -0.05, 0.05, ("final",)),
+        (-0.01, -0.05, 0.5, ()),
+        (-0.01, -0.5, 0.05, ()),
+    ],
 )
 def test_what_misses_more_on_test_recordings_is_not_written(
     predicts: float,
+    worst: float,
     less: float,
     kept: tuple[str, ...],
     pool: Pool,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The set that is only suspected goes first, then names without which less may be left."""
+    """The set that is only suspected goes first, then names that may matter there, and do harm."""
     found = found_of(pool, pool.fits[frozenset()])
     findings = Findings(
         verdict="explained", baseline=found, final=found, closest=found, suspected=(), classes={},
@@ -111,12 +117,13 @@ def test_what_misses_more_on_test_recordings_is_not_written(
     )  # fmt: skip
 
     measured = SimpleNamespace(fraction=predicts, before="before", after="after")
-    lost = {("after", "before"): (-0.5, less)}
+    lost = {("before", "after"): (worst, 0.5), ("after", "before"): (-0.5, less)}
     monkeypatch.setattr(diagnose, "measure", lambda *_: measured)
     monkeypatch.setattr(diagnose, "fraction_interval", lambda *errors: lost[errors[:2]])
     study, rng = pool.worlds.study, np.random.default_rng(0)
     written, _ = diagnose.helpful(study, findings, study, rng)
     assert tuple(k for k in ("predictor", "final") if getattr(written, k) is not None) == kept
+    assert (diagnose.HARDLY_THERE in written.notes) == (kept == ("final",))
 
 
 def test_a_published_model_pays_nothing_for_its_numbers(pool: Pool, monkeypatch) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.findings import Found
@@ -32,6 +32,8 @@ from tendon_newton.identification.study import Study
 
 AT_END = 0.01
 """Share of a range that counts as its end [1]: a rigid string is written as the stiffest one."""
+LEAST_APART = 1.0e-6
+"""Least variance of a combination of numbers, each alone having one [1]; less is rounding."""
 NUDGE = 1.0e-6  # Change of a coordinate by which others in another clock are differentiated [1]
 LEAST_WEIGHT, MOST_SETS = 0.02, 8
 """Sets with a smaller share of the weight [1], and beyond so many, are no part of the posterior."""
@@ -167,9 +169,9 @@ def clock_slopes(worlds: SearchWorlds, fit: Fit) -> Array:
 def holds_null(study: Study, found: Found, name: str) -> bool:
     """Tell whether the values that mean none lie in the intervals of all strengths of a cause.
 
-    They must lie in the 95 % region of all strengths together as well: two forces may be open of
-    which it is sure that one is more than the other. Places, times and speeds that only shape a
-    cause of several numbers do not count.
+    They must lie in the 95 % region of all strengths together as well: two forces may each be open
+    though their difference is sure. Places, times and speeds that only shape a cause of several
+    numbers do not count.
     """
     own = [(study.parameter(c), c) for c in study.table.columns(name)]
     if len(own) > 1:
@@ -194,11 +196,12 @@ def none_together(found: Found, nulls: Sequence[tuple[int, float]]) -> bool:
                      for n, (column, _) in zip(numbers, nulls, strict=True)])  # fmt: skip
     covariance = found.covariance[np.ix_(at, at)]
     spread = np.sqrt(np.diag(covariance))
-    says = np.isfinite(off) & np.isfinite(half) & (spread > 0.0)
-    wider = np.maximum(half[says] / (SURE * spread[says]), 1.0)
-    region = covariance[np.ix_(says, says)] * np.outer(wider, wider)
-    distance = off[says] @ np.linalg.pinv(region) @ off[says]
-    return bool(distance <= chi2.ppf(0.95, max(len(wider), 1)))
+    says = np.isfinite(off) & np.isfinite(half) & np.isfinite(spread) & (spread > 0.0)
+    off = off[says] / np.maximum(half[says] / SURE, spread[says])
+    shared = covariance[np.ix_(says, says)] / np.outer(spread[says], spread[says])
+    sizes, ways = np.linalg.eigh(shared)
+    distance = np.square(ways.T @ off) @ (1.0 / np.maximum(sizes, LEAST_APART))
+    return bool(distance <= chdtri(max(len(off), 1), 0.05))
 
 
 def weights_of(

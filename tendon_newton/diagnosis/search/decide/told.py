@@ -140,7 +140,7 @@ def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Dec
 
 
 def is_open(decisive: Pool, fit: Fit, name: str) -> bool:
-    """Tell whether the intervals of all strengths of a cause hold the value that means none."""
+    """Tell whether a cause's strengths, alone and together, leave open that there is none."""
     return holds_null(decisive.worlds.study, found_of(decisive, fit), name)
 
 
