@@ -6,7 +6,6 @@ from itertools import cycle
 
 import numpy as np
 
-from tendon_newton.effects import are_related
 from tests.planted.generator import Recipe
 from tests.planted.physics.sensors import FORCE_NOISE
 from tests.planted.sets.draws import EFFECTS, MIX_OF, NEEDS_FINGER, OUTSIDE, SIDES
@@ -62,6 +61,15 @@ ALIKE = (
     frozenset({"load_cell_bias", "load_cell_gain", "load_cell_drift"}),
     # the plant limits the speed of the tendon, and so of the motor only if the tendon is stiff
     frozenset({"speed_limit", "tendon_compliance", "tendon_slack"}),
+)
+
+# a law and its special case: no answer has both
+ONE_LAW = (
+    frozenset({"coulomb_friction", "stribeck_friction"}),
+    frozenset({"coulomb_friction", "asymmetric_friction"}),
+    frozenset({"coulomb_friction", "hysteresis"}),
+    frozenset({"gear_load_friction", "load_stribeck_friction"}),
+    frozenset({"command_rate_limit", "acceleration_limit"}),
 )
 
 
@@ -150,7 +158,7 @@ def on_one_bench(first: str, second: str) -> bool:
     A law beside its own special case is one law.
     """
     both = {first, second}
-    return not are_related(first, second) and (not both & set(MIX_OF) or both <= ON_SHAFT)
+    return both not in ONE_LAW and (not both & set(MIX_OF) or both <= ON_SHAFT)
 
 
 def _side(effect: str) -> str:

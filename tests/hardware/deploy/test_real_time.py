@@ -10,7 +10,7 @@ from tendon_hardware.virtual_bench import Faults, VirtualPorts
 from tests.faults.kill import ATTEMPTS, BUSY, HARMS, WAYS, Program, policy_file, released
 from tests.hardware.deploy.policies import card_of, network, write_onnx
 from tests.hardware.deploy.runs import Flight
-from tests.hardware.test_installation import run
+from tests.interpreters import run_without
 
 
 def test_five_seconds_under_packet_loss(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ MEMORY_MAX = 150.0  # Resident memory of a deployment [MB]; a Pi with 2 GB has o
 def test_a_deployment_runs_and_is_drawn_without_anything_else(tmp_path: Path) -> None:
     """Policy, log, replay and picture in an interpreter without torch, in 150 MB."""
     policy = write_onnx(tmp_path / "policy.onnx", network(), card_of().to_json())
-    said = run(f"""
+    said = run_without(f"""
 import re
 from pathlib import Path
 from tendon_newton.cli import main
