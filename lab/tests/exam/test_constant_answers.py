@@ -58,12 +58,12 @@ def test_sections_draw_elsewhere_without_simulating() -> None:
 
 
 def test_three_names_chosen_on_other_benches_are_held_against_each() -> None:
-    """Two benches have one fault that matters, the third another; nearly half of all causes is there."""
+    """Two benches have one fault that matters, the third another; half the catalogue is there, less one."""
     half = [*EFFECTS][: len(EFFECTS) // 2]
     faults = [["stribeck_friction"], ["stribeck_friction"], ["deadband"]]
     found = reached([half] * 3, faults)
     assert found["names"] == ["stribeck_friction", "deadband"]
     assert found["faults"]["fixed"] == pytest.approx(2 / 3)
     assert found["in_plant"]["random"] == pytest.approx(len(half) / len(EFFECTS))
-    three = comb(len(half), 3) / comb(len(EFFECTS), 3)
+    three = comb(len(EFFECTS) - len(half), 3) / comb(len(EFFECTS), 3)
     assert found["in_plant"]["class"] == pytest.approx(1.0 - three)
