@@ -58,7 +58,7 @@ def test_sections_draw_elsewhere_without_simulating() -> None:
 
 
 def test_three_names_chosen_on_other_benches_are_held_against_each() -> None:
-    """Two benches have one fault that matters, the third another; half the catalogue is there, less one."""
+    """Two benches have one fault that matters, the third another; half of all causes is there."""
     half = [*EFFECTS][: len(EFFECTS) // 2]
     faults = [["stribeck_friction"], ["stribeck_friction"], ["deadband"]]
     found = reached([half] * 3, faults)
