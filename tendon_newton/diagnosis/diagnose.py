@@ -29,6 +29,7 @@ from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import settings_to_try
 from tendon_newton.diagnosis.next_experiment.separating_run import separating_run
 from tendon_newton.diagnosis.posterior import FittedSet, Posterior
+from tendon_newton.diagnosis.report_words import HARDLY_THERE
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Diagnosis,
@@ -77,10 +78,6 @@ SEED = 0  # Seed of the bootstrap: the same data give the same diagnosis
 
 NO_SMALLER = (
     "The causes that were found make the error on held-out recordings no smaller, so none is named."
-)
-HARDLY_THERE = (
-    "Held-out recordings hardly show the causes that were found: they confirm none and contradict "
-    "none. Keep back a recording in which these act."
 )
 
 

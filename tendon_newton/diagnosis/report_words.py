@@ -177,6 +177,10 @@ def finished_headline(diagnosis: Diagnosis) -> str:
     return f"{text}; not all of them can be told from others."
 
 
+HARDLY_THERE = (
+    "Held-out recordings hardly show the causes that were found: they confirm none and contradict "
+    "none. Keep back a recording in which these act."
+)
 CONSEQUENCES: Mapping[str, str] = {
     "no_gap": "No effect of the catalogue improves the prediction of recordings that it was not "
     "fitted on by more than chance would. The model stays as it is.",
@@ -186,3 +190,8 @@ CONSEQUENCES: Mapping[str, str] = {
     "unexplained": "The error is larger than noise, but naming an effect would be a guess. The "
     "model stays as it is; see “What remains”.",
 }
+
+
+def consequence(diagnosis: Diagnosis) -> str:
+    """Say what the verdict means for the model, or that held-out recordings cannot tell."""
+    return HARDLY_THERE if HARDLY_THERE in diagnosis.notes else CONSEQUENCES[diagnosis.verdict]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.report_words import CONSEQUENCES, headline
+from tendon_newton.diagnosis.report_words import consequence, headline
 from tendon_newton.diagnosis.reporting.held_out import (
     WINDOW,
     HeldOutComparison,
@@ -81,7 +81,7 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         f"{len(evidence.test.wholes)} held out ({benches})",
         "headline": headline(diagnosis),
         **answer(diagnosis),
-        "consequence": CONSEQUENCES[diagnosis.verdict],
+        "consequence": consequence(diagnosis),
         "next_steps": diagnosis.next_steps,
         "separable": diagnosis.separable,
         "numbers": key_numbers(diagnosis),

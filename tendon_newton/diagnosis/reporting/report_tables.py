@@ -59,7 +59,8 @@ def percent(share: float, beside: float = 0.0) -> str:
     if share > NEARLY_ALL:
         return "> 99.9" if share < 1.0 else "100"
     decimals = 1 if max(share, beside) > 0.95 else 0
-    return f"{100.0 * share:.{decimals}f}".replace("-", "−")
+    rounded = round(100.0 * share, decimals) + 0.0  # no minus before nothing
+    return f"{rounded:.{decimals}f}".replace("-", "−")
 
 
 def finding_rows(train: Sequence[Recording], test: Sequence[Recording]) -> dict[str, list[Row]]:

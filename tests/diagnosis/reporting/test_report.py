@@ -19,12 +19,18 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.posterior import FittedSet, Posterior
-from tendon_newton.diagnosis.report_words import SENTENCES, cause_sentence, headline
+from tendon_newton.diagnosis.report_words import (
+    HARDLY_THERE,
+    SENTENCES,
+    cause_sentence,
+    consequence,
+    headline,
+)
 from tendon_newton.diagnosis.reporting.held_out import HeldOutComparison
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.reporting.report_causes import cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
-from tendon_newton.diagnosis.reporting.report_tables import regime_rows, regimes
+from tendon_newton.diagnosis.reporting.report_tables import percent, regime_rows, regimes
 from tendon_newton.diagnosis.result import Diagnosis, Errors, Estimate, Rival, Verdict
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidOutput
@@ -146,6 +152,13 @@ def test_every_group_of_pictures_is_there(verdict: Verdict, pages: dict[str, str
     """Two windows, trace, spread and errors for both signals, one ranking, and what remains."""
     remaining = 2 if diagnosis(verdict).unexplained.depends_on else 0
     assert Page(pages[verdict]).count["svg"] == 4 + 2 + 2 + 1 + 2 + remaining
+
+
+def test_a_page_claims_nothing_that_held_out_recordings_do_not_show() -> None:
+    """Its lead says so, and a share of -0.2 % is no minus nothing."""
+    told = diagnosis("explained")
+    assert consequence(replace(told, notes=(HARDLY_THERE,))) == HARDLY_THERE != consequence(told)
+    assert (percent(-0.0018), percent(-0.04)) == ("0", "−4")
 
 
 def test_springs_have_no_finger(pages: dict[str, str]) -> None:
