@@ -855,6 +855,8 @@ def test_an_interval_that_holds_none_names_nothing(worlds: SearchWorlds) -> None
     assert not holds_null(study, found, "stribeck_friction")
     found.covariance[1, 2] = found.covariance[2, 1] = found.covariance[1, 1] = 0.0
     assert holds_null(study, found, "stribeck_friction")  # one is held: it says nothing
+    found.covariance = 1.0e-4 * np.diag([0.1, 0.04, 0.04, 0.1])
+    assert holds_null(study, found, "stribeck_friction")  # other sets left intervals as wide
     found.intervals |= {viscous: (0.1, 1.3), breakaway: (0.1, 0.6)}
     assert not holds_null(study, found, "viscous_friction")
     assert not holds_null(study, found, "stribeck_friction")
