@@ -24,7 +24,7 @@ class Estimate:
     """Value that means nothing, the range's end where none is infinite [unit]; None for a shape."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as the contract names it; what is not the case is left out."""
+        """Return it for ``diagnosis.json``; what is not the case is left out."""
         out: dict[str, Any] = {
             "value": self.value, "ci95": list(self.ci95), "unit": self.unit, "null": self.null,
         }  # fmt: skip

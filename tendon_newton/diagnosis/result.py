@@ -1,4 +1,4 @@
-"""What a diagnosis says, and its JSON."""
+"""What a diagnosis says, and its JSON: the fields say what its keys mean."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Errors:
         return sizes.get(signal)
 
     def to_json(self) -> dict[str, Any]:
-        """Return them as the contract names them; of signals that were not recorded nothing."""
+        """Return them for ``diagnosis.json``; of signals that were not recorded nothing."""
         others = {"others_rmse": dict(self.others_rmse)} if self.others_rmse else {}
         return {"force_rmse": self.force_rmse, "theta_rmse": self.theta_rmse,
                 "theta_mae": self.theta_mae, **others}  # fmt: skip
@@ -63,7 +63,7 @@ class Criterion:
     passed: bool
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as the contract names it."""
+        """Return it for ``diagnosis.json``."""
         return asdict(self)
 
 
@@ -132,7 +132,7 @@ class CandidateScore:
     looked_at: int = 0  # Recordings in which that was looked at
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as the contract names it; what is not the case is left out.
+        """Return it for ``diagnosis.json``; what is not the case is left out.
 
         JSON has no infinity: a number at an infinite null is left out.
         """
@@ -178,7 +178,7 @@ class Unexplained:
     """What a flexible learner makes of it; none where the verdict leaves nothing to look for."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as the contract names it, and what was learned besides."""
+        """Return it for ``diagnosis.json``, and what was learned besides."""
         out: dict[str, Any] = {"fraction": self.fraction, "depends_on": list(self.depends_on)}
         return out if self.structure is None else {**out, "structure": self.structure.to_json()}
 
@@ -302,7 +302,7 @@ class Diagnosis:
         return "joint angle" if find_actuator(self.model.actuator.name).leads else "motor angle"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the contract's dictionary."""
+        """Return what ``diagnosis.json`` holds."""
         return {
             "schema": SCHEMA,
             "wall_time_s": round(self.wall_time_s, 2),
@@ -351,7 +351,7 @@ class Diagnosis:
 
 
 def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
-    """Return one named effect as the contract names it."""
+    """Return one named effect for ``diagnosis.json``."""
     return {
         "name": effect.name,
         **({} if (servo := servo_of(effect.name)) is None else {"servo": servo}),
