@@ -12,8 +12,10 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
+from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.benches.virtual_calibration import calibrated_twins
+from tendon_hardware.collection.collect import record_run
 from tendon_hardware.collection.collect_plan import collect, recorded_runs
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import (
@@ -333,6 +335,7 @@ def test_an_interrupted_plan_is_taken_up_again(tmp_path: Path) -> None:
             LOCKSTEP, SHORT, CollectSettings(), tmp_path, operator, stop, title="short"
         )
     assert (second.kept, second.left, second.outcomes[0].interrupted) == (1, 2, "SIGTERM")
+    assert operator.told == ["Runs left: 2 of 3. The same command goes on."]
     partial = read_recording_file(tmp_path / "finger_ramps_0.mcap", bench="finger")
     assert 0.9 < partial.duration < 1.6
     with StopRequest() as stop:
@@ -347,6 +350,17 @@ def test_an_interrupted_plan_is_taken_up_again(tmp_path: Path) -> None:
         "finger_ramps_0_again1.mcap",
     ]
     assert (tmp_path / "finger_ramps_0.mcap").exists()
+
+
+def test_a_plan_goes_on_after_a_run_that_could_not_begin(tmp_path: Path) -> None:
+    """A spool outside its window ends the plan before a row, which tells how it goes on."""
+    operator, outside = SilentOperator(), SafetyLimits(position=(0.5, 7.0))
+    with StopRequest() as stop:
+        rest = (tmp_path, operator, stop)
+        with pytest.raises(SafetyStop, match=r"the spool must stay within 0\.50 to 7\.00 rad"):
+            collect(LOCKSTEP, SHORT[:1], CollectSettings(limits=outside), *rest, title="short")
+        assert operator.told == ["Runs left: 1 of 1. The same command goes on."]
+        assert collect(LOCKSTEP, SHORT[:1], CollectSettings(), *rest, title="short").left == 0
 
 
 def test_a_folder_keeps_to_one_plan_and_seed(tmp_path: Path) -> None:
@@ -378,6 +392,35 @@ def test_a_limit_ends_the_run_and_keeps_its_rows(tmp_path, limits, said) -> None
     assert said in trial.session["ended"]
     if limits.temperature > 30.0:
         assert trial.recording().duration > 1.0
+
+
+def test_a_spool_thrown_by_a_strong_spring_is_braked(tmp_path: Path) -> None:
+    """Of 210 units, that whose string throws it farthest: the next run begins where it rests."""
+    address = BenchAddress(bench="spring_strong", port="virtual::3204", lockstep=True)
+    run = PlannedRun(name="run", bench=address.bench, excitation="contact_ramp", duration=4.0)
+    operator = SilentOperator()
+    with open_bench(address, operator.tell) as bench, StopRequest() as stop:
+        for attempt in range(2):
+            path = tmp_path / f"{attempt}.mcap"
+            outcome = record_run(bench, run, CollectSettings(), path, operator, stop)
+            assert outcome.finished
+            rest = bench.controls.state()
+            assert -0.8 < rest.angle < -0.5
+            assert rest.rate == 0.0
+            assert not bench.servo.torque_enabled
+    assert operator.told == []
+
+
+def test_a_spool_at_the_edge_of_its_window_may_still_come_to_rest(tmp_path: Path) -> None:
+    """It still turns out when the motor is switched on, and a few milliseconds longer."""
+    run = PlannedRun(name="run", bench="finger", excitation="ramps", duration=1.0)
+    operator = SilentOperator()
+    with open_bench(LOCKSTEP, operator.tell) as bench, StopRequest() as stop:
+        bench.servo.configure()
+        motor = bench.controls.plant.motor
+        motor.angle, motor.rate = -0.44, -1.5
+        path = tmp_path / "run.mcap"
+        assert record_run(bench, run, CollectSettings(), path, operator, stop).finished
 
 
 def test_an_alert_is_cleared_and_the_run_made_anew(tmp_path: Path) -> None:

@@ -1,9 +1,11 @@
 """Whether motors that read as off are off: what their spools and strings do then."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from math import inf
 
-from tendon_hardware.benches.bench import BenchDrive
+from tendon_hardware.benches.bench import BenchDrive, motors_off
 from tendon_hardware.clock import Clock
 from tendon_hardware.errors import HardwareFault, MotorStillDriven
 
@@ -15,6 +17,10 @@ SLOWING = 0.7
 brakes it, and its string more so."""
 HELD = 5.0  # Tension from which it is told that it does not fall [N]
 FALLEN = 0.8  # Tension that is left of one that falls, at most [1]
+AHEAD = 0.1
+"""Time until a spool that its string throws can be braked [s]: the next look, the motor's switching
+on, and the way to rest."""
+BRAKED = 0.1  # Time that a motor without duty has to brake it [s]; it takes a fifth of that
 
 
 @dataclass(kw_only=True)
@@ -43,6 +49,14 @@ class Rest:
             ]
 
     @property
+    def thrown(self) -> float:
+        """Angle that it has come to once it can be braked [rad]; infinite before two looks."""
+        if len(self.ways) < 2:
+            return inf
+        (before, there), (now, here) = self.ways[-2:]
+        return here + AHEAD * (here - there) / (now - before)
+
+    @property
     def wound(self) -> float:
         """Angle wound in without slowing down [rad]; zero for a spool that rests or coasts."""
         if len(self.ways) < 3:
@@ -61,11 +75,18 @@ class Rest:
 
 
 def still_driven(
-    drives: Sequence[BenchDrive], clock: Clock, tell: Callable[[str], None]
+    drives: Sequence[BenchDrive],
+    clock: Clock,
+    tell: Callable[[str], None],
+    farthest: float = -inf,
 ) -> MotorStillDriven | None:
     """Watch motors that were just switched off; tell and return what shows that one pulls on.
 
     A tension that does not fall is told only: a gear may hold it.
+
+    Args:
+        farthest: Angle beyond which no string may throw its spool [rad]; a motor without duty
+            brakes it before.
     """
     rests = [Rest(drive=drive) for drive in drives]
     for rest in rests:
@@ -75,6 +96,10 @@ def still_driven(
     while clock.now() < end:
         for rest in rests:
             rest.look()
+        thrown = [rest.drive for rest in rests if rest.thrown < farthest]
+        if thrown:
+            brake(thrown, clock, tell)
+            return still_driven(drives, clock, tell)
         clock.sleep_until(clock.now() + PERIOD)
     found: MotorStillDriven | None = None
     for rest in rests:
@@ -97,3 +122,12 @@ def still_driven(
                 "the finger."
             )
     return found
+
+
+def brake(drives: Sequence[BenchDrive], clock: Clock, tell: Callable[[str], None]) -> None:
+    """Let motors without duty bring their spools to rest, and switch them off again."""
+    with suppress(HardwareFault):  # whatever keeps one off is told when it is to drive
+        for drive in drives:
+            drive.servo.enable_torque()
+        clock.sleep_until(clock.now() + BRAKED)
+    motors_off(drives, tell)

@@ -1,6 +1,7 @@
 """One recording, from a planned run to a file."""
 
 from dataclasses import asdict, dataclass
+from math import inf
 from pathlib import Path
 
 from tendon_hardware.benches.bench import Bench, counter_facts, motors_off
@@ -8,7 +9,7 @@ from tendon_hardware.benches.bench_address import FILTERS
 from tendon_hardware.benches.off_check import still_driven
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
-from tendon_hardware.collection.run_loop import RunLoop
+from tendon_hardware.collection.run_loop import COASTED, RunLoop
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.errors import LogNotWritten, SafetyStop
 from tendon_hardware.logs.session import Session
@@ -53,7 +54,8 @@ def record_run(
     """Record one run; the motor is off before and after it.
 
     What goes wrong on the bench ends the run and comes back with the outcome; the file is closed
-    and stays readable.
+    and stays readable. A string that pulls throws its spool out once the motor is off: after a
+    sound run it is braked before it is too far out for the next one to begin.
 
     Args:
         path: The file; it must not exist.
@@ -64,6 +66,7 @@ def record_run(
     log: SessionLog | None = None
     session: dict[str, str] = {}
     fault: TendonNewtonError | None = None
+    sound = False
     refuse_unreachable(
         DeployLimits(bench=settings.limits), reach_of(bench.drives[0]), COLLECTION_RULES
     )
@@ -78,12 +81,14 @@ def record_run(
         session = session_of(bench, run, settings, read_back, loop).text()
         log = open_log(path, session, bench.time_base(), background=not bench.lockstep)
         loop.record(run, command, log)
+        sound = stop.signal is None
     except TendonNewtonError as error:
         fault = error
     finally:
         stop.patient = False
         motors_off(bench.drives[:1], operator.tell)
-        driven = still_driven(bench.drives[:1], bench.clock, operator.tell)
+        farthest = settings.limits.position[0] - COASTED if sound else -inf
+        driven = still_driven(bench.drives[:1], bench.clock, operator.tell, farthest)
         fault = fault or driven
         if log is not None:
             fault = closed(log, session | ending(bench, loop, fault, stop), fault)

@@ -123,8 +123,16 @@ def collect(
                 if not address.virtual and (run.obstacle != obstacle or run.obstacle in BY_HAND):
                     operator.ask(OBSTACLES[run.obstacle])
                 obstacle = run.obstacle
-                outcomes += attempts(bench, run, settings, out, operator, stop)
-                if not outcomes[-1].finished:
+                finished = False
+                try:
+                    outcomes += attempts(bench, run, settings, out, operator, stop)
+                    finished = outcomes[-1].finished
+                finally:
+                    if not finished:
+                        operator.tell(
+                            f"Runs left: {len(left)} of {len(plan)}. The same command goes on."
+                        )
+                if not finished:
                     return report(outcomes, plan, done)
     return report(outcomes, plan, done)
 

@@ -126,7 +126,8 @@ class RunLoop:
     def approach(self, angle: float) -> None:
         """Switch the motor on, go to an angle [rad] without haste and rest there.
 
-        A spool that coasted a little beyond its window while its motor was off may come back.
+        A spool that coasted to the edge of its window while its motor was off, or a little beyond,
+        may come to rest and come back.
         """
         settings = self.settings
         self.servo.enable_torque()
@@ -135,8 +136,8 @@ class RunLoop:
         count = ceil((way + settings.settle) * settings.rate)
         progress = np.arange(count) / (settings.rate * way) if way > 0.0 else np.ones(count)
         low, high = settings.limits.position
-        if low - COASTED <= start <= low:
-            self.limits = replace(settings.limits, position=(start - AROUND, high))
+        if low - COASTED <= start <= low + AROUND:
+            self.limits = replace(settings.limits, position=(min(low, start - AROUND), high))
         self._run(start + np.minimum(progress, 1.0) * (angle - start), "")
         self.limits = settings.limits
 
