@@ -234,9 +234,9 @@ class CellDoubt:
             share = duty * voltage / servo.supply_voltage - free - rotor
             self._least = max(CERTAIN * self._strength * (share - IDLE) - SHIFT, 0.0)
             self.likely = max(servo.gear_yield * self._strength * (share - FREE), 0.0)
-        if self._anchor is None or duty - free <= PULL + PULL_PER_SPEED * abs(speed):
-            return
-        self._wound = max(0.0, self._wound + turned)  # an encoder at rest goes back and forth
+        pulls = self._anchor is not None and duty - free > PULL + PULL_PER_SPEED * abs(speed)
+        if pulls or turned < 0.0:  # what is let out has not been wound in, pulled or not
+            self._wound = max(0.0, self._wound + turned)
 
     def _is_late(self, force: float, instant: float) -> bool:
         """Tell whether the tension [N] has gone on rising after turns of a spool that is alone."""

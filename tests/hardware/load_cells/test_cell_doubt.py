@@ -128,6 +128,20 @@ def test_a_motor_that_holds_still_is_no_motor_that_winds_in() -> None:
     assert doubt.fault is None
 
 
+def test_what_is_let_out_again_has_not_been_wound_in() -> None:
+    """A gear that sticks goes a little to and fro for a minute, and the tension with it."""
+    rng = random.Random(6)
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
+    for k in range(4800):
+        instant = 0.0125 * k
+        out, there = divmod(instant, 1.0)
+        angle = 0.07 * (1.0 - there if out % 2 else there)
+        doubt.feel(1.8 + 2.5 * angle + rng.gauss(0.0, 0.01), instant)
+        state = ServoState(time=instant, position=angle, velocity=0.0, current=0.0)
+        doubt.move(state, 0.0 if out % 2 else 0.15)
+    assert doubt.fault is None
+
+
 def test_a_slow_cell_is_given_time_to_show_a_change() -> None:
     """At 10 readings a second, settled after four, a spool has long been wound in before."""
     doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
