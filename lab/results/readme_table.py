@@ -71,7 +71,7 @@ def stairs(kept: Records) -> Row:
     network, ideal, packaged = (mean(units[arm]) for arm in ("network", "ideal", "packaged"))
     return (
         f"{about(units['diagnosed'])} mm",
-        f"Transformer {network:.1f}, ideal {ideal:.1f}",
+        f"{len(units['diagnosed'])} diagnosed; Transformer {network:.1f}, ideal {ideal:.1f}",
         f"one policy {packaged:.1f}",
     )
 

@@ -1,10 +1,10 @@
 """From a model to a policy: what a finger's tip misses, by what its policy was trained on.
 
-``python -m lab.studies.diagnosed_policies --out DIR --minutes 8`` compares a diagnosis
-with a data sheet. The paper's experiment, with a Transformer beside, is
+``python -m lab.studies.diagnosed_policies --out DIR`` compares a diagnosis with a data sheet.
+The paper's experiment, with a Transformer beside, is
 
 ``python -m lab.studies.diagnosed_policies --out DIR --arms ideal ranges network diagnosed truth
---units 3101 3102 3103 3104 3105 3106 3107 3108 3109 3110``
+--units 3201 3202 3203 3204 3205 3206 3207 3208 3209 3210``
 
 Each unit of the virtual bench is recorded and diagnosed by the two commands that a newcomer types;
 a network has the paper's 36 minutes of recordings. Policies of one recipe are trained on each of
