@@ -228,6 +228,18 @@ def test_a_pen_of_another_size_keeps_its_shape() -> None:
     assert loop.numbers["body_inertia"].numpy() == pytest.approx(solid.numpy(), rel=1e-5)
 
 
+def test_the_longest_pen_starts_free_between_the_beads_at_its_ends() -> None:
+    """Of all sizes that training draws; a tenth of a millimetre is left at least."""
+    hand = load_mechanism("hand_pen")
+    pen = hand.obstacles[body_of(hand)]
+    longest = (1.0 + TurningConfig().size_spread) * pen.size[1]
+    beads = [each for each in hand.obstacles if isinstance(each, Sphere)]
+    ends = [each for each in beads if abs(each.position[1]) > pen.size[1]]
+    assert len(ends) == 2
+    for bead in ends:
+        assert abs(bead.position[1]) - bead.radius > longest + 1e-4
+
+
 def test_a_camera_is_late_by_a_step_or_two_and_noisy_as_stated() -> None:
     """Places that grow by a millimetre a step; noise of 1 mm is that of 600 numbers."""
     everywhere = torch.ones(WORLDS, dtype=torch.bool)
