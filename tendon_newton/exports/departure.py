@@ -54,11 +54,12 @@ def departure(
     tip = None
     if mechanism.tip is not None:
         tip = pooled([tips(mechanism, a) - tips(mechanism, b) for a, b in pairs])
+    shafts = all(tendon.direct for tendon in mechanism.tendons)
     return Departure(
         angle=pooled([a.motor_position - b.motor_position for a, b in pairs]),
         force=pooled([a.force - b.force for a, b in pairs]),
         tip=tip,
-        force_unit="N m" if turns_shafts(mechanism) else "N",
+        force_unit="N m" if shafts and mechanism.joints[0].kind == "revolute" else "N",
         push=max((pushed(mechanism, a, b) for a, b in pairs), default=0.0),
     )
 
@@ -68,11 +69,6 @@ def pushed(mechanism: Mechanism, one: Trajectory, other: Trajectory) -> float:
     strings = [d for d, tendon in enumerate(mechanism.tendons) if not tendon.direct]
     least = np.minimum(other.force[:, strings].min(axis=0), 0.0)
     return float(np.max(least - one.force[:, strings].min(axis=0), initial=0.0))
-
-
-def turns_shafts(mechanism: Mechanism) -> bool:
-    """Tell whether the forces of a bench are torques: each drive turns a joint itself."""
-    return all(t.direct for t in mechanism.tendons) and mechanism.joints[0].kind == "revolute"
 
 
 def pooled(differences: Sequence[Array]) -> float:

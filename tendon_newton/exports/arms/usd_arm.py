@@ -23,6 +23,7 @@ from tendon_newton.exports.arms.servo_springs import (
     spring_rows,
 )
 from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME
+from tendon_newton.mechanisms.authoring.foreign_plan import quaternion
 from tendon_newton.mechanisms.usd.stage_file import open_stage
 
 FILE = "arm.usda"
@@ -67,15 +68,11 @@ def write_spring(prim: Any, spring: ServoSpring) -> None:
     def put(name: str, kind: Any, value: Any) -> None:
         prim.CreateAttribute(name, kind, False).Set(value)
 
-    def quaternion(turn: Array) -> Any:
-        x, y, z, w = Rotation.from_matrix(turn).as_quat().tolist()
-        return Gf.Quatf(w, x, y, z)
-
     axis = np.array(AXES[str(prim.GetAttribute("physics:axis").Get())])
     frame = Rotation.align_vectors(joint.axis, axis)[0].as_matrix()
     put("physics:localPos0", kinds.Point3f, Gf.Vec3f(*joint.parent_position.tolist()))
-    put("physics:localRot0", kinds.Quatf, quaternion(joint.parent_rotation @ frame))
-    put("physics:localRot1", kinds.Quatf, quaternion(joint.child_rotation @ frame))
+    put("physics:localRot0", kinds.Quatf, Gf.Quatf(*quaternion(joint.parent_rotation @ frame)))
+    put("physics:localRot1", kinds.Quatf, Gf.Quatf(*quaternion(joint.child_rotation @ frame)))
     if all(isfinite(end) for end in joint.limits):
         put("physics:lowerLimit", kinds.Float, out(joint.limits[0]))
         put("physics:upperLimit", kinds.Float, out(joint.limits[1]))

@@ -89,10 +89,9 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     )
     write_text(program, text)
     ways = {PROGRAM_FILE: COVERAGE}
-    if network is None:
-        ways[f"{MODEL_FILE} alone"] = IN_THE_FILE
     replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_program(folder, run, model)}
     if network is None:
+        ways[f"{MODEL_FILE} alone"] = IN_THE_FILE
         placed = list(zip(signs, offsets, strict=True))
         replays[f"{MODEL_FILE} alone"] = lambda run: replay_file(
             path, program, mechanism, model, placed, run
@@ -149,8 +148,8 @@ def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
 def replay_program(folder: Path, recording: Recording, model: Model) -> Trajectory:
     """Replay a recording with the written program, as its user would."""
     program = load_program(folder / PROGRAM_FILE)
-    rows = rows_of(recording, model)
-    return trajectory_of(recording, program.replay(program.make(), rows))
+    found = program.replay(program.make(), rows_of(recording, model))
+    return trajectory_of(recording, found)
 
 
 def loading_text(*, learned: bool) -> str:

@@ -42,14 +42,6 @@ def renewed_on(tendon: Tendon, p: ParameterVector, side: real) -> MemoryVector:
 
 
 @device_template
-def memory_between(tendon: Tendon, p: ParameterVector, share: real) -> MemoryVector:
-    """Return what the effects remember between two sides."""
-    inward = renewed_on(tendon, p, real(1.0))
-    outward = renewed_on(tendon, p, real(-1.0))
-    return inward + (outward - inward) * share
-
-
-@device_template
 def at_rest(tendon: Tendon, p: ParameterVector, bench: DriveBench) -> Kept:
     """Return what a drive remembers that has been where it is for ever."""
     kept = Kept()
@@ -92,7 +84,8 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: DriveBench
     past.elapsed = bench.step
     past.command = before.command
     past.acceleration = (rate - before.speed) / bench.step
-    here.memory = memory_between(past, p, before.share)
+    pulled_in = renewed_on(past, p, real(1.0))
+    here.memory = pulled_in + (renewed_on(past, p, real(-1.0)) - pulled_in) * before.share
     if wp.static(HAS_ROTOR and not FREE_SPOOL):
         driven = servo_flow(on_side(here, real(0.0)), p)
         driving = driven.motor_force

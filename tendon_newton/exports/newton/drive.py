@@ -3,7 +3,6 @@
 import math
 import warnings
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import newton
@@ -99,21 +98,17 @@ class TendonDrive(DriveBase):
         self.factor = array(factor, real)
         self.powers = wp.array(powers, dtype=int, ndim=3, device=device)
         self.paths = array(paths, Way)
-        joints = []
+        joints, more = [], []
         for row in JOINT_ROWS:
-            joint = Joint()
+            joint, one = Joint(), JointMore()
             for name in ("stiffness", "rest", "damping", "lower", "upper"):
                 setattr(joint, name, row[name])
             joints.append(joint)
-        more = []
-        for row in JOINT_ROWS:
-            one = JointMore()
             one.stiffness, one.damping = row["written"]  # what the solver does already
             one.stop_stiffness, one.stop_damping = row["stop"]
             one.friction, one.inertia = row["friction"], row["inertia"]
             more.append(one)
-        self.joints_more = array(more, JointMore)
-        self.joints = array(joints, Joint)
+        self.joints, self.joints_more = array(joints, Joint), array(more, JointMore)
         self.voltage = wp.zeros(count, dtype=real, device=device)
         self.enabled = wp.full(count, 1.0, dtype=real, device=device)
         self.report = wp.zeros(count, dtype=Report, device=device)
@@ -200,17 +195,6 @@ def register() -> None:
 # ---- a simulation of the bench
 
 
-def one_world(bench: Path = BENCH) -> Any:
-    """Return a builder that holds a bench once."""
-    builder = newton.ModelBuilder()
-    SolverMuJoCo.register_custom_attributes(builder)
-    builder.add_usd(str(bench), collapse_fixed_joints=True)
-    loose = [j for j, owner in enumerate(builder.joint_articulation) if owner < 0]
-    if loose:  # a chain of one link
-        builder.add_articulation(loose, label="bench")
-    return builder
-
-
 class Simulation:
     """Worlds that hold the bench, stepped by SolverMuJoCo.
 
@@ -220,9 +204,14 @@ class Simulation:
     def __init__(self, worlds: int = 1, step: float = TIME_STEP, device: Any = None) -> None:
         register()
         self.worlds, self.dt, self.device = worlds, step, device
-        builder = newton.ModelBuilder()
+        bench, builder = newton.ModelBuilder(), newton.ModelBuilder()
+        SolverMuJoCo.register_custom_attributes(bench)
+        bench.add_usd(str(BENCH), collapse_fixed_joints=True)
+        loose = [j for j, owner in enumerate(bench.joint_articulation) if owner < 0]
+        if loose:  # a chain of one link
+            bench.add_articulation(loose, label="bench")
         SolverMuJoCo.register_custom_attributes(builder)
-        builder.replicate(one_world(), worlds)
+        builder.replicate(bench, worlds)
         self.model = builder.finalize(device=device)
         self.solver = SolverMuJoCo(self.model, disable_contacts=True)
         self.states: list[Any] = [self.model.state(), self.model.state()]

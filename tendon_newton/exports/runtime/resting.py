@@ -39,7 +39,7 @@ def resting_spool(servo: ExportedServo, now: Now) -> tuple[float, float]:
 
     def net(lead: float) -> float:
         moved = now._replace(lead=lead)
-        return servo.motor_flow(moved, 0.0).motor_force[0] - servo.loose_tension(moved)
+        return servo.motor_flow(moved).motor_force[0] - servo.loose_tension(moved)
 
     if not servo.elastic and (servo.numbers["direct"] or net(0.0) >= 0.0):
         return net(0.0), 0.0
@@ -84,7 +84,7 @@ class Rest:
             stretched = now._replace(lead=self.measured_lead(d, servo, now))
             return servo.guided(servo.loose_tension(stretched), now, 0.0)
         if self.target is not None:
-            angle = servo.motor_flow(now, 0.0).angle
+            angle = servo.motor_flow(now).angle
             radius = servo.numbers["spool_radius"]
             guide = GUIDE_STIFFNESS * radius * (self.target[d] - angle[0])
             return guide if servo.numbers["direct"] else max(guide, 0.0)
@@ -160,7 +160,7 @@ class Rest:
 
     def measured_lead(self, d: int, servo: ExportedServo, now: Now) -> float:
         """Return how far a spool leads its mechanism [m] where its motor is as was measured."""
-        away = float(self.target[d]) - servo.motor_flow(now, 0.0).angle[0]
+        away = float(self.target[d]) - servo.motor_flow(now).angle[0]
         return now.lead + away * servo.radius
 
     def let_out(self, d: int, lead: float) -> None:

@@ -88,9 +88,9 @@ class ExportedServo:
         tendon.angle_rate = Jet(tendon.velocity, 0.0, 1.0) * tendon.inverse_radius
         return tendon
 
-    def motor_flow(self, now: Now, side: float) -> Flow:
-        """Follow the signal from the encoder to the motor's force."""
-        return servo_flow(self.tendon_at(now, side), PARAMETERS)
+    def motor_flow(self, now: Now) -> Flow:
+        """Follow the signal from the encoder to the motor's force, friction left out."""
+        return servo_flow(self.tendon_at(now, 0.0), PARAMETERS)
 
     def flow(self, now: Now, side: float) -> Flow:
         """Follow the signal from encoder to mechanism while the string moves with it."""

@@ -123,25 +123,21 @@ class Hook:
             model.dof_frictionloss[dof] = friction
             model.dof_solimp[dof] = STICKING
         for servo, tendon in zip(self.servos, self.tendons, strict=True):
-            motor = model.actuator(servo.numbers["name"]).id
+            name = servo.numbers["name"]
+            motor = model.actuator(name).id
             model.actuator_gaintype[motor] = mujoco.mjtGain.mjGAIN_FIXED
             model.actuator_biastype[motor] = mujoco.mjtBias.mjBIAS_NONE
             model.actuator_dyntype[motor] = mujoco.mjtDyn.mjDYN_NONE
             model.actuator_gainprm[motor] = 0.0
             model.tendon_damping[tendon] = 0.0
             model.tendon_armature[tendon] = 0.0
-            self.leave_spool(servo.numbers["name"])
+            spool = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TENDON, f"{name}_spool")
+            if spool >= 0:  # the file alone has one, which stands still now
+                model.tendon_frictionloss[spool] = 0.0
+                model.tendon_limited[model.tendon(f"{name}_string").id] = 0
             model.tendon_solimp_fri[tendon] = STICKING
             holds = servo.dry or servo.greatest_speed < math.inf
             model.tendon_frictionloss[tendon] = 1.0 if holds else 0.0  # renewed in every step
-
-    def leave_spool(self, name: str) -> None:
-        """Let a spool of the file alone stand still: the hook has its own."""
-        model = self.model
-        spool = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TENDON, f"{name}_spool")
-        if spool >= 0:
-            model.tendon_frictionloss[spool] = 0.0
-            model.tendon_limited[model.tendon(f"{name}_string").id] = 0
 
     def look(self) -> None:
         """Let MuJoCo see where everything is, and put the rotors into its inertia.
@@ -384,7 +380,9 @@ class Hook:
         holds = self.prepare(nows, h)
         mujoco.mj_step2(self.model, self.data)
         self.note_cells()
-        self.keep_frictions()
+        gave = self.data.efc_force.tolist()
+        self.kept = [gave[self.rows[t]] if t in self.rows else 0.0 for t in self.tendons]
+        self.kept_of_joint = {dof: gave[row] for dof, row in self.joint_rows.items()}
         self.tension, shares = self.tensions(nows, holds)
         was_slack = list(self.slack)
         self.let_go()
@@ -398,15 +396,6 @@ class Hook:
             if was_slack[d]:
                 self.move_spool(d, servo, nows[d], h)
         self.remember(nows, change, holds, shares, h)
-
-    def keep_frictions(self) -> None:
-        """Note what MuJoCo's dry frictions gave in a step."""
-        force = self.data.efc_force
-        self.kept = [
-            float(force[self.rows[tendon]]) if tendon in self.rows else 0.0
-            for tendon in self.tendons
-        ]
-        self.kept_of_joint = {dof: float(force[row]) for dof, row in self.joint_rows.items()}
 
     def let_go(self) -> None:
         """Let the strings go that would have to push a rotor."""
@@ -457,7 +446,7 @@ class Hook:
     def spool_speed(self, servo: ExportedServo, now: Now, speed: float, h: float) -> float:
         """Return a free spool's speed [m/s] after a step; dry friction may hold it."""
         bound = servo.greatest_speed
-        damping = h * max(0.0, -servo.motor_flow(now, 0.0).motor_force[2])
+        damping = h * max(0.0, -servo.motor_flow(now).motor_force[2])
         inertia = servo.inertia + damping
         inward = speed + h * servo.spool_force(now, 1.0) / inertia
         outward = speed + h * servo.spool_force(now, -1.0) / inertia

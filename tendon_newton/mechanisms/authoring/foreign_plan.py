@@ -19,6 +19,7 @@ from tendon_newton.mechanisms.authoring.asset_plan import (
     spread,
 )
 from tendon_newton.mechanisms.authoring.foreign_file import TAKEN, ForeignFinger, unique, word
+from tendon_newton.mechanisms.geometry.joint_frames import Posture, ancestors, frames_of
 from tendon_newton.mechanisms.geometry.joints import Joint, ReadOnlyArrays
 
 LAYERS = ("interface", "links", "tendon")
@@ -168,7 +169,7 @@ def foreign_joint(
     """Turn a joint that Newton read into what USD writes; its axis becomes x of its frames."""
     joint = finger.joints[index]
     along = frame_along(joint.axis)
-    place, turn = link_pose(finger.joints, index)
+    posture = frames_of(finger.joints, np.zeros(len(names)))
     moments, axes = np.linalg.eigh(joint.inertia)
     axes[:, 0] *= np.sign(np.linalg.det(axes))
     turns = joint.kind == "revolute"
@@ -177,15 +178,15 @@ def foreign_joint(
     ends = [degrees(end) if turns else end for end in joint.limits] if bounded else [None, None]
     soft = joint.stop_stiffness < IMPORTED_STOP
     stop = joint.stop_stiffness if soft else STOP_STIFFNESS
-    damping = joint.stop_damping if soft else stop_damping(finger.joints, index)
+    damping = joint.stop_damping if soft else stop_damping(finger.joints, posture, index)
     return ForeignJoint(
         name=names[index],
         link=finger.links[index],
         carrier="base" if joint.parent < 0 else finger.links[joint.parent],
         schema="PhysicsRevoluteJoint" if turns else "PhysicsPrismaticJoint",
         units="degrees: deg, N m/deg, N m s/deg; friction in N m" if turns else "m, N/m, N s/m, N",
-        place=place,
-        turn=quaternion(turn),
+        place=posture.position[index],
+        turn=quaternion(posture.rotation[index]),
         carrier_place=joint.parent_position,
         carrier_turn=quaternion(joint.parent_rotation @ along),
         own_place=joint.child_position,
@@ -215,46 +216,22 @@ def frame_along(axis: Array) -> Array:
     return np.column_stack([first, second, np.cross(first, second)])
 
 
-def link_pose(joints: tuple[Joint, ...], index: int) -> tuple[Array, Array]:
-    """Return where a link is while all joints are at zero: place [m] and rotation matrix."""
-    joint = joints[index]
-    place, turn = np.zeros(3), np.eye(3)
-    if joint.parent >= 0:
-        place, turn = link_pose(joints, joint.parent)
-    own = joint.parent_rotation @ joint.child_rotation.T
-    anchor = joint.parent_position - own @ joint.child_position
-    return place + turn @ anchor, turn @ own
-
-
-def stop_damping(joints: tuple[Joint, ...], index: int) -> float:
+def stop_damping(joints: tuple[Joint, ...], posture: Posture, index: int) -> float:
     """Return a damping for the stops of a joint [N m s/rad], from all that swings beyond it."""
-    joint = joints[index]
-    place, turn = link_pose(joints, index)
-    anchor = place + turn @ joint.child_position
-    axis = turn @ joint.child_rotation @ joint.axis
-    inertia = 0.0
+    axis, inertia = posture.axis[index], 0.0
     for other, link in enumerate(joints):
-        if not moves(joints, index, other):
+        if index not in ancestors([joint.parent for joint in joints], other):
             continue
-        at, rotation = link_pose(joints, other)
-        arm = at + rotation @ link.center_of_mass - anchor
+        rotation = posture.rotation[other]
+        arm = posture.position[other] + rotation @ link.center_of_mass - posture.anchor[index]
         own = rotation @ link.inertia @ rotation.T
-        if joint.kind == "revolute":
+        if joints[index].kind == "revolute":
             inertia += float(axis @ own @ axis) + link.mass * float(
                 np.sum(np.cross(axis, arm) ** 2)
             )
         else:
             inertia += link.mass
     return 2.0 * STOP_DAMPING_RATIO * sqrt(STOP_STIFFNESS * inertia)
-
-
-def moves(joints: tuple[Joint, ...], index: int, other: int) -> bool:
-    """Tell whether a joint moves a link."""
-    while other >= 0:
-        if other == index:
-            return True
-        other = joints[other].parent
-    return False
 
 
 def bone(
