@@ -223,11 +223,9 @@ def direct_plan(config: New, kind: Kind) -> DirectPlan:
     for key, values in given.items():
         if len(values) != 1:
             raise InvalidAsset(f"{key} of a {kind} is one number; there are {len(values)}")
-    of_a_finger = {**FINGER_ALONE}
-    if kind == "cart":
-        del of_a_finger["spool_radius"]
-    for key, value in of_a_finger.items():
-        if getattr(config, key) != value:
+    for key, value in FINGER_ALONE.items():
+        wound = kind == "cart" and key == "spool_radius"
+        if not wound and getattr(config, key) != value:
             raise InvalidAsset(f"{key} belongs to a finger; the bench is a {kind}")
     if kind != "shaft" and "length" in given:
         raise InvalidAsset(f"length is of a finger's links or a shaft's arm; the bench is a {kind}")

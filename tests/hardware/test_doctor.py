@@ -196,7 +196,7 @@ def test_a_servo_at_the_factorys_rate_is_found_and_set(bench: LockstepBench) -> 
     assert find_servos(port, clock, quiet) == FoundServo(
         family="dynamixel", rate=57_600, models={1: 1220}
     )
-    (observation,) = check_rate("servo 1", SPEC, 57_600)
+    observation = check_rate("servo 1", SPEC, 57_600)
     assert observation.verdict == "fix"
     assert "--set-baud 1000000" in observation.remedy
     observation = set_baud(port, 1_000_000, clock, quiet)

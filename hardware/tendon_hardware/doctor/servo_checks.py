@@ -54,7 +54,7 @@ def check_servo(
                 "describe it in hardware/tendon_hardware/servos, from its control table",
             )
             continue
-        yield from check_rate(subject, names[model], rate)
+        yield check_rate(subject, names[model], rate)
         servo = BusServo(
             names[model], port, identifier=identifier, baud=rate, clock=clock, retries=RETRIES
         )
@@ -67,17 +67,15 @@ def check_servo(
             servo.close()
 
 
-def check_rate(subject: str, spec: ServoSpec, rate: int) -> Iterator[Observation]:
+def check_rate(subject: str, spec: ServoSpec, rate: int) -> Observation:
     """Judge the rate of the bus."""
-    if rate >= RATE_MIN:
-        yield observed("good", subject, f"{spec.name} at {rate} baud")
-    else:
-        yield observed(
-            "fix",
-            subject,
-            f"{spec.name} at {rate} baud, too slow for 80 Hz",
-            f"tendon-newton doctor --port ... --set-baud {RATE_MIN}",
-        )
+    slow = rate < RATE_MIN
+    return observed(
+        "fix" if slow else "good",
+        subject,
+        f"{spec.name} at {rate} baud{', too slow for 80 Hz' if slow else ''}",
+        f"tendon-newton doctor --port ... --set-baud {RATE_MIN}",
+    )
 
 
 def check_one(

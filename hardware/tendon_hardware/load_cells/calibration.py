@@ -96,10 +96,6 @@ class LoadCellCalibration:
         """Return the counts of a tension [N]."""
         return np.asarray(force, dtype=np.float64) / self.slope + self.tare
 
-    def drift(self, counts: float) -> float:
-        """Return how far zero has moved [N], from the mean counts of a later tare."""
-        return float(self.force(counts))
-
 
 SETTING_KEYS = ("cell", "gain", "rate", "gravity", "date")
 RESULT_KEYS = ("identifier", "tare", "slope", "residual", "hysteresis", "r_squared")
@@ -107,11 +103,8 @@ RESULT_KEYS = ("identifier", "tare", "slope", "residual", "hysteresis", "r_squar
 
 def write_calibration(path: Path, calibration: LoadCellCalibration) -> None:
     """Write a calibration whole or not at all."""
-    settings = {key: getattr(calibration, key) for key in SETTING_KEYS}
-    results = {key: getattr(calibration, key) for key in RESULT_KEYS}
-    write_toml(
-        path, {**settings, **results}, points=[asdict(point) for point in calibration.points]
-    )
+    facts = {key: getattr(calibration, key) for key in (*SETTING_KEYS, *RESULT_KEYS)}
+    write_partial(path, facts, calibration.points)
 
 
 def load_calibration(path: Path) -> LoadCellCalibration:

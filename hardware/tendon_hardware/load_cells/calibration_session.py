@@ -1,6 +1,5 @@
 """A calibration from the first prompt to the file, which an interruption does not undo."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -127,10 +126,10 @@ def measure_drift(
     cell.drain()
     calibrating.await_steady(cell, clock, operator, None)
     readings = calibrating.take(cell, clock, calibrating.TARE_TIME, operator)
-    return calibration.drift(calibrating.point(readings, 0.0, "up").counts)
+    return float(calibration.force(calibrating.point(readings, 0.0, "up").counts))
 
 
-def points_text(calibration: LoadCellCalibration, show: Callable[[float], str]) -> list[str]:
+def points_text(calibration: LoadCellCalibration) -> list[str]:
     """Write the points out, each with its error about the line [N]."""
     lines: list[str] = []
     for p in calibration.points:
@@ -138,6 +137,6 @@ def points_text(calibration: LoadCellCalibration, show: Callable[[float], str]) 
         error = float(calibration.force(p.counts)) - force
         lines.append(
             f"{p.mass:7.3f} kg {p.direction:4}  {p.counts:12.1f} counts, scatter {p.sigma:7.1f}"
-            f"  {show(force)}  error {error:+.4f} N"
+            f"  {force:8.4f} N  error {error:+.4f} N"
         )
     return lines

@@ -213,8 +213,7 @@ class BusServo:
         driven = self._torque
         health = self.read_health()
         if health.watchdog_tripped:
-            self.counters.watchdog_trips += 1
-            raise errors.WatchdogTripped(self._watchdog_text())
+            raise self._tripped()
         if health.alerts:
             raise errors.ServoAlert(
                 setting_up.alert_text(self._bus, self.spec, health.hardware_error)
@@ -241,8 +240,7 @@ class BusServo:
         self._configured()
         self._feed()
         if self._unwatched:
-            self.counters.watchdog_trips += 1
-            raise errors.WatchdogTripped(self._watchdog_text())
+            raise self._tripped()
         sent = min(max(fraction, -self.duty_limit), self.duty_limit)
         self.counters.limited += sent != fraction
         goal = round(sent * self.spec.duty_counts)
@@ -253,8 +251,7 @@ class BusServo:
             register = self.table.watchdog
             if register is None or self._bus.read(register) != (WATCHDOG_TRIPPED,):
                 raise
-            self.counters.watchdog_trips += 1
-            raise errors.WatchdogTripped(self._watchdog_text()) from None
+            raise self._tripped() from None
         self.duty = sent
         return sent
 
@@ -405,10 +402,11 @@ class BusServo:
             )
         return self.watchdog
 
-    def _watchdog_text(self) -> str:
+    def _tripped(self) -> errors.WatchdogTripped:
+        self.counters.watchdog_trips += 1
         noted = None if self._keeper is None else self._keeper.fault
         reason = noted or f"no instruction came for {self._configured():g} s"
-        return (
+        return errors.WatchdogTripped(
             f"servo {self.identifier} stopped: {reason}; its motor stays off until it is switched "
             "on again"
         )

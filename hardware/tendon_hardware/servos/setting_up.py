@@ -99,12 +99,7 @@ def verify(bus: Bus, targets: Targets) -> None:
 def set_verified(bus: Bus, register: Register, counts: int) -> None:
     """Write a register and read it back."""
     bus.write(register, counts)
-    (found,) = bus.read(register)
-    if found != counts:
-        raise errors.SettingMismatch(
-            f"servo {bus.identifier}: {register.name} ({register.address}) was set to {counts}; "
-            f"it reads {found}"
-        )
+    verify(bus, ((register, counts),))
 
 
 def refuse_alert(bus: Bus, spec: ServoSpec) -> None:

@@ -186,7 +186,7 @@ def report(path: Path, calibration: LoadCellCalibration) -> None:
     """Print the points and what speaks for the line."""
     from tendon_hardware.load_cells.calibration_session import points_text
 
-    print("\n".join(points_text(calibration, lambda force: f"{force:8.4f} N")))
+    print(*points_text(calibration), sep="\n")
     print(
         f"{1e6 * calibration.slope:.5g} N per million counts, zero at {calibration.tare:.0f}; "
         f"residual {calibration.residual:.4f} N, hysteresis {calibration.hysteresis:.4f} N, "

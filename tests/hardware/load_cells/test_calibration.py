@@ -95,7 +95,7 @@ def test_hysteresis_is_reported_in_newtons() -> None:
 
 def test_drift_of_zero_is_the_force_of_a_later_tare() -> None:
     """5000 counts more without load are 0.1 N."""
-    assert fit(points()).drift(TARE + 5000.0) == pytest.approx(0.1)
+    assert fit(points()).force(TARE + 5000.0) == pytest.approx(0.1)
 
 
 def swapped() -> list[CalibrationPoint]:

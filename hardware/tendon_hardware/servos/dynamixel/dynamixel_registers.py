@@ -85,7 +85,6 @@ def targets(spec: ServoSpec, duty_limit: float) -> Targets:
     keeps to the greatest duty: PWM Limit is in the EEPROM, which wears out.
     """
     del duty_limit
-    gains = PositionGains(proportional=spec.position_gain)
     return (
         (RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
         (DRIVE_MODE, 0),  # positive winds in; profiles by velocity
@@ -93,9 +92,9 @@ def targets(spec: ServoSpec, duty_limit: float) -> Targets:
         (PWM_LIMIT, spec.duty_counts),
         (CURRENT_LIMIT, round(spec.current_limit / spec.current_unit)),
         (TEMPERATURE_LIMIT, round(spec.temperature_limit)),
-        (POSITION_P_GAIN, gains.proportional),
-        (POSITION_I_GAIN, gains.integral),
-        (POSITION_D_GAIN, gains.derivative),
+        (POSITION_P_GAIN, spec.position_gain),
+        (POSITION_I_GAIN, 0),
+        (POSITION_D_GAIN, 0),
         (FEEDFORWARD_1ST, 0),
         (FEEDFORWARD_2ND, 0),
         (PROFILE_ACCELERATION, 0),  # a goal is a step
