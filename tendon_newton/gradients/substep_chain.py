@@ -70,7 +70,10 @@ class SubstepChain:
         self._gradients = gradients_of(states)
         self._length, self._worlds = states.q.shape[0] - 1, states.q.shape[1]
         self._device = states.q.device
-        self._components = component_places(structure)
+        joints, numbers = range(structure.coordinate_count), range(structure.memory_count)
+        places = zip(STATE, (joints, joints, numbers), strict=True)
+        # Which array of the states holds each component of a state, and where in it
+        self._components = [(name, place) for name, own in places for place in own]
         if at_once is None:
             at_once = self._device.is_cuda and self._worlds * len(self._components) < ROOM
         self.at_once = at_once  # Whether `backward` takes many substeps at once
@@ -217,16 +220,6 @@ class SubstepChain:
 
     def _launch(self, name: str, dim: Any, arguments: list[Any], *, back: bool = False) -> None:
         launch(self._kernels[name], dim, arguments, self._device, back=back)
-
-
-def component_places(structure: Structure) -> list[tuple[str, int]]:
-    """Return which array of the states holds each component of a state, and where in it."""
-    joints, numbers = range(structure.coordinate_count), range(structure.memory_count)
-    return [
-        *(("q", joint) for joint in joints),
-        *(("v", joint) for joint in joints),
-        *(("memory", number) for number in numbers),
-    ]
 
 
 def gradients_of(states: Any) -> Any:

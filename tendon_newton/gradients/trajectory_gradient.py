@@ -1,6 +1,6 @@
 """A differentiable rollout as one step of a torch program."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import torch
@@ -8,10 +8,8 @@ from torch import Tensor
 
 from tendon_newton.errors import unknown_name
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.gradients.taped_run import Readings
+from tendon_newton.gradients.taped_run import READINGS
 from tendon_newton.simulation.hosts.torch_bridge import plain_tensor
-
-NAMES = tuple(field.name for field in fields(Readings))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +54,7 @@ def simulate_with_gradients(
     if command is not None:
         given["command"] = command
     out = TrajectoryFunction.apply(rollout, tuple(given), *given.values(), *rollout.weights)
-    return TrajectoryTensors(**dict(zip(NAMES, out, strict=True)))
+    return TrajectoryTensors(**dict(zip(READINGS, out, strict=True)))
 
 
 class TrajectoryFunction(torch.autograd.Function):
@@ -75,7 +73,7 @@ class TrajectoryFunction(torch.autograd.Function):
         write_inputs(rollout, names, tensors)
         readings = rollout.forward()
         ctx.run = rollout.run_count
-        return tuple(plain_tensor(getattr(readings, name)).clone() for name in NAMES)
+        return tuple(plain_tensor(getattr(readings, name)).clone() for name in READINGS)
 
     @staticmethod
     def backward(ctx: Any, *seeds: Tensor | None) -> tuple[Tensor | None, ...]:
@@ -88,7 +86,7 @@ class TrajectoryFunction(torch.autograd.Function):
             ctx.run = rollout.run_count
         arrays = {
             n: s.contiguous().cpu().numpy()
-            for n, s in zip(NAMES, seeds, strict=True)
+            for n, s in zip(READINGS, seeds, strict=True)
             if s is not None
         }
         rollout.backward(**arrays)

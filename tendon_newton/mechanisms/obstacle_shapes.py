@@ -99,9 +99,11 @@ def with_shapes(mechanism: Mechanism) -> newton.ModelBuilder:
     links = {meeting.obstacle: meeting.shape for meeting in mechanism.meetings}
     _let_meet(builder, mechanism.meetings, bones)
     for number, obstacle in enumerate(obstacles):
-        if number in links:
+        if number in links:  # a link's own capsule, whose contacts are like an obstacle's
             shape = links[number]
-            _give_material(builder, obstacle, shape)
+            builder.shape_material_ke[shape] = obstacle.stiffness
+            builder.shape_material_kd[shape] = obstacle.dissipation * USUAL_FORCE
+            builder.shape_material_mu[shape] = max(obstacle.friction, LEAST_FRICTION)
         else:
             shape = _add_shape(builder, obstacle, f"/{name}/obstacle_{number}")
         builder.add_custom_values(
@@ -149,13 +151,6 @@ def _let_meet(
         for bone in bones:
             if bone != own and not {(own, bone), (bone, own)} & set(pairs):
                 builder.add_shape_collision_filter_pair(own, bone)
-
-
-def _give_material(builder: newton.ModelBuilder, obstacle: Obstacle, shape: int) -> None:
-    """Make the contacts of a link's capsule like those of an obstacle."""
-    builder.shape_material_ke[shape] = obstacle.stiffness
-    builder.shape_material_kd[shape] = obstacle.dissipation * USUAL_FORCE
-    builder.shape_material_mu[shape] = max(obstacle.friction, LEAST_FRICTION)
 
 
 def _add_shape(builder: newton.ModelBuilder, obstacle: Obstacle, label: str) -> int:

@@ -57,9 +57,11 @@ def admit(imported: Imported) -> Imported:
     Raises:
         UnknownName: No asset has the name of a log's bench.
     """
-    for bench in {log.recording.bench for log in imported.logs}:
-        check_bench(bench)
-        check_stated(bench, imported.model)
+    from tendon_newton.simulation.model.stated_size import check_size
+
+    # a servo whose load is not known may be of any size
+    for bench in {log.recording.bench for log in imported.logs} - {SERVO}:
+        check_size(imported.model.actuator, bench_of(bench))
     passed = [admit_log(log, imported) for log in imported.logs]
     gains = stated_gains([log.recording for log in imported.logs], imported.model)
     return replace(
@@ -67,14 +69,6 @@ def admit(imported: Imported) -> Imported:
         logs=tuple(log for log, _ in passed),
         findings=(*imported.findings, *gains, *(told for _, told in passed if told is not None)),
     )
-
-
-def check_stated(bench: str, model: Model) -> None:
-    """Refuse numbers that no servo on a bench has; any servo may be one whose load is not known."""
-    from tendon_newton.simulation.model.stated_size import check_size
-
-    if bench != SERVO:
-        check_size(model.actuator, bench_of(bench))
 
 
 def stated_gains(recordings: Sequence[Recording], model: Model) -> tuple[Finding, ...]:

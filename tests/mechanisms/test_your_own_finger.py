@@ -98,7 +98,8 @@ def test_a_new_asset_has_the_numbers_that_it_was_given(tmp_path, monkeypatch) ->
     assert "claw" in asset_names()
     claw = load_mechanism("claw")
     assert claw.joint_names == ("a", "b")
-    assert claw.link_lengths == pytest.approx((0.04, 0.03), rel=1e-6)  # float32 in the model
+    lengths = [joint.length for joint in claw.joints]
+    assert lengths == pytest.approx([0.04, 0.03], rel=1e-6)  # float32 in the model
     assert [joint.mass for joint in claw.joints] == pytest.approx([0.02, 0.02], rel=1e-6)
     assert claw.tendons[0].moment_arm == pytest.approx([0.01, 0.006], rel=1e-6)
     for joint in claw.joints:

@@ -67,14 +67,6 @@ def _unit(joint: Joint) -> str:
     return "rad" if joint.kind == "revolute" else "m"
 
 
-def _arm_unit(mechanism: Mechanism) -> tuple[str, float]:
-    """Return the unit of moment arms and what it takes to get there from SI."""
-    tendon = mechanism.tendons[0]
-    if tendon.direct or "prismatic" in mechanism.joint_kinds:
-        return "1", 1.0
-    return "mm", 1.0e3
-
-
 def _force_unit(mechanism: Mechanism) -> str:
     return "N m" if mechanism.tendons[0].direct else "N"
 
@@ -94,7 +86,8 @@ def _plot_excursion(axes: Any, mechanism: Mechanism) -> None:
 
 
 def _plot_arms(axes: Any, mechanism: Mechanism) -> None:
-    unit, scale = _arm_unit(mechanism)
+    plain = mechanism.tendons[0].direct or "prismatic" in mechanism.joint_kinds
+    unit, scale = ("1", 1.0) if plain else ("mm", 1.0e3)
     _plot_by_joint(axes, mechanism, lambda tendon, q, j: scale * moment_arms(tendon, q)[:, j])
     top = max(float(np.max(np.abs(line.get_ydata()))) for line in axes.lines)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]), top=1.2 * top)

@@ -49,7 +49,6 @@ class DirectPlan:
     damping: float = 0.0  # Viscous damping [N s/m], of a shaft [N m s/rad]
     stiffness: float = 0.0  # Spring to the middle [N/m], of a shaft to straight down [N m/rad]
     force_limit: float = 100.0  # The most that the drive can give [N], of a shaft [N m]
-
     spool_radius: float | None = None  # Of the spool that winds the string [m]; None without one
 
     def __post_init__(self) -> None:
@@ -57,9 +56,7 @@ class DirectPlan:
         check_name(self.name)
         for key, (low, high) in RANGES.items():
             value = getattr(self, key)
-            if value is None:
-                continue
-            if not low <= value <= high:
+            if value is not None and not low <= value <= high:
                 raise InvalidAsset(
                     f"{key} of a {self.kind} must lie in [{low:g}, {high:g}] in SI units; it is "
                     f"{value:g}"

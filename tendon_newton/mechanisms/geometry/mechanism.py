@@ -65,11 +65,6 @@ class Mechanism:
         """Ends of each joint's range [rad]."""
         return tuple(joint.limits for joint in self.joints)
 
-    @property
-    def link_lengths(self) -> tuple[float | None, ...]:
-        """Length of the link behind each joint [m]; None where it has none."""
-        return tuple(joint.length for joint in self.joints)
-
     def with_obstacles(self, *obstacles: Obstacle) -> Mechanism:
         """Return this mechanism with further things in its way.
 

@@ -70,7 +70,9 @@ def find_meetings(
         earlier = {meeting.shape: meeting.met_by for meeting in found}
         if own.shape in earlier:
             raise InvalidParameter(f"the link {obstacle.link!r} is an obstacle twice; say so once")
-        others = [bone for bone in bones if _are_apart(parents, own.link, bone.link)]
+        below = ancestors(parents, own.link)  # neither of two links that meet carries the other
+        apart = (bone for bone in bones if own.link not in ancestors(parents, bone.link))
+        others = [bone for bone in apart if bone.link not in below]
         if obstacle.met_by:
             others = _called(bones, others, obstacle)
         if not others:
@@ -104,12 +106,6 @@ def _called(bones: Sequence[Bone], others: Sequence[Bone], obstacle: LinkObstacl
                 f"links of different fingers meet; {name!r} and {obstacle.link!r} are of one"
             )
     return [bone for bone in others if any(bone.is_called(name) for name in obstacle.met_by)]
-
-
-def _are_apart(parents: Sequence[int], first: int, second: int) -> bool:
-    """Tell whether neither of two links carries the other."""
-    chains = [ancestors(list(parents), link) for link in (first, second)]
-    return first not in chains[1] and second not in chains[0]
 
 
 def _short_names(bones: Sequence[Bone]) -> list[str]:
