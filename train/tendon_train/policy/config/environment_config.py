@@ -29,8 +29,7 @@ class EnvironmentConfig:
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
     """Numbers that differ between worlds and are drawn anew for each episode. Names are those of
     the default, or effects, whose numbers are drawn about the model's own (gain_error: the force
-    times a factor about 1). Of a diagnosis.json or a known servo, whole sets of causes are drawn
-    with their numbers together; none draws nothing."""
+    times a factor about 1); none draws nothing."""
     spread: float = 0.3
     """Most that a randomised number differs from its nominal value, as a share of it."""
     joint_friction: float = 0.1
