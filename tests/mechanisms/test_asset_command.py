@@ -8,6 +8,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidAsset, InvalidOutput
+from tendon_newton.mechanisms.authoring.asset_plan import STOP_DAMPING_RATIO, STOP_STIFFNESS
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
@@ -180,6 +181,22 @@ def test_oblique_frames_and_strange_names_come_in(tmp_path: Path) -> None:
     mujoco.mj_forward(source, data)
     pull = 3.0 * np.array(ARMS)
     assert data.qfrc_passive - data.qfrc_bias + pull == pytest.approx([0.0, 0.0], abs=1e-6)
+
+
+def test_stops_of_an_imported_finger_damp_all_that_swings_beyond_them(tmp_path: Path) -> None:
+    """By the diagonal of MuJoCo's mass matrix; a joint beside its link's origin is drawn there."""
+    text = MJCF.replace('name="dip" axis', 'name="dip" pos="0.004 0 0.002" axis')
+    path = imported(tmp_path, "xml", text)
+    source = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(source)
+    mujoco.mj_forward(source, data)
+    mobility = np.zeros((2, 2))
+    mujoco.mj_solveM(source, data, mobility, np.eye(2))
+    swinging = np.diag(np.linalg.inv(mobility))
+    damping = [joint.stop_damping for joint in load_mechanism(path).joints]
+    expected = 2.0 * STOP_DAMPING_RATIO * np.sqrt(STOP_STIFFNESS * swinging)
+    assert damping == pytest.approx(expected, rel=FLOAT32)
+    assert not [finding for finding in check_asset(path) if finding.rule == "joint_frame"]
 
 
 EQUAL = '<equality><joint joint1="pip" joint2="dip" polycoef="0 0.8 0 0 0"/></equality>'

@@ -1,6 +1,8 @@
 """What the driver does with a servo that works."""
 
 from math import nan
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
@@ -12,7 +14,11 @@ from tendon_hardware.errors import (
     UnsupportedServo,
 )
 from tendon_hardware.servos import SERVOS
+from tendon_hardware.servos.base import PositionGains
+from tendon_hardware.servos.bus import Bus
 from tendon_hardware.servos.bus_servo import BusServo
+from tendon_hardware.servos.dynamixel.dynamixel_registers import TORQUE_ENABLE
+from tendon_hardware.servos.setting_up import set_verified
 from tendon_hardware.virtual_bench import LockstepBench
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from tendon_newton.errors import InvalidParameter
@@ -87,6 +93,13 @@ def test_a_setting_that_differs_keeps_the_motor_off(address: int) -> None:
     assert rig.register(TORQUE) == 0
 
 
+def test_a_register_that_takes_nothing_is_named() -> None:
+    """What was written is read back at once."""
+    deaf = cast("Bus", SimpleNamespace(identifier=1, write=lambda *_: None, read=lambda _: (0,)))
+    with pytest.raises(SettingMismatch, match=r"Torque Enable \(64\) must be 1 .* it reads 0"):
+        set_verified(deaf, TORQUE_ENABLE, 1)
+
+
 def test_an_unconfigured_servo_is_not_driven() -> None:
     """No limits, no watchdog, no motor."""
     bench = LockstepBench("finger", 3)
@@ -156,7 +169,7 @@ def test_settings_for_the_log_are_read_back() -> None:
     rig = VirtualServo()
     settings = rig.servo.settings()
     assert (settings.model, settings.operating_mode, settings.baud) == ("xc330_t288_t", 16, 10**6)
-    assert settings.gains.proportional == 900
+    assert settings.gains == PositionGains(proportional=900)
     assert settings.return_delay == 0.0
     assert settings.watchdog == pytest.approx(0.2)
     assert settings.duty_limit == 1.0

@@ -104,6 +104,7 @@ def test_the_watchdog_stops_the_servo_and_says_so() -> None:
     assert rig.servo.read_health().watchdog_tripped
     with pytest.raises(WatchdogTripped):
         rig.servo.check()
+    assert rig.servo.counters.watchdog_trips == 2
     rig.servo.enable_torque()
     assert rig.register(WATCHDOG) == 10
     rig.servo.command_duty(0.1)
