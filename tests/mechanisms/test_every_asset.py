@@ -203,6 +203,7 @@ def test_what_a_new_asset_proposes_can_be_typed(kind, tmp_path, monkeypatch, cap
         (("--kind", "slider", "--mass", "0"), "mass of a slider must lie in"),
         (("--kind", "shaft", "--mass", "1", "2"), "mass of a shaft is one number; there are 2"),
         (("--kind", "shaft", "--moment-arm", "0.01"), "moment_arm belongs to a finger"),
+        (("--kind", "slider", "--spool-radius", "0.02"), "spool_radius belongs to a finger"),
         (("--kind", "cart", "--length", "0.1"), "length is of a finger's links or a shaft's arm"),
     ],
 )
