@@ -40,7 +40,7 @@ def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
 
 
 def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: str) -> Criteria:
-    """Return what a cause of the final set had to pass; the last two part names from suspicions.
+    """Return what a cause of the final set had to pass; one that fails any of it is suspected.
 
     Where something is left that no cause explains, a law that is not in the catalogue acts, and
     what is worth little may stand for a part of it.

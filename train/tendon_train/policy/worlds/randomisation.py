@@ -115,7 +115,8 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
 class Randomiser:
     """Draws the numbers of worlds.
 
-    A number of the bench has a factor per world and joint; a link's inertia goes with its mass.
+    A number of the bench has a factor per world and joint, a spool's radius one per world and
+    tendon; a link's inertia goes with its mass.
     Joint friction is a torque of its own here, so that a stiffer spring brings no more of it.
 
     Args:
