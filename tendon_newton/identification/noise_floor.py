@@ -128,6 +128,7 @@ def share_gone(signals: Iterable[tuple[float, float, float]]) -> float | None:
     """Return the share of the squared error above the floor that is gone [1], from -1 on.
 
     Signals with a gap count alike; those with none, or hardly any beside the largest, for nothing.
+    An error that grows counts by the largest gap: a small one may double at little harm.
 
     Args:
         signals: Error before and after, and the floor, of each signal [its unit].
@@ -135,8 +136,9 @@ def share_gone(signals: Iterable[tuple[float, float, float]]) -> float | None:
     Returns:
         The share, or None where no error is above its floor.
     """
-    gaps = [(top**2 / floor**2 - 1.0, (top**2 - left**2) / (top**2 - floor**2))
+    gaps = [(top**2 / floor**2 - 1.0, (top**2 - left**2) / floor**2)
             for top, left, floor in signals if top > floor > 0.0]  # fmt: skip
-    least = HARDLY_ANY * max((size for size, _ in gaps), default=0.0)
-    shares = [share for size, share in gaps if size >= least]
+    largest = max((size for size, _ in gaps), default=0.0)
+    shares = [gone / (size if gone > 0.0 else largest)
+              for size, gone in gaps if size >= HARDLY_ANY * largest]  # fmt: skip
     return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else None

@@ -38,6 +38,14 @@ def test_two_gaps_count_alike() -> None:
     assert share == pytest.approx(0.5, abs=1e-3)
 
 
+def test_a_small_gap_that_doubles_weighs_by_the_large_one_that_closes() -> None:
+    """A force goes from 17 floors to 5, the angle from 4 to 8; a gap alone counts by itself."""
+    share = explained_fraction(errors(1.9e-3, 0.86), errors(3.7e-3, 0.26), NOISE)
+    assert share == pytest.approx(0.5 * (0.912 - 0.177), abs=1e-2)
+    alone = explained_fraction(errors(1.9e-3, 0.05), errors(2.5e-3, 0.05), NOISE)
+    assert alone == pytest.approx((1.9**2 - 2.5**2) / (1.9**2 - 0.44**2), rel=1e-6)
+
+
 def squares(theta: float) -> SquaredErrors:
     """Two blocks of ten rows whose angle is off by as much [rad]."""
     rows = np.full(2, 10.0)
