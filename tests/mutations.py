@@ -201,6 +201,8 @@ MUTATIONS: tuple[Mutation, ...] = (
         "else 0.0", f"{SETS} three_prices"),
     Mutation("hardly-a-gap-decides", "tendon_newton/identification/noise_floor.py",
         "HARDLY_ANY = 0.02", "HARDLY_ANY = 0.0", "tests/diagnosis/test_evaluation.py"),
+    Mutation("a-small-gap-may-not-double", "tendon_newton/identification/noise_floor.py",
+        "size if gone > 0.0 else largest", "size", "tests/diagnosis/test_evaluation.py"),
     Mutation("a-mend-promises-nothing", "tendon_newton/diagnosis/in_time/changes.py",
         "PROMISED = 1.4", "PROMISED = 0.0", "tests/diagnosis/in_time/test_changes.py -k promises"),
     Mutation("a-servo-without-a-cause-is-written", "tendon_newton/arms/known_arm.py",
