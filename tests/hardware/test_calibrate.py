@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from tendon_hardware.load_cells.calibration import load_calibration
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tendon_newton.cli import main
 from tests.bad_input.damage import refusal
 
@@ -41,12 +42,15 @@ def test_a_cell_on_a_serial_port_is_measured_in_real_time(calibrated, capsys) ->
 
 
 def test_the_same_cell_has_not_drifted_and_another_has(calibrated, capsys) -> None:
-    """Re-taring says by how much zero has moved; code 1 where that is too much."""
+    """Re-taring says by how much zero has moved, and which way; code 1 where that is too much."""
     assert main(["calibrate", *VIRTUAL, "--retare", str(calibrated)]) == 0
     assert "zero has moved by" in capsys.readouterr().out
     other = ["--port", "virtual:finger:2", "--faster-than-real-time"]
     assert main(["calibrate", *other, "--retare", str(calibrated)]) == 1
-    assert "calibrate again" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "calibrate again" in out
+    moved = load_calibration(calibrated).force(draw_unit(2).load_cell.offset)
+    assert float(out.split("moved by ")[1].split()[0]) == pytest.approx(moved, abs=0.05)
 
 
 @pytest.mark.parametrize(
