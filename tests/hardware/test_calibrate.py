@@ -49,7 +49,7 @@ def test_the_same_cell_has_not_drifted_and_another_has(calibrated, capsys) -> No
     assert main(["calibrate", *other, "--retare", str(calibrated)]) == 1
     out = capsys.readouterr().out
     assert "calibrate again" in out
-    moved = load_calibration(calibrated).force(draw_unit(2).load_cell.offset)
+    moved = load_calibration(calibrated).force(draw_unit("finger", 2).load_cell.offset)
     assert float(out.split("moved by ")[1].split()[0]) == pytest.approx(moved, abs=0.05)
 
 
