@@ -1,17 +1,13 @@
 """Rates at which the diagnosis is right, over all answers of an exam."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import sqrt
 from statistics import median
 from typing import Any, get_args
 
 from tendon_lab.exam.constant_answers import Drawn, fixed_marks, random_marks
 from tendon_lab.exam.exam_score import Family, Mark
-
-STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
-"""Edges of the bins of strength [noise floors]; what is below or above counts in the end bins."""
 
 FAMILIES: tuple[Family, ...] = get_args(Family)
 NORMAL = 1.645  # Quantile of a one-sided bound at 95 %
@@ -27,19 +23,6 @@ class Rate:
     at_least: float | None = None  # Lower bound of a share at 95 %, one-sided (Wilson) [1]
     fixed: float | None = None  # The same share of an answer that is always the same
     random: float | None = None  # The same share of answers at random
-
-
-@dataclass(frozen=True, kw_only=True)
-class StrengthBin:
-    """Answers to single causes of about one strength."""
-
-    low: float  # [noise floors]
-    high: float
-    cases: int
-    first: float  # Share with the true cause first
-    in_class: float
-    silent: float  # Share in which nothing was named
-    wrong: float  # Share with one cause named, and wrongly
 
 
 def rates(marks: Sequence[Mark], others: Drawn | None = None) -> tuple[Rate, ...]:
@@ -130,40 +113,3 @@ def at_least(hits: int, cases: int) -> float:
 def confidently_wrong(mark: Mark) -> bool:
     """Tell whether one cause was named, without a class, and wrongly."""
     return bool(mark.said) and not mark.in_class and len(mark.classes[0]) == 1
-
-
-def by_strength(marks: Sequence[Mark]) -> tuple[StrengthBin, ...]:
-    """Return how single causes were answered, weak ones included, by their strength."""
-    single = [m for m in marks if m.truth.family == "single"]
-    bins: list[StrengthBin] = []
-    for k, (low, high) in enumerate(pairwise(STRENGTHS)):
-        last = k == len(STRENGTHS) - 2
-        inside = [
-            m
-            for m in single
-            if (m.truth.strength >= low or k == 0) and (m.truth.strength < high or last)
-        ]
-        if inside:
-            count = len(inside)
-            bins.append(
-                StrengthBin(
-                    low=low,
-                    high=high,
-                    cases=count,
-                    first=sum(m.exact for m in inside) / count,
-                    in_class=sum(m.in_class for m in inside) / count,
-                    silent=sum(not m.said for m in inside) / count,
-                    wrong=sum(map(confidently_wrong, inside)) / count,
-                )
-            )
-    return tuple(bins)
-
-
-def confusion(marks: Iterable[Mark]) -> dict[str, dict[str, int]]:
-    """Return true cause -> first name given, or the verdict -> count."""
-    table: dict[str, dict[str, int]] = {}
-    for mark in marks:
-        said = mark.said[0] if mark.said else mark.verdict
-        row = table.setdefault(mark.truth.causes, {})
-        row[said] = row.get(said, 0) + 1
-    return table

@@ -5,14 +5,13 @@ from typing import Any
 
 from tendon_lab.force_scoring.compared_models import Compared
 from tendon_lab.force_scoring.force_evaluation import Evaluation, FamilyResult
-from tendon_lab.force_scoring.scores import Lag
 from tendon_train.actuator.training_config import SERVO_LIMIT
 
 SCHEMA = 2
 
 
 def to_table(evaluation: Evaluation) -> dict[str, Any]:
-    """Return everything that was found, as JSON has it; forces in N, lags in s."""
+    """Return everything that was found, as JSON has it; forces in N."""
     return {
         "schema": SCHEMA,
         "noise_floor_n": evaluation.noise_floor,
@@ -23,11 +22,7 @@ def to_table(evaluation: Evaluation) -> dict[str, Any]:
             {
                 **asdict(experiment),
                 "models": {
-                    r.model: {
-                        **asdict(r.score),
-                        "force_lag_s": lag_table(r.force_lag),
-                        "change_lag_s": lag_table(r.change_lag),
-                    }
+                    r.model: asdict(r.score)
                     for r in evaluation.results
                     if r.experiment == experiment
                 },
@@ -47,8 +42,6 @@ def model_table(evaluation: Evaluation, model: Compared) -> dict[str, Any]:
         "name": model.name,
         "family": model.family,
         "steps_rmse": evaluation.step_rmse(model.name),
-        "steps_force_lag_s": lag_table(evaluation.step_lag(model, of_changes=False)),
-        "steps_change_lag_s": lag_table(evaluation.step_lag(model, of_changes=True)),
         "pooled": asdict(evaluation.pooled[model.name]),
     }
     if model.network is not None:
@@ -75,11 +68,7 @@ def to_markdown(evaluation: Evaluation) -> str:
                 "## All models",
                 overview(evaluation),
                 "## Error by experiment: RMSE [N], ± standard deviation over seeds",
-                experiment_rows(evaluation, error_cell),
-                "## How late changes of the force are [ms], ± standard error; negative is early",
-                experiment_rows(evaluation, change_lag_cell),
-                "## How late the force itself is [ms], which a wrong size moves too",
-                experiment_rows(evaluation, force_lag_cell),
+                experiment_rows(evaluation),
             ]
         )
         + "\n"
@@ -119,14 +108,14 @@ def overview(evaluation: Evaluation) -> str:
     return "\n".join(lines)
 
 
-def experiment_rows(evaluation: Evaluation, cell: Any) -> str:
-    """Return a row per experiment and a column per family."""
+def experiment_rows(evaluation: Evaluation) -> str:
+    """Return the errors, a row per experiment and a column per family."""
     families = evaluation.families
     lines = [f"| experiment | {' | '.join(families)} |", f"|---{'|---' * len(families)}|"]
     steps = evaluation.step_experiments
     ordered = (*steps, *(e for e in evaluation.experiments if e not in steps))
     for experiment in ordered:
-        cells = [cell(evaluation.family_result(family, experiment)) for family in families]
+        cells = [error_cell(evaluation.family_result(family, experiment)) for family in families]
         lines.append(f"| {experiment.label} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -135,23 +124,3 @@ def error_cell(result: FamilyResult) -> str:
     """Write an error."""
     spread = f" ± {result.rmse_spread:.3f}" if result.count > 1 else ""
     return f"{result.rmse:.3f}{spread}"
-
-
-def change_lag_cell(result: FamilyResult) -> str:
-    """Write how much later changes are."""
-    return lag_words(result.change_lag)
-
-
-def force_lag_cell(result: FamilyResult) -> str:
-    """Write how much later forces are."""
-    return lag_words(result.force_lag)
-
-
-def lag_words(lag: Lag | None) -> str:
-    """Write a lag in milliseconds; nothing where there is none."""
-    return "" if lag is None else f"{1.0e3 * lag.shift:+.0f} ± {1.0e3 * lag.error:.0f}"
-
-
-def lag_table(lag: Lag | None) -> dict[str, float] | None:
-    """Return a lag as JSON has it [s]."""
-    return None if lag is None else asdict(lag)

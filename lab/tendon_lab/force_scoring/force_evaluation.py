@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_lab.force_scoring.compared_models import IDEAL, REFITTED, Compared, compare
 from tendon_lab.force_scoring.sample_protocol import Experiment, experiment_of
-from tendon_lab.force_scoring.scores import Lag, Score, lag, score
+from tendon_lab.force_scoring.scores import Score, score
 from tendon_newton.actuators.networks.artifact import NetworkFile
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.errors import InvalidDataset
@@ -26,8 +26,6 @@ class Result:
     family: str
     experiment: Experiment
     score: Score
-    force_lag: Lag | None  # Delay of the predicted force behind the measured one, where forces move
-    change_lag: Lag | None  # Delay of its changes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +37,6 @@ class FamilyResult:
     rmse_spread: float  # Standard deviation over the seeds [N]; zero for one
     error_spread: float
     """Standard deviation of the absolute error over rows, mean over the seeds [N]."""
-    force_lag: Lag | None
-    """Mean over the seeds; so is its standard error, for all see the same recordings."""
-    change_lag: Lag | None
     count: int  # Number of seeds
 
 
@@ -86,8 +81,6 @@ class Evaluation:
             rmse=float(rmse.mean()),
             rmse_spread=float(rmse.std(ddof=1)) if rmse.size > 1 else 0.0,
             error_spread=float(np.mean([r.score.error_spread for r in own])),
-            force_lag=mean_lag([r.force_lag for r in own]),
-            change_lag=mean_lag([r.change_lag for r in own]),
             count=rmse.size,
         )
 
@@ -96,17 +89,6 @@ class Evaluation:
         steps = set(self.step_experiments)
         own = [r.score.rmse for r in self.results if r.model == model and r.experiment in steps]
         return float(np.mean(own)) if own else None
-
-    def step_lag(self, model: Compared, *, of_changes: bool) -> Lag | None:
-        """Return how late a model is on all step experiments together."""
-        steps = set(self.step_experiments)
-        own = [p for p in model.predictions if experiment_of(p.recording) in steps]
-        return lag(own, of_changes=of_changes)
-
-    def middle_model(self, family: str) -> Compared:
-        """Return the network of a family whose pooled error is the median one."""
-        own = [model for model in self.models if model.family == family]
-        return sorted(own, key=lambda model: self.pooled[model.name].rmse)[(len(own) - 1) // 2]
 
 
 def evaluate(networks: Sequence[NetworkFile], dataset: Dataset) -> Evaluation:
@@ -144,19 +126,6 @@ def results_of(model: Compared) -> list[Result]:
                 family=model.family,
                 experiment=experiment,
                 score=score(predictions),
-                force_lag=lag(predictions, of_changes=False),
-                change_lag=lag(predictions, of_changes=True),
             )
         )
     return results
-
-
-def mean_lag(lags: Sequence[Lag | None]) -> Lag | None:
-    """Return the mean of those lags that there are, and of their standard errors."""
-    known = [lag for lag in lags if lag is not None]
-    if not known:
-        return None
-    return Lag(
-        shift=float(np.mean([lag.shift for lag in known])),
-        error=float(np.mean([lag.error for lag in known])),
-    )

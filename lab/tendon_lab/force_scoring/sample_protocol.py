@@ -29,16 +29,6 @@ class Experiment:
         held = "" if self.hold is None else f", held {self.hold:g} s"
         return f"{self.bench}: {self.kind.replace('_', ' ')}{held}"
 
-    @property
-    def is_contact_ramp(self) -> bool:
-        """Say whether a ramp closes the finger, freely or onto something."""
-        return self.kind.startswith("contact_ramp")
-
-    @property
-    def is_perturbed_sine(self) -> bool:
-        """Say whether something held the finger now and then while it moved."""
-        return "sine" in self.kind and "perturb" in self.kind
-
 
 def experiment_of(recording: Recording) -> Experiment:
     """Say which experiment a recording is: steps by their command, all else by its name."""

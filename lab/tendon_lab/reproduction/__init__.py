@@ -1,1 +1,1 @@
-"""The paper's results, each beside the paper's number, from recordings to tables and figures."""
+"""The paper's results, each beside the paper's number, from recordings to tables."""

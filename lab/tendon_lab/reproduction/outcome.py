@@ -1,4 +1,4 @@
-"""Result of a stage of a reproduction: rows for the table, numbers, figures."""
+"""Result of a stage of a reproduction: rows for the table, and numbers."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -25,21 +25,12 @@ class Row:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Figure:
-    """A picture and what stands below it."""
-
-    file: str  # Name inside the folder of figures
-    caption: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class Outcome:
     """All that a stage found."""
 
     rows: tuple[Row, ...] = ()
     numbers: Mapping[str, Any] = field(default_factory=dict)
     """Further numbers of the JSON file, in SI units unless a key says otherwise."""
-    figures: tuple[Figure, ...] = ()
     text: str = ""  # Tables and sentences in Markdown
 
 

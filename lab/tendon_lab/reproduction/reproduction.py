@@ -92,11 +92,6 @@ class Reproduction:
             for number in self.settings.units
         )
 
-    @property
-    def caption(self) -> str:
-        """What every caption says of the bench."""
-        return "Virtual bench, no measurement." if self.is_virtual else "Measured."
-
     @cached_property
     def results(self) -> Path:
         """Folder of the results of jobs, once recordings are there.

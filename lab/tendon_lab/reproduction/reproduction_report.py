@@ -5,10 +5,8 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
-
 from tendon_lab.reproduction.outcome import Outcome, Row
-from tendon_lab.reproduction.reproduction import BEST, MODELS, Reproduction
+from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_lab.reproduction.steps.stage_list import REPRODUCTION_STAGES
 from tendon_newton import __version__
 from tendon_newton.data.files.json_file import write_json
@@ -17,13 +15,9 @@ from tendon_newton.data.files.text_file import write_text
 
 SCHEMA = 1
 VIRTUAL = (
-    "**The bench is virtual.** Every number in the column *ours*, and every figure, comes from the "
+    "**The bench is virtual.** Every number in the column *ours* comes from the "
     "emulated servo, load cell and finger of `docs/virtual_bench.md`, not from a measurement; the "
     "paper's come from its real bench. What else differs is said in the row."
-)
-CHOICE = (
-    "Closed loop, lower is better. Force along recorded motion, without a simulation, is another "
-    "question: the networks answer that one, see above."
 )
 REAL = "The recordings were given; the paper's numbers come from its own bench."
 
@@ -51,7 +45,7 @@ def write_report(reproduction: Reproduction, outcomes: Mapping[str, Outcome]) ->
 
 
 def to_markdown(reproduction: Reproduction, outcomes: Mapping[str, Outcome]) -> str:
-    """Return the page: the table of all rows, then every stage with its words and figures."""
+    """Return the page: the table of all rows, then every stage with its words."""
     settings = reproduction.settings
     parts = [
         f"# The paper's results, reproduced ({settings.name})",
@@ -64,14 +58,9 @@ def to_markdown(reproduction: Reproduction, outcomes: Mapping[str, Outcome]) -> 
         parts.append(f"## {REPRODUCTION_STAGES[name].title}")
         if outcome.text:
             parts.append(outcome.text)
-        parts += [
-            f"![{figure.caption}](figures/{figure.file})\n\n*{figure.caption}*"
-            for figure in outcome.figures
-        ]
     missing = [name for name in REPRODUCTION_STAGES if name not in outcomes]
     if missing:
         parts.append(f"Not run: {', '.join(missing)}.")
-    parts += ["## Which model to take", choice_text(outcomes)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -94,27 +83,3 @@ def rows_table(rows: list[Row]) -> str:
 def number(value: float) -> str:
     """Write a number with three digits."""
     return f"{value:.3g}" if abs(value) < 100.0 else f"{value:.0f}"
-
-
-def choice_text(outcomes: Mapping[str, Outcome]) -> str:
-    """Say what the figures mean for a user choosing between the models."""
-    lines = [
-        "| what counts | " + " | ".join(MODELS[model] for model in BEST) + " |",
-        "|---|---|---|---|",
-    ]
-    for label, stage, key, unit in (
-        ("tip about 0.2 rad", "tip", ("tip_error_mm", "open_sine"), "mm"),
-        ("tip about pi/2", "tip", ("tip_error_mm", "closing_sine"), "mm"),
-    ):
-        if stage in outcomes:
-            values = outcomes[stage].numbers
-            for part in key:
-                values = values.get(part, {})
-            medians = [
-                f"{number(float(np.median(values[model])))} {unit}" if model in values else ""
-                for model in BEST
-            ]
-            lines.append(f"| {label} | {' | '.join(medians)} |")
-    if len(lines) == 2:
-        return "The stages that tell have not been run."
-    return "\n".join([CHOICE, "", *lines])

@@ -4,8 +4,8 @@
 
 The ideal source stands there twice: with the paper's 4.2 N/rad, and with the gain that fits the
 train recordings best. A network wins only against the better one. Networks that differ in their
-seed alone are one family. OUT gets evaluation.json with every number, evaluation.md with the
-tables, and figures after the paper's.
+seed alone are one family. OUT gets evaluation.json with every number, and evaluation.md with the
+tables.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,6 @@ class EvaluateForceConfig:
     out: Path  # Folder for the results; made if it is not there.
     trust: bool = False
     """Trust these files from now on: a network file is a program and runs with your rights."""
-    plots: bool = True  # Whether to draw the figures.
 
 
 def main(config: EvaluateForceConfig) -> None:
@@ -50,9 +49,4 @@ def main(config: EvaluateForceConfig) -> None:
     write_json(out / "evaluation.json", to_table(evaluation))
     write_text(out / "evaluation.md", text)
     print(text)
-    if config.plots:
-        from tendon_lab.force_scoring.force_figures import draw
-
-        for file in draw(evaluation, out):
-            print(f"drew {file}")
     print(f"wrote {out / 'evaluation.json'} and evaluation.md")

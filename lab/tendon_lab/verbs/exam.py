@@ -12,8 +12,7 @@ import tyro
 from tendon_newton.scheduler import JobOptions, core_count
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
+    from tendon_lab.exam.exam_rates import Rate
     from tendon_lab.exam.exam_score import Mark
 
 
@@ -22,8 +21,8 @@ class ExamConfig:
     """Diagnose a folder of datasets with known causes and say how often the answer is right.
 
     The folder holds NAME/dataset.toml, NAME/model.toml and truth/NAME.json. Answers go to
-    OUT/NAME/diagnosis.json, the figures to OUT/exam.json, and OUT/exam.html and OUT/confusion.png
-    show them. A run that broke off goes on where it stopped.
+    OUT/NAME/diagnosis.json, the rates to OUT/exam.json. A run that broke off goes on where it
+    stopped.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]  # Datasets and their truths.
@@ -37,8 +36,7 @@ class ExamConfig:
 
 def main(config: ExamConfig) -> None:
     """Take the exam, and print and write the marks."""
-    from tendon_lab.exam.exam_rates import by_strength, confusion, rates
-    from tendon_lab.exam.exam_report import write_exam_report
+    from tendon_lab.exam.exam_rates import rates
     from tendon_lab.exam.run_exam import read_truths, take_exam
     from tendon_newton.data.files.json_file import write_json
     from tendon_newton.data.files.output_folder import make_folder
@@ -54,19 +52,14 @@ def main(config: ExamConfig) -> None:
         left = (time.monotonic() - start) / max(1, fresh) * (total - len(marks))
         end = f"  {time_text(left)} left" if fresh and len(marks) < total else ""
         print(f"{len(marks):4d}/{total}  {line(mark)}{end}", flush=True)
-    print(table(marks))
-    record = {
-        "rates": {
-            r.name: {"rate": r.value, "cases": r.cases, "fixed": r.fixed, "random": r.random}
-            for r in rates(marks)
-        },
-        "by_strength": [vars(row) for row in by_strength(marks)],
-        "confusion": confusion(marks),
+    found = rates(marks)
+    print("\n".join(["", *map(row, found), ""]))
+    told = {
+        r.name: {"rate": r.value, "cases": r.cases, "fixed": r.fixed, "random": r.random}
+        for r in found
     }
-    write_json(out / "exam.json", record)
-    write_exam_report(out, marks)
-    for name in ("exam.json", "exam.html", "confusion.png"):
-        print(f"  {out / name}")
+    write_json(out / "exam.json", {"rates": told})
+    print(f"  {out / 'exam.json'}")
 
 
 def line(mark: Mark) -> str:
@@ -80,19 +73,7 @@ def line(mark: Mark) -> str:
     )
 
 
-def table(marks: Sequence[Mark]) -> str:
-    """Return the figures as tables."""
-    from tendon_lab.exam.exam_rates import by_strength, rates
-
-    rows = [
-        f"  {r.name:46s} {r.value:9.3f}   of {r.cases:<5d}"
-        + ("" if r.fixed is None else f"  fixed {r.fixed:.3f}, random {r.random:.3f}")
-        for r in rates(marks)
-    ]
-    bins = [
-        f"  {f'{b.low:g} to {b.high:g}':14s} {b.cases:5d} {b.first:7.2f} {b.in_class:9.2f} "
-        f"{b.silent:8.2f} {b.wrong:7.2f}"
-        for b in by_strength(marks)
-    ]
-    head = f"  {'strength':14s} cases   first  in class   silent   wrong"
-    return "\n".join(["", *rows, *(["", head, *bins] if bins else []), ""])
+def row(rate: Rate) -> str:
+    """Return one figure."""
+    constant = "" if rate.fixed is None else f"  fixed {rate.fixed:.3f}, random {rate.random:.3f}"
+    return f"  {rate.name:46s} {rate.value:9.3f}   of {rate.cases:<5d}{constant}"

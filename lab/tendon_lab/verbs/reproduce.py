@@ -5,8 +5,8 @@
 records the paper's 36 minutes, trains force networks, diagnoses the physical model, and runs the
 paper's experiments: forces on three setups and in contact, the tip on a
 sinusoid. OUT gets reproduction.md with the paper's value beside ours in every row,
-reproduction.json with every number, seed, commit and hash, figures, and every model as a file for
-other verbs. What is finished is not done again; the same seed gives the same numbers.
+reproduction.json with every number, seed, commit and hash, and every model as a file for other
+verbs. What is finished is not done again; the same seed gives the same numbers.
 
 The stages, with --only: recordings, diagnosis, networks, force, tip.
 Without --quick it takes hours on a few cores: ten benches, longer trainings. The paper's policies

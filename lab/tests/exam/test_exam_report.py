@@ -1,4 +1,4 @@
-"""An exam's figures count what they say, and its pages show them."""
+"""An exam's figures count what they say, and what is scored is what was asked."""
 
 import tomllib
 from dataclasses import replace
@@ -27,8 +27,7 @@ from lab.tests.exam.made_up_exam import answer, marks, truth
 from tendon_hardware.virtual_bench.emulation.truth import write_plant_file
 from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tendon_hardware.virtual_bench.physics.wear import worn
-from tendon_lab.exam.exam_rates import by_strength, confusion, rates
-from tendon_lab.exam.exam_report import Matrix, write_exam_report
+from tendon_lab.exam.exam_rates import rates
 from tendon_lab.exam.exam_score import judge
 from tendon_lab.exam.truth_file import read_truth
 from tendon_newton.data.dataset import load_dataset
@@ -91,34 +90,6 @@ def test_the_gain_is_measured_by_the_true_models() -> None:
     assert gains["b"] == pytest.approx(0.75 / 0.99)
     assert gains["d"] == pytest.approx(0.0)
     assert gains["g"] is None
-
-
-def test_weak_causes_are_seen_apart_from_strong_ones() -> None:
-    """The single of half a noise floor stands in the lowest bin, unnamed."""
-    bins = {b.low: b for b in by_strength(marks())}
-    assert (bins[0.5].cases, bins[0.5].silent, bins[0.5].wrong) == (1, 1.0, 0.0)
-    assert (bins[4.0].cases, bins[4.0].first, bins[4.0].wrong) == (2, 0.5, 0.5)
-    assert bins[16.0].in_class == 1.0
-
-
-def test_the_matrix_holds_every_case_but_pairs() -> None:
-    """Rows and columns in the catalogue's order; right answers, by class too, count as accepted."""
-    matrix = Matrix(marks())
-    assert sum(sum(row.values()) for row in matrix.counts.values()) == 8
-    assert matrix.counts == confusion(m for m in marks() if m.truth.family != "pair")
-    assert ("command_delay", "command_delay") in matrix.accepted
-    assert ("actuator_lag", "command_delay") in matrix.accepted
-    assert ("command_delay", "actuator_lag") not in matrix.accepted
-    assert ("nothing", "no_gap") in matrix.accepted
-
-
-def test_the_summary_is_written(tmp_path: Path) -> None:
-    """One page that needs nothing else, and the matrix as a picture."""
-    write_exam_report(tmp_path, marks())
-    text = (tmp_path / "exam.html").read_text(encoding="utf-8")
-    assert "6 of 10 answers" in text
-    assert "http" not in text
-    assert (tmp_path / "confusion.png").read_bytes().startswith(b"\x89PNG")
 
 
 TRUTH = {"tendon_slack": [{"length": 2e-3}], "load_dependent_friction": [{"coefficient": 0.4}]}

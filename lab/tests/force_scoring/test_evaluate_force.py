@@ -26,7 +26,7 @@ def train(dataset: Path, out: Path, network: str, seed: int) -> int:
 
 
 def test_a_user_trains_and_compares_networks(dataset, tmp_path, capsys) -> None:
-    """Two seeds of one network and another one: every number in JSON, tables, and four figures."""
+    """Two seeds of one network and another one: every number in JSON, and tables."""
     nets = tmp_path / "nets"
     assert [train(dataset, nets, "mlp", 0), train(dataset, nets, "mlp", 1)] == [0, 0]
     assert train(dataset, nets, "transformer", 0) == 0
@@ -46,8 +46,6 @@ def test_a_user_trains_and_compares_networks(dataset, tmp_path, capsys) -> None:
     assert [e["hold"] for e in table["experiments"]] == [1.0, 2.0, None, None]
     assert table["experiments"][0]["families"]["mlp (paper)"]["count"] == 2
     assert table["better_ideal"] in ("ideal", "ideal refitted")
-    pictures = {file.name for file in (tmp_path / "out").glob("*.png")}
-    assert pictures == {"steps.png", "rmse_bars.png", "contact_ramps.png", "perturbed_sine.png"}
     tables = (tmp_path / "out" / "evaluation.md").read_text()
     assert "| finger: steps, held 2 s |" in tables
 

@@ -52,7 +52,7 @@ def reproduced(
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_path: Path) -> None:
-    """Two runs agree to the last bit; the report holds every number, and figures are drawn."""
+    """Two runs agree to the last bit; the report holds every number."""
     first, found = reproduced(recorded, tmp_path / "a", causes)
     _, again = reproduced(recorded, tmp_path / "b", causes)
     assert list(found) == ["recordings", "diagnosis", "networks", "tip"]
@@ -64,7 +64,6 @@ def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_
     assert set(errors["open_sine"]) == set(MODELS)
     for kind in SINES:  # two minutes of data; the paper's Transformer is 41 % below
         assert errors[kind]["physical"][0] < 0.4 * errors[kind]["ideal"][0]
-    assert (tmp_path / "a" / "figures" / "tip_sine.png").stat().st_size > 10_000
     (table, page) = write_report(first, found)
     assert json.loads(table.read_text())["stages"]["tip"]["rows"]
     text = page.read_text()
@@ -72,9 +71,6 @@ def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_
     assert "**The bench is virtual.**" in text
     assert "| tip, sinusoid about 0.2 rad | Transformer, RMSE | 8.61 mm |" in text
     assert "Not run: force" in text
-    for outcome in found.values():
-        for figure in outcome.figures:
-            assert "Virtual bench, no measurement." in figure.caption
 
     told: list[str] = []
     later = replace(first, tell=told.append)

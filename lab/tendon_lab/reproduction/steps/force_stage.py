@@ -3,11 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tendon_lab.force_scoring.evaluation_file import error_cell, experiment_rows, to_table
+from tendon_lab.force_scoring.evaluation_file import experiment_rows, to_table
 from tendon_lab.force_scoring.force_evaluation import Evaluation, evaluate
-from tendon_lab.force_scoring.force_figures import draw
 from tendon_lab.force_scoring.sample_protocol import Experiment
-from tendon_lab.reproduction.outcome import Figure, Outcome, Row, row
+from tendon_lab.reproduction.outcome import Outcome, Row, row
 from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_train.actuator.training_config import SERVO_LIMIT
@@ -20,12 +19,6 @@ PAPER_CONTACT = {
     "closing_sine_hand_perturbation": 2.08,
 }
 """The paper's Transformer on its ramps, free, half and fully blocked, and perturbed sine [N]."""
-WORDS = {
-    "steps.png": "Steps held for 2 s on three setups",
-    "rmse_bars.png": "Errors by setup and hold; bars: standard deviation of the absolute error",
-    "contact_ramps.png": "Ramps onto nothing, a roll of tape, and a hand",
-    "perturbed_sine.png": "A sinusoid while a hand holds the finger now and then",
-}
 
 
 async def run(reproduction: Reproduction) -> Outcome:
@@ -54,10 +47,6 @@ async def run(reproduction: Reproduction) -> Outcome:
     return Outcome(
         rows=tuple(rows),
         numbers={unit.name: own["table"] for unit, own in zip(units, found, strict=True)},
-        figures=tuple(
-            Figure(file=file, caption=f"{WORDS[file]}, {units[0].name}. {reproduction.caption}")
-            for file in first["figures"]
-        ),
         text=f"RMSE [N] on {units[0].name}, along the measured motion:\n\n{first['text']}",
     )
 
@@ -66,21 +55,19 @@ def evaluated(reproduction: Reproduction, place: int) -> dict[str, Any]:
     """Compare networks of a bench with each other and with the ideal source.
 
     Returns:
-        Errors [N], the evaluation as JSON and, of the first bench, its figures and its table.
+        Errors [N], the evaluation as JSON, and its table.
     """
     unit = reproduction.units[place]
     kinds = reproduction.settings.kinds[: None if place == 0 else 1]
     folder = reproduction.folder("networks", unit.name)
     names = [reproduction.settings.training(kind).name for kind in kinds]
     evaluation = evaluate([load_network(folder / f"{name}.pt") for name in names], unit.dataset)
-    figures = draw(evaluation, reproduction.folder("figures")) if place == 0 else []
     return {
         "table": to_table(evaluation),
         "steps": {kind: steps_of(evaluation, f"{kind} (paper)") for kind in kinds},
         "ideal": better_ideal(evaluation),
         "contact": contact_errors(evaluation, f"{kinds[0]} (paper)"),
-        "figures": [file.name for file in figures],
-        "text": experiment_rows(evaluation, error_cell),
+        "text": experiment_rows(evaluation),
     }
 
 
