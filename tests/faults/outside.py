@@ -193,6 +193,7 @@ def many_goals(k: int) -> float:
 OUTSIDE: dict[str, Callable[[int], float | None]] = {
     "key x": lambda k: key(b"x", "kill", k),
     "the space bar": lambda k: key(b" ", "operator", k),
+    "key q": lambda k: key(b"q", "operator", k),
     "a log on a full disk": full_log,
     "a folder on a full disk": full_folder,
     "two servos with one ID": two_from_the_start,

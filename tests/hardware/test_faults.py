@@ -1,7 +1,6 @@
 """Faults of a bench during a run: nothing crashes, nothing measured is lost, every gap is told.
 
-They run in lockstep with the virtual bench, the same bytes through the same driver, and one in real
-time through a pseudo-terminal.
+They run in lockstep with the virtual bench, the same bytes through the same driver.
 """
 
 import json
@@ -11,7 +10,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,10 +36,9 @@ NOISE = Faults(dropped_replies=0.01, corrupted_replies=0.01, garbled_lines=0.01)
 
 
 def gap_of(trial: Trial) -> float:
-    """Longest interval between two rows [s]; in lockstep there must be no other beside it."""
+    """Longest interval between two rows [s]; there must be no other beside it."""
     steps = np.diff(trial.recording().time)
-    if trial.lockstep:
-        assert np.count_nonzero(steps > 0.03) == 1
+    assert np.count_nonzero(steps > 0.03) == 1
     return float(steps.max())
 
 
@@ -63,33 +60,14 @@ def test_lost_and_garbled_bytes_cost_hardly_a_row(tmp_path: Path) -> None:
     trial = Trial(path=tmp_path / "run.mcap", duration=20.0, faults=NOISE)
     outcome = trial.record()
     assert outcome.finished
-    assert_little_lost(trial)
-    assert int(trial.session["counters.servo.retries"]) > 16
-    assert int(trial.session["counters.load_cell.rejected"]) > 6
-
-
-def assert_little_lost(trial: Trial, silence: float = 0.0) -> None:
-    """Require 99 % of the rows, 97 % of the forces, and no force that is a garbled line."""
-    outcome, ticks = trial.outcome, round(80.0 * trial.duration)
-    assert outcome.rows + outcome.missed == ticks
-    # in real time the scheduler of a busy machine takes ticks as well, and those are counted apart
-    assert outcome.missed - outcome.pacing.overruns <= 0.01 * ticks
-    readings = 80.0 * (trial.duration - silence)
-    # readings that were on their way before the first row are logged too
-    assert 0.97 * readings <= outcome.readings <= 1.01 * readings + 40
+    assert outcome.rows + outcome.missed == 1600
+    assert outcome.missed <= 16
+    assert 0.97 * 1600 <= outcome.readings <= 1.01 * 1600
     log = trial.recording()
     steps = np.abs(np.diff(log.force[:, 0])) / np.diff(log.time)
     assert steps.max() < 240.0, "a garbled reading would jump by far more than 3 N in a tick"
-
-
-def test_a_noisy_bench_in_real_time(tmp_path: Path) -> None:
-    """Lost, broken and garbled bytes and a second without load cell, through a pseudo-terminal."""
-    faults = replace(NOISE, events=(FaultEvent(name="cell_silence", start=1.0, duration=1.0),))
-    trial = Trial(path=tmp_path / "run.mcap", duration=5.0, faults=faults, lockstep=False)
-    assert trial.record().finished
-    assert_little_lost(trial, silence=1.0)
-    assert gap_of(trial) == pytest.approx(1.0, abs=0.5)  # a busy machine adds some
-    assert {"silent", "readings were missing"} <= set(events_of(trial.path))
+    assert int(trial.session["counters.servo.retries"]) > 16
+    assert int(trial.session["counters.load_cell.rejected"]) > 6
 
 
 def test_an_unplugged_servo_leaves_a_gap_and_comes_back(tmp_path: Path) -> None:

@@ -168,27 +168,6 @@ def test_the_session_says_what_drove_and_why_it_ended(policy: Path, tmp_path: Pa
     assert "ticks" in session["pacing"]
 
 
-def test_a_policy_closes_the_finger_and_its_action_is_an_offset(tmp_path: Path) -> None:
-    """The command is where the spool was plus the action, cut to the range, and it pulls."""
-    path = tmp_path / "run.mcap"
-    Flight(path=path).fly()
-    steps = list(read_steps(path))
-    for step in steps:
-        wanted = np.clip(step.sample[0] + step.action[0], 0.0, 6.28)
-        assert step.command[0] == pytest.approx(wanted, abs=1e-6)  # a sample is float32
-    log = read_recording_file(path, bench="finger")
-    assert log.motor_position.max() > 0.3
-    assert log.force.max() > 1.0
-
-
-def test_a_hand_can_move_the_spool(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Jogging needs no policy, holds where it is, and only switches off at its end."""
-    assert main([*WORDS, "--jog", "--duration", "2", "--out", str(tmp_path)]) == 0
-    assert "jog_0.mcap" in capsys.readouterr().out
-    log = read_recording_file(tmp_path / "jog_0.mcap", bench="finger")
-    assert np.ptp(log.motor_position) < 0.05
-
-
 def test_a_key_moves_the_spool_slowly() -> None:
     """Ten presses ask for 1 rad at once; the command gets there at 0.5 rad/s."""
     from tendon_hardware.control.goals import FixedGoal

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_settings import DeploySettings, refuse_mismatch
 from tendon_hardware.errors import PolicyMismatch
-from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard, PolicyTraining
+from tendon_newton.data.cards.policy_card import PolicyCard, PolicyTraining
 from tendon_newton.errors import InvalidPolicyFile, UntrustedNetworkFile
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
 
@@ -159,12 +158,3 @@ def test_a_torchscript_policy_without_torch_says_what_to_do(tmp_path, monkeypatc
     monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(MissingDependency, match="use the policy's ONNX file"):
         load_policy(path, trust=True)
-
-
-def test_the_card_names_what_the_exporter_wrote(tmp_path: Path) -> None:
-    """The metadata's key is the contract's."""
-    path = write_onnx(tmp_path / "policy.onnx", network(), card_of(servo_rate=80.0).to_json())
-    (entry,) = onnx.load(path).metadata_props
-    assert entry.key == CARD_KEY
-    card = replace(card_of(), action_clip=1.5)
-    assert json.loads(card.to_json())["action"]["clip"] == 1.5

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.deployment.deploy_replay import replay_log
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.safety_rules.rule_limits import DeployLimits, limits_for
@@ -19,7 +18,7 @@ from tendon_hardware.safety_rules.rules_applied import SafetyGuard
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.virtual_bench import Faults
 from tendon_newton.errors import InvalidParameter
-from tests.faults.cases import ALLOWED, CASES, SETTINGS, moments
+from tests.faults.cases import CASES, SETTINGS, moments
 from tests.faults.lies import CHEAP
 from tests.hardware.deploy.runs import Flight
 from tests.hardware.silent_operator import SilentOperator
@@ -104,47 +103,6 @@ def test_a_terminal_that_is_gone_does_not_stop_the_loop() -> None:
     assert outcome.ended == "stopped by SIGHUP"
     assert flight.angle_after < 0.1
     assert not flight.torque_after
-
-
-@pytest.mark.parametrize(("key", "rule"), [(b"x", "kill"), (b" ", "operator"), (b"q", "operator")])
-def test_a_key_ends_the_run(key: bytes, rule: str) -> None:
-    """Key x switches off at once, the space bar and q let the tendon out; one tick later."""
-    master, slave = os.openpty()
-    try:
-        flight = Flight(settings=SETTINGS, keyboard=Keyboard(slave))
-        flight.fault = lambda bench, stop: os.write(master, key) and None  # pyright: ignore
-        outcome = flight.fly()
-    finally:
-        os.close(master)
-        os.close(slave)
-    assert flight.latency(rule) <= ALLOWED
-    assert outcome.fault is None
-    assert not flight.torque_after
-
-
-def test_the_bus_watchdog_stops_what_nobody_drives() -> None:
-    """A program that is gone sends nothing: the servo stops within 250 ms, twenty times of twenty.
-
-    The loop is left hanging at twenty moments; the plant's own duty tells when the motor stopped.
-    """
-    stopped: list[float] = []
-
-    class Gone(Exception):
-        pass
-
-    def hang(bench, stop) -> None:
-        plant = bench.controls.plant
-        begin = bench.clock.now()
-        while plant.motor.duty != 0.0 and bench.clock.now() - begin < 1.0:
-            bench.clock.sleep_until(bench.clock.now() + 1e-3)
-        stopped.append(bench.clock.now() - begin)
-        raise Gone
-
-    for after in moments(20):
-        flight = Flight(settings=SETTINGS, after=0.2 + 0.1 * after, fault=hang, in_step=True)
-        with pytest.raises(Gone):
-            flight.fly()
-    assert max(stopped) <= 0.25
 
 
 WELL = Glance(

@@ -220,6 +220,7 @@ def test_a_hand_moves_one_of_two_servos(tmp_path: Path, capsys: pytest.CaptureFi
     assert main([*words, "--servo-id", "2"]) == 0
     log = read_recording_file(tmp_path / "jog_0.mcap", bench="finger_antagonist")
     assert log.tendon_count == 1
+    assert np.ptp(log.motor_position) < 0.05  # it holds where it is
     capsys.readouterr()
     assert main([*words, "--servo-id", "3"]) == 2
     assert "have the IDs 1 to 2; 3 was asked for" in capsys.readouterr().err

@@ -187,12 +187,6 @@ def test_the_checksum_is_the_common_crc_8() -> None:
     assert crc8(b"") == 0
 
 
-def test_a_line_is_as_the_format_says() -> None:
-    """One reading, written out."""
-    line = encode_frame(Frame(sequence=7, device_time_us=12_500, counts=-42))
-    assert line == b"L,7,12500,-42*%02X\n" % crc8(b"L,7,12500,-42")
-
-
 @given(frame=frames)
 def test_a_line_gives_back_its_reading(frame: Frame) -> None:
     """Every number of the format survives, and fits the longest line."""

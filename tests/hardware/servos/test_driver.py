@@ -27,18 +27,6 @@ from tests.hardware.servos.virtual_servo import LOOP, VirtualServo
 TORQUE, WATCHDOG, MODE, P_GAIN = 64, 98, 11, 84
 
 
-def test_the_spool_goes_where_it_is_told() -> None:
-    """After two seconds it is at the goal, from a home at zero."""
-    rig = VirtualServo()
-    assert rig.servo.read_state().position == pytest.approx(0.0, abs=2e-3)  # one count
-    states = rig.run(2.0, 2.0)
-    state = states[-1]
-    assert state.position == pytest.approx(2.0, abs=0.1)  # the loop has no integral
-    assert rig.bench.state().angle == pytest.approx(state.position, abs=0.05)  # home is as found
-    assert (rig.servo.counters.reads, rig.servo.counters.missed) == (len(states) + 1, 0)
-    assert rig.servo.close()
-
-
 def test_a_duty_winds_in_and_is_limited() -> None:
     """The host decides; positive pulls the tendon in; what is cut is counted, NaN refused."""
     rig = VirtualServo()

@@ -56,15 +56,6 @@ def test_counts_become_the_units_of_the_data_sheet(name: str) -> None:
     assert 0.9 < limit / spec.no_load_speed < 1.2
 
 
-@every_servo
-@given(angle=st.floats(-50.0, 50.0))
-def test_counts_to_si_and_back_lose_half_a_count(name: str, angle: float) -> None:
-    """Rounding to counts moves an angle by half a count at most."""
-    unit = SERVOS[name].position_unit
-    counts = r.PRESENT_POSITION.decode(r.PRESENT_POSITION.encode(round(angle / unit)))
-    assert counts * unit == pytest.approx(angle, abs=0.5001 * unit)
-
-
 @given(current=st.integers(-0x8000, 0x7FFF), position=st.integers(-(2**31), 2**31 - 1))
 def test_signed_registers_keep_their_sign(current: int, position: int) -> None:
     """Two's complement in little endian, which the SDK leaves undone."""

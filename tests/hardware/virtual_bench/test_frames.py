@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_hardware.virtual_bench.memory.control_table import XL330_M288_T
 from tendon_hardware.virtual_bench.memory.protocol import (
     PING,
     READ,
@@ -134,14 +133,3 @@ def test_the_paper_s_data_take_less_than_five_minutes() -> None:
                 link.sdk.write2ByteTxRx(link.port, ID, 100, 100)
         took.append(time.process_time() - began)
     assert min(took) * PLAN / duration < 0.5 * ALLOWED
-
-
-def test_the_smaller_servo_runs_on_its_own_numbers() -> None:
-    """An XL330 on 5 V has no alert, holds its own limits and turns."""
-    link = Link("spring_weak", model=XL330_M288_T)
-    link.enable(16)
-    start = link.read(132, 4)
-    link.write(100, 2, 300)
-    link.wait(1.0)
-    assert link.read(132, 4) > start + 300
-    assert link.read(144, 2) == pytest.approx(50, abs=6)

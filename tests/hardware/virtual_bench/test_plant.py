@@ -5,7 +5,7 @@ import math
 import random
 import re
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -253,16 +253,6 @@ def test_a_slider_never_gains_energy() -> None:
     assert abs(slider.excursion) <= c.rail_friction / c.stiffness
 
 
-def test_units_stay_within_their_spreads() -> None:
-    """Of a hundred units no constant leaves its range, and each fills nine tenths of it."""
-    units = [draw_unit("finger", seed).servo for seed in range(100)]
-    for each in fields(ServoConstants):
-        if width := each.metadata["width"]:
-            drawn = np.array([getattr(unit, each.name) for unit in units])
-            assert np.abs(drawn - each.default).max() <= width
-            assert np.ptp(drawn) > 1.8 * width
-
-
 def trace(bench: str, obstacle: str, time_step: float) -> np.ndarray:
     """Return the tension at the load cell [N], 80 times a second, under steps and a sine."""
     plant = Plant(draw_unit(bench, 1), time_step=time_step)
@@ -294,35 +284,6 @@ def test_halving_the_substep_changes_little(bench, obstacle) -> None:
     coarse, fine = (np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(traces))
     assert fine < 0.05
     assert fine < 0.75 * coarse
-
-
-def test_a_seed_is_a_unit() -> None:
-    """The same seed gives the same numbers to the last bit, another one other numbers."""
-    first, again, other = (trace_of_seed(seed) for seed in (7, 7, 8))
-    assert np.array_equal(first, again)
-    assert not np.allclose(first, other)
-
-
-def trace_of_seed(seed: int) -> np.ndarray:
-    """Return what a unit's tendon feels in a second at fixed duty [N]."""
-    plant = Plant(draw_unit("finger", seed), seed=seed)
-    plant.registers.write(11, bytes([16]), 0)
-    plant.registers.write(64, bytes([1]), 0)
-    plant.registers.write(100, (300).to_bytes(2, "little"), 0)
-    tensions = []
-    for _ in range(1000):
-        plant.tick()
-        tensions.append(plant.tendon.spool_side)
-    return np.array(tensions)
-
-
-def test_the_same_servo_is_on_every_bench() -> None:
-    """A seed means one servo and one load cell; the mechanisms differ."""
-    finger, weak = draw_unit("finger", 3), draw_unit("spring_weak", 3)
-    assert finger.servo == weak.servo
-    assert finger.load_cell == weak.load_cell
-    assert isinstance(weak.mechanism, SliderConstants)
-    assert weak.mechanism.stiffness == pytest.approx(200.0, rel=0.041)
 
 
 def test_a_blocked_finger_stops_at_the_block() -> None:

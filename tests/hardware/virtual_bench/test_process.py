@@ -39,18 +39,6 @@ def sdk(ports, monkeypatch):
     port.closePort()
 
 
-def test_the_real_sdk_talks_to_a_real_port(sdk) -> None:
-    """Ping, write and the block of ten bytes go over a terminal of the kernel's."""
-    packets, port = sdk
-    assert packets.ping(port, ID) == (1220, SUCCESS, 0)
-    assert packets.write1ByteTxRx(port, ID, 11, 16) == (SUCCESS, 0)
-    assert packets.write1ByteTxRx(port, ID, 64, 1) == (SUCCESS, 0)
-    assert packets.write2ByteTxRx(port, ID, 100, 200) == (SUCCESS, 0)
-    data, result, error = packets.readTxRx(port, ID, 126, 10)
-    assert (len(data), result, error) == (10, SUCCESS, 0)
-    assert packets.write1ByteTxRx(port, ID, 64, 0) == (SUCCESS, 0)
-
-
 def test_a_wrong_speed_is_silence(sdk) -> None:
     """The baud rate that a client sets on the terminal counts."""
     packets, port = sdk

@@ -146,14 +146,6 @@ def test_the_tick_counts_milliseconds(link) -> None:
     assert link.read(120, 2) - before == pytest.approx(1001, abs=3)
 
 
-def test_another_speed_is_noise(link) -> None:
-    """At another baud rate nobody answers."""
-    link.port.setBaudRate(57_600)
-    assert link.ping()[1] == SILENT
-    link.port.setBaudRate(1_000_000)
-    assert link.ping()[1] == SUCCESS
-
-
 BATTERED = Link()  # Kept over all examples, so that one finds what an earlier one has left behind
 
 
