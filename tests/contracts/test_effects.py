@@ -141,12 +141,8 @@ def test_effects_act_in_the_order_of_the_catalogue(finger: Rollout) -> None:
     assert list(in_catalogue_order(tuple(reversed(names)))) == names
     assert list(finger.table.effects) == names
     order = (
-        "force_saturation",
-        "actuator_lag",
-        "coulomb_friction",
-        "speed_limit",
-        "routing_friction",
-    )
+        "force_saturation", "actuator_lag", "coulomb_friction", "speed_limit", "routing_friction",
+    )  # fmt: skip
     assert [n for n in names if n in order] == list(order)
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.cli import main as run_verb
 from tendon_newton.data.dataset import load_dataset
 from tests.planted.generator import main
 
@@ -31,15 +30,3 @@ def test_the_generator_makes_the_example_again(tmp_path: Path) -> None:
 def test_the_example_stays_small() -> None:
     """It is part of every clone: under a megabyte."""
     assert sum(file.stat().st_size for file in EXAMPLE.iterdir()) < 1_000_000
-
-
-@pytest.mark.parametrize(
-    ("share", "message"),
-    [("0.99", "--hold-out must be 0.05 to 0.8; it is 0.99"), ("0.3", "has 3 with split")],
-)
-def test_a_hold_out_that_makes_no_sense_is_refused(share, message, tmp_path, capsys) -> None:
-    """A share beyond reason, and a dataset that holds recordings out already."""
-    model = str(EXAMPLE / "model.toml")
-    words = ["diagnose", str(EXAMPLE), "--model", model, "--out", str(tmp_path)]
-    assert run_verb([*words, "--hold-out", share]) == 2
-    assert message in capsys.readouterr().err

@@ -72,14 +72,6 @@ def test_a_recording_of_one_of_two_servos_is_refused(tmp_path, capsys) -> None:
     assert line.endswith("has the servos of its bench; finger_antagonist has 2, and this one 1")
 
 
-def test_a_hand_and_a_finger_are_no_one_dataset(tmp_path, capsys) -> None:
-    """One line says how many servos each has."""
-    test = recording("test.csv", **(FOUR | NARROW | {"bench": "finger_routed"}))
-    assert diagnose(tmp_path, recording("train.csv", **FOUR), test) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "this one of finger_routed has 1, and train.csv of hand has 4" in line
-
-
 @pytest.mark.parametrize(
     ("column", "words"),
     [

@@ -16,7 +16,6 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.checked_data import faults_of, findings_of
 from tests.doors.logs import COUNT, ROWS, Door, csv_logs, own_dataset, sound
 from tests.doors.mistakes import ANGLES, COMMANDS, DOORS, LEROBOT, OWN, Mistake
-from tests.doors.reports import REPORTS
 from tests.doors.told import EVERY, lines_said, spoiled_runs
 
 ROOT = Path(__file__).parents[2]
@@ -116,14 +115,6 @@ def test_repeated_reads_are_found_where_many_fail() -> None:
         far = off > 4.0 * COUNT
         found, wrong = found + int((again & far).sum()), wrong + int(far.sum())
     assert found > 5 / 6 * wrong
-
-
-def test_every_public_report_has_its_tests() -> None:
-    """The table of reports names tests that are there."""
-    for node in (test for tests in REPORTS.values() for test in tests):
-        file, name, *_ = node.split("::")
-        text = (ROOT / "tests" / file).read_text()
-        assert f"def {name.partition('[')[0]}(" in text, node
 
 
 def test_the_page_names_every_check() -> None:

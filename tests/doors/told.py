@@ -28,9 +28,3 @@ def lines_said(folder: Path, door: Door, runs: list[Columns]) -> list[str]:
         main(door(folder, runs))
     proposed(said.getvalue())
     return said.getvalue().replace(str(folder), ".").splitlines()
-
-
-def line_said(folder: Path, door: Door, mistake: Mistake) -> str | None:
-    """Return the line that says how to mend a mistake; None where there is none."""
-    lines = lines_said(folder, door, spoiled_runs(mistake))
-    return next((line.strip() for line in lines if mistake.said in line), None)

@@ -21,14 +21,9 @@ FORCE = 0.05  # N: below a load cell's noise
 NETWORK = Path(__file__).parents[2] / "assets/networks/transformer-simulation-paper-0.safetensors"
 IDEAL = {"gain": 4.2, "spool_radius": 0.0125}
 PWM = {
-    "duty_per_rad": 1.0,
-    "max_duty": 0.9,
-    "supply_voltage": 5.0,
-    "torque_constant": 0.4,
-    "resistance": 10.0,
-    "armature": 2.0e-4,
-    "spool_radius": 0.0125,
-}
+    "duty_per_rad": 1.0, "max_duty": 0.9, "supply_voltage": 5.0, "torque_constant": 0.4,
+    "resistance": 10.0, "armature": 2.0e-4, "spool_radius": 0.0125,
+}  # fmt: skip
 LEARNED = {"file": str(NETWORK), "spool_radius": 0.0125}
 SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
 SHAFTS = ("pendulum", "servo")

@@ -36,18 +36,10 @@ from tests.test_imports import top_level_imports
 
 ALONE = f"{MODEL_FILE} alone"
 ACTUATOR_SIDE = (
-    "command_delay",
-    "actuator_lag",
-    "viscous_friction",
-    "stribeck_friction",
-    "load_dependent_friction",
-    "routing_friction",
-    "viscoelastic_spring",
-    "inertia_error",
-    "gravity_misalignment",
-    "load_cell_delay",
-    "load_cell_lag",
-)
+    "command_delay", "actuator_lag", "viscous_friction", "stribeck_friction",
+    "load_dependent_friction", "routing_friction", "viscoelastic_spring", "inertia_error",
+    "gravity_misalignment", "load_cell_delay", "load_cell_lag",
+)  # fmt: skip
 ROTOR_SIDE = ("tendon_slack", "coulomb_friction", "tendon_compliance", "torque_fade", "speed_limit")
 
 

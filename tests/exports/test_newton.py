@@ -25,16 +25,10 @@ from tests.exports.models import ANGLE, FORCE, PWM, TYPICAL, model_of, strays, s
 from tests.physics.runs import run_of
 
 SERVO_SIDE = (
-    "command_delay",
-    "actuator_lag",
-    "viscous_friction",
-    "load_dependent_friction",
-    "routing_friction",
-    "viscoelastic_spring",
-    "inertia_error",
-    "gravity_misalignment",
+    "command_delay", "actuator_lag", "viscous_friction", "load_dependent_friction",
+    "routing_friction", "viscoelastic_spring", "inertia_error", "gravity_misalignment",
     "joint_dry_friction",
-)
+)  # fmt: skip
 ROTOR_SIDE = ("tendon_slack", "coulomb_friction", "tendon_compliance", "torque_fade", "speed_limit")
 WAYS = 3.0e-5  # m: a hundredth of the thumb's excursion, a fifth of what a spool's count winds in
 

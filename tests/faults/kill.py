@@ -29,14 +29,10 @@ START = 90.0  # Longest start of a program on a busy machine [s]
 ATTEMPTS = 3
 """Runs before a busy machine is no excuse: it may stop any of them for 0.2 s, which is a rule."""
 BUSY = (
-    "must be mended before it is recorded",
-    "no instruction came for",
-    "has been silent for",
-    "must answer to",
-    "computer is too busy",
-    "must not be older than",
+    "must be mended before it is recorded", "no instruction came for", "has been silent for",
+    "must answer to", "computer is too busy", "must not be older than",
     "must answer that its motor",
-)
+)  # fmt: skip
 """What a run says that such a machine has ended."""
 ALLOWED = 0.25  # From the fault to a motor without force [s]
 FORGOTTEN = 0.6

@@ -290,25 +290,12 @@ def test_a_recording_says_how_it_was_made(tmp_path: Path) -> None:
     trial.record()
     said = trial.session
     expected = {
-        "bench": "finger",
-        "excitation": "random_steps",
-        "seed": "0",
-        "mode": "pwm",
-        "rate": "80.0",
-        "command_rate": "20.0",
-        "host_loop.gain": "0.1",
-        "servo.firmware": "52",
-        "servo.operating_mode": "16",
-        "servo.gains.proportional": "900",
-        "simulated": "True",
-        "servo.return_delay": "0.0",
-        "servo.latency_timer": "",
-        "load_cell": "hx711_serial",
-        "ended": "complete",
-        "rows": "80",
-        "missed": "0",
-        "gaps": "",
-    }
+        "bench": "finger", "excitation": "random_steps", "seed": "0", "mode": "pwm", "rate": "80.0",
+        "command_rate": "20.0", "host_loop.gain": "0.1", "servo.firmware": "52",
+        "servo.operating_mode": "16", "servo.gains.proportional": "900", "simulated": "True",
+        "servo.return_delay": "0.0", "servo.latency_timer": "", "load_cell": "hx711_serial",
+        "ended": "complete", "rows": "80", "missed": "0", "gaps": "",
+    }  # fmt: skip
     assert {key: said[key] for key in expected} == expected
     assert float(said["load_cell_rate"]) == pytest.approx(20.0, rel=0.02)  # an HX711's oscillator
     assert "mean of 4" in said["load_cell_filter"]
@@ -498,12 +485,8 @@ def test_what_cannot_be_recorded_is_refused(build: Callable[[], object], said: s
 def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(tmp_path, capsys) -> None:
     """Before its first recording is made, and the word that fits all three is told."""
     words = [
-        "--port",
-        "virtual:finger:3",
-        "--faster-than-real-time",
-        "--out",
-        str(tmp_path / "out"),
-    ]
+        "--port", "virtual:finger:3", "--faster-than-real-time", "--out", str(tmp_path / "out"),
+    ]  # fmt: skip
     assert main(["collect", "--plan", "quick", *words]) == 2
     assert "without one: virtual::3" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

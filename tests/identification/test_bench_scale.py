@@ -102,13 +102,9 @@ def test_a_shaft_s_torques_have_the_ranges_and_the_unit_of_torques() -> None:
 def test_a_motor_s_greatest_torque_is_that_of_its_circuit() -> None:
     """Full duty of 7.4 V, 3.4 ohm and 0.4 N m/A: 0.87 N m, however far the command is."""
     values: dict[str, float | str] = {
-        "duty_per_rad": 1.0,
-        "max_duty": 1.0,
-        "supply_voltage": 7.4,
-        "torque_constant": 0.4,
-        "resistance": 3.4,
-        "armature": 0.002,
-    }
+        "duty_per_rad": 1.0, "max_duty": 1.0, "supply_voltage": 7.4, "torque_constant": 0.4,
+        "resistance": 3.4, "armature": 0.002,
+    }  # fmt: skip
     servo = Model(actuator=NamedValues(name="pwm_servo", values=values))
     scale = found(commanded(WAVE, "pendulum"), servo)
     assert scale.force == pytest.approx(SPARE * 0.4 * 7.4 / 3.4 / 21.0, rel=1e-5)

@@ -214,16 +214,10 @@ def test_numbers_of_no_such_bench_are_refused(words, said, tmp_path, capsys) -> 
 
 
 SLIDER = {
-    "body_mass": [0.05],
-    "joint_damping": [5.0],
-    "joint_rest_q": [0.0],
-    "joint_friction": [0.0],
-    "joint_limit_lower": [0.0],
-    "joint_limit_upper": [0.08],
-    "joint_limit_ke": [1.5e5],
-    "joint_limit_kd": [80.0],
-    "joint_axis": [[1.0, 0.0, 0.0]],
-}
+    "body_mass": [0.05], "joint_damping": [5.0], "joint_rest_q": [0.0], "joint_friction": [0.0],
+    "joint_limit_lower": [0.0], "joint_limit_upper": [0.08], "joint_limit_ke": [1.5e5],
+    "joint_limit_kd": [80.0], "joint_axis": [[1.0, 0.0, 0.0]],
+}  # fmt: skip
 NUMBERS: dict[str, dict[str, list]] = {
     "finger": {"body_mass": [0.012, 0.008], "body_com": [[0.015, 0.0, 0.0], [0.0125, 0.0, 0.0]],
         "joint_stiffness": [0.045, 0.030], "joint_rest_q": [0.0, 0.0],

@@ -20,14 +20,9 @@ RADIUS = 0.0125  # m
 ROWS = 80.0  # Hz
 QUASI_STATIC = BenchOverrides(mass=(1.0e-9,), damping=(0.0,))  # Only springs and loads show
 DATA_SHEET = {
-    "duty_per_rad": 0.10,
-    "max_duty": 0.90,
-    "supply_voltage": 9.0,
-    "torque_constant": 1.43,
-    "resistance": 15.0,
-    "armature": 0.0025,
-    "spool_radius": RADIUS,
-}
+    "duty_per_rad": 0.10, "max_duty": 0.90, "supply_voltage": 9.0, "torque_constant": 1.43,
+    "resistance": 15.0, "armature": 0.0025, "spool_radius": RADIUS,
+}  # fmt: skip
 """A servo whose host closes the position loop: the row of 9.0 V in a data sheet."""
 
 

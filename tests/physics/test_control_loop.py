@@ -23,14 +23,9 @@ from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, simulate, stai
 WORLDS = 3
 EFFECTS = {"coulomb_friction": {"force": 0.7}, "command_delay": {"delay": 0.031}}
 SERVO = {
-    "duty_per_rad": 1.1,
-    "max_duty": 0.9,
-    "supply_voltage": 5.0,
-    "torque_constant": 0.4,
-    "resistance": 3.0,
-    "armature": 0.002,
-    "spool_radius": RADIUS,
-}
+    "duty_per_rad": 1.1, "max_duty": 0.9, "supply_voltage": 5.0, "torque_constant": 0.4,
+    "resistance": 3.0, "armature": 0.002, "spool_radius": RADIUS,
+}  # fmt: skip
 
 
 def ideal_loop(worlds: int = WORLDS) -> ControlLoop:

@@ -25,15 +25,10 @@ from tests.planted.sets.draws import EFFECTS, MIX_OF, OUTSIDE
 ROOT = Path(__file__).parents[2]
 SHORT = (4.0, 5.0)  # [s] of each recording, where length proves nothing
 FORBIDDEN = (
-    "tendon_newton.simulation",
-    "tendon_newton.effects",
-    "tendon_newton.mechanisms",
-    "tendon_newton.actuators",
-    "tendon_newton.identification",
-    "tendon_newton.diagnosis",
-    "newton",
+    "tendon_newton.simulation", "tendon_newton.effects", "tendon_newton.mechanisms",
+    "tendon_newton.actuators", "tendon_newton.identification", "tendon_newton.diagnosis", "newton",
     "pxr",
-)
+)  # fmt: skip
 
 
 def content(folder: Path) -> dict[str, bytes]:

@@ -122,14 +122,9 @@ HALF = 480  # rows of random steps, and as many of sines
 AT_REST = 0.05  # [rad/s] below which dry friction is whatever holds: two laws, two readings
 ENCODER, CELL = 0.44e-3, 0.05  # [rad], [N] floors of the sensors
 DRY = (
-    "coulomb_friction",
-    "stribeck_friction",
-    "load_dependent_friction",
-    "gear_load_friction",
-    "load_stribeck_friction",
-    "holding_friction",
-    "asymmetric_friction",
-)
+    "coulomb_friction", "stribeck_friction", "load_dependent_friction", "gear_load_friction",
+    "load_stribeck_friction", "holding_friction", "asymmetric_friction",
+)  # fmt: skip
 
 SHARE = 0.01
 """Greatest difference of plant and simulator, over what the effect does [1], RMS of 960 rows. An

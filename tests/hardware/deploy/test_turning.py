@@ -54,13 +54,9 @@ def address_of(**changes: Any) -> BenchAddress:
     first, *others = calibration_files("hand_ball", 80)
     further = [DriveAddress(identifier=2 + k, calibration=each) for k, each in enumerate(others)]
     values = {
-        "bench": "hand_ball",
-        "port": "virtual",
-        "load_cell_rate": 80,
-        "lockstep": True,
-        "calibration": first,
-        "further": tuple(further),
-    }
+        "bench": "hand_ball", "port": "virtual", "load_cell_rate": 80, "lockstep": True,
+        "calibration": first, "further": tuple(further),
+    }  # fmt: skip
     return BenchAddress(**values | changes)
 
 

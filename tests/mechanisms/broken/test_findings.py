@@ -212,14 +212,9 @@ def test_a_string_may_open_what_another_one_closes(tmp_path: Path) -> None:
 def test_several_faults_are_named_at_once(tmp_path: Path) -> None:
     """One run of the check lists them all: mending is one round, not seven."""
     several = (
-        "a mass of micrograms",
-        "a range in radians",
-        "a servo of nothing",
-        "no end stop",
-        "a damping that drives",
-        "too many moment arms",
-        "gravity in cm/s^2",
-    )
+        "a mass of micrograms", "a range in radians", "a servo of nothing", "no end stop",
+        "a damping that drives", "too many moment arms", "gravity in cm/s^2",
+    )  # fmt: skip
     changes = [change for case in several for change in CASES[case][3]]
     found = {(f.rule, f.prim) for f in check_asset(write_changed(tmp_path, "finger", *changes))}
     assert {CASES[case][:2] for case in several} <= found

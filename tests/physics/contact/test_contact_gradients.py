@@ -27,16 +27,10 @@ NUMBERS = {
 }
 """Numbers of three worlds, each with one obstacle: world, obstacle or link, and component."""
 SIZES = {
-    "obstacle_position": 0.02,
-    "obstacle_size": 0.012,
-    "obstacle_stiffness": 5e3,
-    "obstacle_dissipation": 10.0,
-    "obstacle_friction": 0.5,
-    "capsule_radius": 4e-3,
-    "stiffness": 0.03,
-    "mass": 0.01,
-    "arms": 0.005,
-}
+    "obstacle_position": 0.02, "obstacle_size": 0.012, "obstacle_stiffness": 5e3,
+    "obstacle_dissipation": 10.0, "obstacle_friction": 0.5, "capsule_radius": 4e-3,
+    "stiffness": 0.03, "mass": 0.01, "arms": 0.005,
+}  # fmt: skip
 """How large they are, in their units."""
 
 

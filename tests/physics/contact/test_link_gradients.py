@@ -10,24 +10,15 @@ from tests.physics.gradients.test_gradients import check_gain_and_commands, chec
 from tests.physics.runs import ideal_model, run_of
 
 NUMBERS = {
-    "obstacle_stiffness": ((0, 1), (1, 1)),
-    "obstacle_dissipation": ((0, 1), (1, 1)),
-    "obstacle_friction": ((0, 1), (1, 1)),
-    "capsule_radius": ((0, 1), (0, 2), (1, 1)),
-    "stiffness": ((0, 0), (0, 2), (1, 3)),
-    "mass": ((0, 1), (1, 2)),
-    "arms": ((0, 0, 1), (1, 1, 2)),
-}
+    "obstacle_stiffness": ((0, 1), (1, 1)), "obstacle_dissipation": ((0, 1), (1, 1)),
+    "obstacle_friction": ((0, 1), (1, 1)), "capsule_radius": ((0, 1), (0, 2), (1, 1)),
+    "stiffness": ((0, 0), (0, 2), (1, 3)), "mass": ((0, 1), (1, 2)), "arms": ((0, 0, 1), (1, 1, 2)),
+}  # fmt: skip
 """Numbers of two worlds: world, obstacle, capsule or joint, and component."""
 SIZES = {
-    "obstacle_stiffness": 5e3,
-    "obstacle_dissipation": 10.0,
-    "obstacle_friction": 0.3,
-    "capsule_radius": 4e-3,
-    "stiffness": 0.03,
-    "mass": 0.01,
-    "arms": 0.005,
-}
+    "obstacle_stiffness": 5e3, "obstacle_dissipation": 10.0, "obstacle_friction": 0.3,
+    "capsule_radius": 4e-3, "stiffness": 0.03, "mass": 0.01, "arms": 0.005,
+}  # fmt: skip
 """How large they are, in their units."""
 
 

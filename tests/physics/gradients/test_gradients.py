@@ -58,13 +58,9 @@ GEAR = {
     },
 }
 SERVO = {
-    "duty_per_rad": 1.1,
-    "max_duty": 0.9,
-    "supply_voltage": 5.0,
-    "torque_constant": 0.4,
-    "resistance": 3.0,
-    "armature": 0.002,
-}
+    "duty_per_rad": 1.1, "max_duty": 0.9, "supply_voltage": 5.0, "torque_constant": 0.4,
+    "resistance": 3.0, "armature": 0.002,
+}  # fmt: skip
 STRINGS = (
     {"load_dependent_friction": {"coefficient": 0.1}},
     {"tendon_compliance": {"stiffness": 8.0e3}, "tendon_slack": {"length": 1.0e-3}},
@@ -77,13 +73,9 @@ NUDGE = 1.0e-7
 stop or start now and then,
 where the loss has a kink."""
 MECHANISM = {
-    "stiffness": 0.03,
-    "damping": 3e-4,
-    "friction": 1e-3,
-    "mass": 0.01,
-    "arms": 0.005,
+    "stiffness": 0.03, "damping": 3e-4, "friction": 1e-3, "mass": 0.01, "arms": 0.005,
     "spool_radius": 0.0125,
-}
+}  # fmt: skip
 """Numbers of the bench and their size, in their units."""
 
 

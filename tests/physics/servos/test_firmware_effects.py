@@ -127,14 +127,9 @@ def test_a_demand_of_the_other_side_ends_the_protection() -> None:
     index = np.arange(200)
     command = np.select([index < 100, index < 104], [JUMP, -0.2], JUMP)
     servo = {
-        "duty_per_rad": 0.5,
-        "max_duty": 1.0,
-        "supply_voltage": 12.0,
-        "torque_constant": 0.05,
-        "resistance": 0.2,
-        "armature": 0.1,
-        "spool_radius": 1.0,
-    }
+        "duty_per_rad": 0.5, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 0.05,
+        "resistance": 0.2, "armature": 0.1, "spool_radius": 1.0,
+    }  # fmt: skip
     numbers = {"duty": 0.6, "fraction": 0.2, "time": 0.5}
     model = Model(
         actuator=NamedValues(name="pwm_servo", values=servo),
@@ -221,14 +216,9 @@ def test_a_falling_rotor_loads_its_gear_on_its_own_side() -> None:
     """
     inertia, share, mass, length, angle = 0.02, 0.4, 0.5, 0.1, 1.2
     servo = {
-        "duty_per_rad": 1.0,
-        "max_duty": 1.0,
-        "supply_voltage": 12.0,
-        "torque_constant": 1.0,
-        "resistance": 4.0,
-        "armature": inertia,
-        "spool_radius": 1.0,
-    }
+        "duty_per_rad": 1.0, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 1.0,
+        "resistance": 4.0, "armature": inertia, "spool_radius": 1.0,
+    }  # fmt: skip
     friction = NamedValues(name="load_dependent_friction", values={"coefficient": share})
     model = Model(actuator=NamedValues(name="pwm_servo", values=servo), effects=(friction,))
     for side in (1.0, -1.0):

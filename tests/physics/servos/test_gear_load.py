@@ -152,14 +152,9 @@ def test_a_rotor_s_gear_carries_a_string_that_pulls_however_little() -> None:
     """F_m = C + (1 + mu) F while a slow ramp winds in against less than dry friction takes."""
     constant, resistance, supply, radius, dry, share = 1.43, 15.0, 9.0, 0.0125, 1.2, 0.3
     servo = {
-        "duty_per_rad": 0.1,
-        "max_duty": 0.2,
-        "supply_voltage": supply,
-        "torque_constant": constant,
-        "resistance": resistance,
-        "armature": 0.0025,
-        "spool_radius": radius,
-    }
+        "duty_per_rad": 0.1, "max_duty": 0.2, "supply_voltage": supply, "torque_constant": constant,
+        "resistance": resistance, "armature": 0.0025, "spool_radius": radius,
+    }  # fmt: skip
     chosen = {
         "coulomb_friction": {"force": dry},
         "load_dependent_friction": {"coefficient": share},

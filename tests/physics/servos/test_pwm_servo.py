@@ -15,14 +15,9 @@ from tests.physics.runs import RADIUS, run_of, simulate
 
 CONSTANT, RESISTANCE, SUPPLY, INERTIA = 1.43, 15.0, 9.0, 0.0025  # N m/A, ohm, V, kg m2
 SERVO = {
-    "duty_per_rad": 0.1,
-    "max_duty": 0.2,
-    "supply_voltage": SUPPLY,
-    "torque_constant": CONSTANT,
-    "resistance": RESISTANCE,
-    "armature": INERTIA,
-    "spool_radius": RADIUS,
-}
+    "duty_per_rad": 0.1, "max_duty": 0.2, "supply_voltage": SUPPLY, "torque_constant": CONSTANT,
+    "resistance": RESISTANCE, "armature": INERTIA, "spool_radius": RADIUS,
+}  # fmt: skip
 MODEL = Model(actuator=NamedValues(name="pwm_servo", values=SERVO))
 WALL = BenchOverrides(stiffness=(1.0e6,))
 STALL = 0.2 * SUPPLY * CONSTANT / RESISTANCE  # N m at the greatest duty

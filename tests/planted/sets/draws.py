@@ -12,16 +12,9 @@ from tests.planted.sets.draws_sensor import FURTHER_SENSORS, SENSOR
 from tests.planted.sets.planted import Draw
 
 __all__ = [
-    "COULOMB_KNOWN",
-    "EFFECTS",
-    "FURTHER_SENSORS",
-    "MIX_OF",
-    "NEAR",
-    "OUTSIDE",
-    "SIDES",
-    "VISCOUS_KNOWN",
-    "base_causes",
-]
+    "COULOMB_KNOWN", "EFFECTS", "FURTHER_SENSORS", "MIX_OF", "NEAR", "OUTSIDE", "SIDES",
+    "VISCOUS_KNOWN", "base_causes",
+]  # fmt: skip
 
 VISCOUS_KNOWN = 1.5  # [N s/rad] of a servo whose friction the model knows
 COULOMB_KNOWN = 0.8  # [N]

@@ -24,33 +24,17 @@ from tests.train.actuator.servo_logs import servo_log
 
 FEW = TrainingConfig(network="mlp", epochs=3, windows_per_epoch=2048, batch=256)
 RECIPE_NUMBERS = {
-    "changed_windows.ZERO": 0.02,
-    "changed_windows.COMMAND": 0.03,
-    "changed_windows.ANGLE": 0.003,
-    "changed_windows.SPEED": 0.03,
-    "changed_windows.TAUT": 0.3,
-    "changed_windows.REST_SPEED": 0.05,
-    "changed_windows.SHARE": 0.5,
-    "changed_windows.FEWEST": 3,
-    "changed_windows.LATEST": 0.8,
-    "changed_windows.SHORTEST": 0.05,
-    "changed_windows.LONGEST": 1.05,
-    "sample_departure.SHARE": 0.5,
-    "sample_departure.FIRST_SHARE": 0.25,
-    "sample_departure.FIRST_PART": 0.8,
-    "sample_departure.ZERO": 0.3,
-    "sample_departure.ANGLE": 0.1,
-    "sample_departure.SPEED": 0.5,
-    "sample_departure.SHORTEST": 0.05,
-    "sample_departure.LONGEST": 1.0,
-    "descent.LEAST_SIDE": 16,
-    "descent.MUON_RATE": 5.0,
-    "descent.WARM_UP": 0.05,
-    "servo_law.HOLD_LIMIT": 1000.0,
-    "servo_law.SLIDING": 0.15,
-    "servo_law.TAUT": 0.3,
-    "servo_law.FEWEST": 200,
-}
+    "changed_windows.ZERO": 0.02, "changed_windows.COMMAND": 0.03, "changed_windows.ANGLE": 0.003,
+    "changed_windows.SPEED": 0.03, "changed_windows.TAUT": 0.3, "changed_windows.REST_SPEED": 0.05,
+    "changed_windows.SHARE": 0.5, "changed_windows.FEWEST": 3, "changed_windows.LATEST": 0.8,
+    "changed_windows.SHORTEST": 0.05, "changed_windows.LONGEST": 1.05,
+    "sample_departure.SHARE": 0.5, "sample_departure.FIRST_SHARE": 0.25,
+    "sample_departure.FIRST_PART": 0.8, "sample_departure.ZERO": 0.3, "sample_departure.ANGLE": 0.1,
+    "sample_departure.SPEED": 0.5, "sample_departure.SHORTEST": 0.05,
+    "sample_departure.LONGEST": 1.0, "descent.LEAST_SIDE": 16, "descent.MUON_RATE": 5.0,
+    "descent.WARM_UP": 0.05, "servo_law.HOLD_LIMIT": 1000.0, "servo_law.SLIDING": 0.15,
+    "servo_law.TAUT": 0.3, "servo_law.FEWEST": 200,
+}  # fmt: skip
 """What recipe 1 does with windows and weights."""
 
 

@@ -10,12 +10,8 @@ from tendon_train.policy.config.policy_training_config import PolicyTrainingConf
 from tendon_train.policy.worlds.environment import FingerEnvironment
 
 SMALL: dict[str, Any] = {
-    "worlds": 6,
-    "max_step": 2.0e-3,
-    "randomise": (),
-    "episode": 1.0,
-    "goal_change": 0.1,
-}
+    "worlds": 6, "max_step": 2.0e-3, "randomise": (), "episode": 1.0, "goal_change": 0.1,
+}  # fmt: skip
 
 
 def environment(seed: int = 0, **changes: Any) -> FingerEnvironment:

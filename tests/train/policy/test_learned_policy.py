@@ -165,14 +165,8 @@ def test_training_and_deployment_see_the_same_in_one_recording(learned: Learned)
 def test_a_user_compares_policies_in_simulation_and_on_a_bench(learned, tmp_path, capsys) -> None:
     """Numbers, a table and a figure; on the virtual bench the policy runs as it is deployed."""
     words = [
-        "--out",
-        str(tmp_path),
-        "--worlds",
-        "3",
-        "--port",
-        "virtual",
-        "--faster-than-real-time",
-    ]
+        "--out", str(tmp_path), "--worlds", "3", "--port", "virtual", "--faster-than-real-time",
+    ]  # fmt: skip
     assert main(["evaluate-policy", str(learned.exported.onnx), *words]) == 0
     table = json.loads((tmp_path / "evaluation.json").read_text())
     simulated, bench = table["climbs"]
