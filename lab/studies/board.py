@@ -6,7 +6,6 @@ with files of the same names that any program may have written: CSV with a colum
 prediction and is not scored. Instants of a file need not be those of the recording.
 
 Beside the errors stands what runs of one command differ by, below which no program can come.
-``--picture FILE`` draws the median and the worst recording of each signal.
 """
 
 import argparse
@@ -16,15 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.errors import InvalidRecording, listed
 
 SIGNALS = {"theta": "mrad", "joint_angle": "mrad", "force": "mN or mN m"}
 """Column -> unit of its errors, a thousandth of the column's own."""
-COLORS = ("#2b2f36", "#d1603d")
-"""Of what was measured and what was predicted."""
 SEED = 0
 DRAWS = 2000
 
@@ -120,37 +116,11 @@ def floors(recordings: Sequence[Recording]) -> Mapping[str, float]:
     return {name: 1.0e3 * rms(np.concatenate(own)) for name, own in spreads.items()}
 
 
-def draw(path: Path, recordings: Sequence[Recording], folder: Path) -> None:
-    """Draw the median and the worst recording of each signal, measured and predicted."""
-    found = scores(tuple(recordings), folder)
-    figure = new_figure(12.0, 3.5 * len(found))
-    for row, (name, sizes) in zip(
-        figure.subplots(len(found), 2, squeeze=False), found.items(), strict=True
-    ):
-        order = np.argsort(sizes)
-        for axes, words, k in zip(
-            row, ("median", "worst"), (order[len(order) // 2], order[-1]), strict=True
-        ):
-            run = [r for r in recordings if name in errors(r, folder)][k]
-            truth = measured(run)[name]
-            for signal, color, label in zip(
-                (truth, truth - errors(run, folder)[name]), COLORS, ("measured", "predicted"),
-                strict=True,
-            ):  # fmt: skip
-                axes.plot(run.time, signal, color=color, linewidth=0.9, label=label)
-            axes.set_title(f"{name}, {words}: {Path(run.name).stem}", loc="left", fontsize=10)
-            axes.set_xlabel("time [s]")
-            tidy(axes)
-    figure.axes[0].legend(frameon=False)
-    save(figure, path)
-
-
 def main() -> None:
     """Print the RMS error of each signal over the test recordings, with its interval."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("dataset", type=Path)
     parser.add_argument("predicted", type=Path)
-    parser.add_argument("--picture", type=Path, help="file for a picture")
     arguments = parser.parse_args()
     recordings = load_dataset(arguments.dataset, require_train=False).test
     least = floors(recordings)
@@ -161,8 +131,6 @@ def main() -> None:
             f"{name:12s} {rms(sizes):7.2f} [{low:.2f}, {high:.2f}] {SIGNALS[name]} RMS over "
             f"{len(sizes)} recordings, worst {sizes.max():.1f}{repeats}"
         )
-    if arguments.picture is not None:
-        draw(arguments.picture, recordings, arguments.predicted)
 
 
 if __name__ == "__main__":

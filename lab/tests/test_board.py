@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab.studies.board import draw, floors, interval, measured, scores
+from lab.studies.board import floors, interval, measured, scores
 from tendon_newton.data.formats.csv_file import write_columns
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording
@@ -54,7 +54,7 @@ def test_a_prediction_that_cannot_be_scored_is_refused(tmp_path: Path) -> None:
         scores((longer,), predicted(tmp_path, recording, theta=PATH))
 
 
-def test_the_floor_is_what_repeats_differ_by_once_they_have_moved(tmp_path: Path) -> None:
+def test_the_floor_is_what_repeats_differ_by_once_they_have_moved() -> None:
     """Twice 3 mrad either side of a mean; where a run begins is not counted."""
     rest = np.concatenate([np.zeros(20), PATH])
     first = replace(run_of(rest), name="first.mcap")
@@ -62,10 +62,6 @@ def test_the_floor_is_what_repeats_differ_by_once_they_have_moved(tmp_path: Path
     second = replace(first, name="second.mcap", motor_position=first.motor_position + apart)
     assert floors([first]) == {}
     assert floors([first, second]) == {"theta": pytest.approx(6.0 / np.sqrt(2.0), rel=1e-2)}
-    for run in (first, second):
-        predicted(tmp_path, run, theta=first.motor_position[:, 0])
-    draw(tmp_path / "worst.png", [first, second], tmp_path)
-    assert (tmp_path / "worst.png").is_file()
 
 
 def test_an_interval_holds_the_score() -> None:

@@ -1,6 +1,5 @@
 """Result of a stage of a reproduction: rows for the table, and numbers."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -58,24 +57,6 @@ def row(
         over=over,
         differs=differs,
     )
-
-
-def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:
-    """Return mean and 95 % interval of it, by Student's t over the values."""
-    from scipy.stats import t
-
-    found = np.asarray(values, dtype=np.float64)
-    mean = float(found.mean())
-    if found.size < 2:
-        return mean, math.nan, math.nan
-    half = float(t.ppf(0.975, found.size - 1) * found.std(ddof=1) / math.sqrt(found.size))
-    return mean, mean - half, mean + half
-
-
-def mean_text(values: Sequence[float]) -> str:
-    """Write the mean of some shares [%], and its 95 % interval where it has one."""
-    mean, low, high = mean_interval(values)
-    return f"{mean:.0f} %" + ("" if math.isnan(low) else f" ({low:.0f} to {high:.0f})")
 
 
 def reductions(

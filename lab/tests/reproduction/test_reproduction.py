@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 
 from lab.tests.reproduction.tiny import SETTINGS, TinyBench
-from tendon_lab.reproduction.outcome import Outcome, mean_interval, row
+from tendon_lab.reproduction.outcome import Outcome, row
 from tendon_lab.reproduction.physical import starting_model
 from tendon_lab.reproduction.reproduction import MODELS, NotDone, Reproduction
 from tendon_lab.reproduction.reproduction_report import rows_table, write_report
@@ -213,10 +213,3 @@ def test_rows_show_the_papers_value_beside_ours() -> None:
     lines = rows_table(rows).splitlines()
     assert lines[2] == "| tip | a model | 8.61 mm | 2 mm (1 to 3) | 3 benches |  |"
     assert lines[3] == "| ramp | gap |  | 1 N | 1 bench | shown only |"
-
-
-def test_an_interval_is_students() -> None:
-    """Mean of 1, 2, 3 with t(0.975, 2) = 4.303 and a standard error of 1 / sqrt(3)."""
-    mean, low, high = mean_interval([1.0, 2.0, 3.0])
-    assert mean == 2.0
-    assert high - mean == mean - low == pytest.approx(4.3027 / 3.0**0.5, rel=1e-4)

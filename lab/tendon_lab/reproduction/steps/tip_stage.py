@@ -8,7 +8,7 @@ rad the ideal source opens the finger fully, as in the paper.
 from collections.abc import Mapping
 
 from tendon_lab.reproduction.closed_loop import replayed
-from tendon_lab.reproduction.outcome import Outcome, Row, mean_text, reductions, row
+from tendon_lab.reproduction.outcome import Outcome, Row, reductions, row
 from tendon_lab.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 
 SINES = {"open_sine": "about 0.2 rad", "closing_sine": "about pi/2"}
@@ -33,7 +33,6 @@ async def run(reproduction: Reproduction) -> Outcome:
     return Outcome(
         rows=tuple(r for kind in SINES for r in rows_of(kind, errors[kind])),
         numbers={"tip_error_mm": errors, "benches": [unit.name for unit in reproduction.units]},
-        text=reduction_text(errors),
     )
 
 
@@ -75,18 +74,3 @@ def rows_of(kind: str, errors: Mapping[str, list[float]]) -> list[Row]:
         for model in BEST
     ]
     return rows
-
-
-def reduction_text(errors: Errors) -> str:
-    """Return the reductions with intervals over the benches."""
-    lines = [
-        "Tip error below that of the better ideal source of the same bench: mean over the benches "
-        "and 95 % interval of that mean (Student's t).",
-        "",
-        f"| sinusoid | {' | '.join(MODELS[model] for model in BEST)} |",
-        f"|---{'|---' * len(BEST)}|",
-    ]
-    for kind, words in SINES.items():
-        less = reductions(errors[kind], IDEALS)
-        lines.append(f"| {words} | {' | '.join(mean_text(less[model]) for model in BEST)} |")
-    return "\n".join(lines)
