@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import hashlib
 import json
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -129,7 +128,7 @@ class Reproduction:
                 )
         write_json(path, inputs)
 
-    async def each(self, work: Work, items: Sequence[Any], *, keep: bool = True) -> list[Any]:
+    def each(self, work: Work, items: Sequence[Any], *, keep: bool = True) -> list[Any]:
         """Return what a function makes of this reproduction and each item, side by side.
 
         Args:
@@ -140,17 +139,17 @@ class Reproduction:
         Raises:
             NotDone: A result is not there, and this reproduction does no jobs.
         """
-        return await asyncio.gather(*(self._result(work, item, keep) for item in items))
+        begun = [self._begin(work, item, keep) for item in items]  # all, before one is waited for
+        return [result() for result in begun]
 
-    async def _result(self, work: Work, item: Any, keep: bool) -> Any:
-        """Return one result."""
+    def _begin(self, work: Work, item: Any, keep: bool) -> Callable[[], Any]:
+        """Begin a job whose result is not kept, and return what waits for the result."""
         path = self._result_file(work, item) if keep else None
         if path is not None and path.is_file():
-            return read_json(path, InvalidOutput, "a result is a JSON file")["result"]
+            return partial(result_in, path)
         if self.executor is None:
             raise NotDone
-        alone = replace(self, executor=None)
-        return await asyncio.wrap_future(self.executor.submit(done, work, alone, item, path))
+        return self.executor.submit(done, work, replace(self, executor=None), item, path).result
 
     def _result_file(self, work: Work, item: Any) -> Path:
         """Return where a result is kept."""
@@ -185,6 +184,11 @@ class Reproduction:
             write_model(beside, with_ideal(gain))  # other processes may make the same
             beside.replace(path)
         return load_model(path)
+
+
+def result_in(path: Path) -> Any:
+    """Return a result that an earlier run has kept."""
+    return read_json(path, InvalidOutput, "a result is a JSON file")["result"]
 
 
 def done(work: Work, reproduction: Reproduction, item: Any, path: Path | None) -> Any:

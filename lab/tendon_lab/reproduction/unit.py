@@ -66,12 +66,6 @@ class Unit:
             )
         return found[0]
 
-    def steps(self, bench: str | None = None) -> tuple[Recording, ...]:
-        """Return the paper's step trajectories, on all benches or on one."""
-        return tuple(
-            r for r in self.experiments if step_hold(r) is not None and bench in (None, r.bench)
-        )
-
 
 @lru_cache(maxsize=32)
 def dataset_of(folder: Path, sha256: str, *, require_train: bool = True) -> Dataset:
@@ -125,9 +119,3 @@ def representative(unit: Unit, seconds: float, kinds: int | None = None) -> Data
         train=tuple(beginning(r, seconds) for r in kept),
         test=tuple(beginning(r, 2.0 * seconds) for r in interleaved(test)[:3]),
     )
-
-
-def of_benches(dataset: Dataset, benches: Iterable[str]) -> Dataset:
-    """Return a dataset whose train recordings were made on some benches only."""
-    names = set(benches)
-    return replace(dataset, train=tuple(r for r in dataset.train if r.bench in names))

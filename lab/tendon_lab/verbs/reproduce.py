@@ -11,7 +11,7 @@ verbs. What is finished is not done again; the same seed gives the same numbers.
 The stages, with --only: recordings, diagnosis, networks, force, tip.
 Without --quick it takes hours on a few cores: ten benches, longer trainings. The paper's policies
 are a study of their own: python -m lab.studies.diagnosed_policies.
-With --jobs N, N processes do the jobs of all stages side by side.
+With --jobs N, N processes do the jobs of a stage side by side.
 
 On real recordings, one folder for each bench, with the test recordings named as here:
   tendon-newton reproduce --recordings bench_a bench_b --out reproduction
@@ -49,7 +49,7 @@ class ReproduceConfig:
     causes: Path | None = None
     """Model file whose causes are fitted to every bench; a diagnosis finds them unless given."""
     jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(default_factory=JobOptions)
-    """Where the jobs of all stages are done."""
+    """Where the jobs of each stage are done."""
 
 
 def main(config: ReproduceConfig) -> None:

@@ -9,10 +9,8 @@ from tendon_lab.reproduction.settings import find_settings
 from tendon_lab.reproduction.steps.diagnosis_stage import scope_text, sources
 from tendon_lab.reproduction.unit import (
     Unit,
-    beginning,
     interleaved,
     kind_of,
-    of_benches,
     representative,
 )
 from tendon_newton.errors import InvalidDataset
@@ -61,8 +59,6 @@ def test_recordings_of_a_plan_and_of_experiments_are_one_bench(unit: Unit) -> No
     """The sinusoid that dips below zero lies in another folder."""
     command = unit.find("finger", "open_sine").command
     assert float(command.min()) < -1.3
-    assert len(unit.steps()) == 3
-    assert [r.bench for r in unit.steps("spring_weak")] == ["spring_weak"]
     assert len(unit.sha256) == 64
 
 
@@ -70,14 +66,6 @@ def test_a_missing_experiment_is_named(unit: Unit) -> None:
     """The message says what a recording must be called."""
     with pytest.raises(InvalidDataset, match="named finger_stairs_0"):
         unit.find("finger", "stairs")
-
-
-def test_parts_are_what_their_names_say(unit: Unit) -> None:
-    """Other benches are left out; a beginning starts where its whole starts."""
-    assert {r.bench for r in of_benches(unit.dataset, ["finger"]).train} == {"finger"}
-    part = beginning(unit.dataset.train[0], 2.0)
-    assert part.sample_count == pytest.approx(160, abs=1)
-    assert part.time[0] == unit.dataset.train[0].time[0]
 
 
 def test_fits_of_physics_see_every_bench_and_nothing_blocked(unit: Unit) -> None:

@@ -1,6 +1,5 @@
 """The stages of a reproduction on a bench of two minutes."""
 
-import asyncio
 import json
 import shutil
 from collections.abc import Mapping
@@ -17,13 +16,12 @@ from tendon_lab.reproduction.reproduction import MODELS, NotDone, Reproduction
 from tendon_lab.reproduction.reproduction_report import rows_table, write_report
 from tendon_lab.reproduction.steps.stage_list import (
     REPRODUCTION_STAGES,
-    ReproductionStage,
     run_stages,
     with_needs,
 )
 from tendon_lab.reproduction.steps.tip_stage import SINES
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
-from tendon_newton.errors import InvalidDataset, InvalidOutput, UnknownName
+from tendon_newton.errors import InvalidOutput, UnknownName
 from tendon_newton.scheduler import InTurn, JobOptions, open_executor
 from tests.bad_input.damage import refusal
 
@@ -136,49 +134,23 @@ def test_an_interrupted_stage_goes_on_with_its_next_job(recorded: Path, tmp_path
     reproduction = Reproduction(
         settings=SETTINGS, out=tmp_path, folders=(recorded,), executor=InTurn()
     )
-    assert asyncio.run(reproduction.each(noted, ["a"])) == [["a", 1]]
-    assert asyncio.run(reproduction.each(noted, ["a", "b"])) == [["a", 1], ["b", 2]]
+    assert reproduction.each(noted, ["a"]) == [["a", 1]]
+    assert reproduction.each(noted, ["a", "b"]) == [["a", 1], ["b", 2]]
     with pytest.raises(NotDone):
-        asyncio.run(replace(reproduction, executor=None).each(noted, ["c"]))
+        replace(reproduction, executor=None).each(noted, ["c"])
 
 
 def test_jobs_simulate_on_the_cpu(tmp_path: Path) -> None:
     """Also where Warp would take a GPU by itself; afterwards it does so again."""
     before = str(wp.get_device())
     reproduction = Reproduction(settings=SETTINGS, out=tmp_path, executor=InTurn())
-    assert asyncio.run(reproduction.each(default_device, [0], keep=False)) == ["cpu"]
+    assert reproduction.each(default_device, [0], keep=False) == ["cpu"]
     assert str(wp.get_device()) == before
 
 
 def default_device(reproduction: Reproduction, item: int) -> str:
     """Return where Warp puts an array that is not told."""
     return str(wp.zeros(1, dtype=float).device)
-
-
-def test_a_stage_that_fails_takes_along_those_that_need_it_alone(tmp_path: Path) -> None:
-    """Others end and keep what they found; then the error is raised."""
-    ended: list[str] = []
-
-    def stage(name: str, *needs: str) -> ReproductionStage:
-        async def run(reproduction: Reproduction) -> Outcome:
-            if name == "bad":
-                raise InvalidDataset("no such recording")
-            await asyncio.sleep(0.0)
-            ended.append(name)
-            return Outcome()
-
-        return ReproductionStage(title=name, run=run, needs=needs)
-
-    stages = {
-        "recordings": stage("recordings"),
-        "bad": stage("bad"),
-        "lost": stage("lost", "bad"),
-        "good": stage("good"),
-    }
-    reproduction = Reproduction(settings=SETTINGS, out=tmp_path, executor=InTurn())
-    with pytest.raises(InvalidDataset, match="no such recording"):
-        run_stages(reproduction, (), stages)
-    assert ended == ["recordings", "good"]
 
 
 def noted(reproduction: Reproduction, name: str) -> tuple[str, int]:

@@ -15,14 +15,14 @@ from tendon_newton.diagnosis.result import write_diagnosis
 GIVEN = "The causes were given, and not looked for."
 
 
-async def run(reproduction: Reproduction) -> Outcome:
+def run(reproduction: Reproduction) -> Outcome:
     """Diagnose the first bench, and the others or their numbers."""
     settings, units = reproduction.settings, reproduction.units
     looked_at = range(len(units)) if settings.diagnoses_each_unit else range(1)
     if reproduction.causes is not None:
         looked_at = range(0)
-    found = await reproduction.each(diagnosed, looked_at)
-    models = await reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
+    found = reproduction.each(diagnosed, looked_at)
+    models = reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
     return Outcome(
         numbers={
             "passes": found[0] if found else [],

@@ -21,10 +21,10 @@ PAPER_CONTACT = {
 """The paper's Transformer on its ramps, free, half and fully blocked, and perturbed sine [N]."""
 
 
-async def run(reproduction: Reproduction) -> Outcome:
+def run(reproduction: Reproduction) -> Outcome:
     """Predict the test recordings of every bench; the first one with every kind."""
     kinds, units = reproduction.settings.kinds, reproduction.units
-    found = await reproduction.each(evaluated, range(len(units)))
+    found = reproduction.each(evaluated, range(len(units)))
     first = found[0]
     better = "the mean over three setups and holds of 1, 2 and 3 s"
     steps = [own["steps"][kinds[0]] for own in found]

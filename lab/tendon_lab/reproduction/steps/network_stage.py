@@ -17,7 +17,7 @@ The first kind is trained twice on every bench: along measured motion, and for t
 simulation."""
 
 
-async def run(reproduction: Reproduction) -> Outcome:
+def run(reproduction: Reproduction) -> Outcome:
     """Train what is missing: every kind on the first bench, one kind on the others."""
     kinds = reproduction.settings.kinds
     aims: tuple[Purpose, ...] = ("prediction", IN_LOOP)
@@ -28,7 +28,7 @@ async def run(reproduction: Reproduction) -> Outcome:
         for aim in (aims if kind == kinds[0] else aims[:1])
     ]
     numbers: dict[str, dict[str, Any]] = {unit.name: {} for unit in reproduction.units}
-    found = await reproduction.each(trained, items)
+    found = reproduction.each(trained, items)
     for (place, kind, aim), own in zip(items, found, strict=True):
         numbers[reproduction.units[place].name][f"{kind} {aim}"] = own
     return Outcome(numbers=numbers, text=TEXT)

@@ -6,11 +6,11 @@ from tendon_lab.reproduction.outcome import Outcome
 from tendon_lab.reproduction.reproduction import Reproduction
 
 
-async def run(reproduction: Reproduction) -> Outcome:
+def run(reproduction: Reproduction) -> Outcome:
     """Record what is missing and say what is there."""
     if reproduction.bench is not None and reproduction.is_virtual:
-        await reproduction.each(record, range(len(reproduction.settings.units)), keep=False)
-    found = await reproduction.each(minutes, range(len(reproduction.units)))
+        reproduction.each(record, range(len(reproduction.settings.units)), keep=False)
+    found = reproduction.each(minutes, range(len(reproduction.units)))
     numbers = {unit.name: own for unit, own in zip(reproduction.units, found, strict=True)}
     lines = ["| bench | train [min] | test [min] |", "|---|---|---|"]
     lines += [

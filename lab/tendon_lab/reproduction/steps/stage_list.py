@@ -1,7 +1,7 @@
 """The stages of a reproduction in their order: each one file and one line of a table."""
 
-import asyncio
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from tendon_lab.reproduction.outcome import Outcome
@@ -13,7 +13,7 @@ from tendon_lab.reproduction.steps import (
     recording_stage,
     tip_stage,
 )
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,8 +21,7 @@ class ReproductionStage:
     """One step of a reproduction."""
 
     title: str  # Heading in the report
-    run: Callable[[Reproduction], Awaitable[Outcome]]
-    """Waits for its jobs, and says what they have found."""
+    run: Callable[[Reproduction], Outcome]  # Does its jobs, and says what they have found
     needs: tuple[str, ...] = ()  # Stages whose files it reads
 
 
@@ -39,20 +38,12 @@ REPRODUCTION_STAGES: dict[str, ReproductionStage] = {
 }
 
 
-def run_stages(
-    reproduction: Reproduction,
-    only: Sequence[str] = (),
-    stages: Mapping[str, ReproductionStage] = REPRODUCTION_STAGES,
-) -> dict[str, Outcome]:
+def run_stages(reproduction: Reproduction, only: Sequence[str] = ()) -> dict[str, Outcome]:
     """Run stages and those that they need; of others, tell what an earlier run found.
-
-    Jobs of stages that do not need each other are under way at the same time; a stage that fails
-    takes along those that need it, and no others.
 
     Args:
         reproduction: What to run them on.
         only: Names of stages; all of them if none.
-        stages: All that there are; one stands behind those that it needs.
 
     Returns:
         What is there of every stage, in their order.
@@ -61,38 +52,18 @@ def run_stages(
         UnknownName: No such stage.
         InvalidOutput: The folder is another reproduction's.
     """
-    wanted = {RECORDINGS} | with_needs(only or tuple(stages), stages)
+    wanted = {RECORDINGS} | with_needs(only or tuple(REPRODUCTION_STAGES))
     reproduction.begin()
-    found = asyncio.run(settled(reproduction, wanted, stages))
-    return {name: outcome for name, outcome in found.items() if outcome is not None}
-
-
-async def settled(
-    reproduction: Reproduction, wanted: set[str], stages: Mapping[str, ReproductionStage]
-) -> dict[str, Outcome | None]:
-    """Return what every stage found; None where there is nothing and none is wanted."""
-    tasks: dict[str, asyncio.Task[Outcome | None]] = {}
-
-    async def settle(name: str) -> Outcome | None:
-        needs = [n for n in (RECORDINGS, *stages[name].needs) if n != name]
-        if None in await asyncio.gather(*(tasks[need] for need in needs)):
-            return None
+    found: dict[str, Outcome] = {}
+    for name, stage in REPRODUCTION_STAGES.items():
         own = reproduction if name in wanted else replace(reproduction, executor=None)
-        try:
-            outcome = await stages[name].run(own)
-        except NotDone:
-            return None
-        return outcome if name in wanted or outcome.numbers else None
-
-    for name in stages:
-        tasks[name] = asyncio.create_task(settle(name))
-    await asyncio.wait(tasks.values())  # all end before the first error is raised
-    return {name: task.result() for name, task in tasks.items()}
+        if found.keys() >= {*stage.needs}:
+            with suppress(NotDone):
+                found[name] = stage.run(own)
+    return found
 
 
-def with_needs(
-    names: Sequence[str], stages: Mapping[str, ReproductionStage] = REPRODUCTION_STAGES
-) -> set[str]:
+def with_needs(names: Sequence[str]) -> set[str]:
     """Return stages and all that they need.
 
     Raises:
@@ -100,7 +71,6 @@ def with_needs(
     """
     found: set[str] = set()
     for name in names:
-        if name not in stages:
-            raise unknown_name("stage", name, stages)
-        found |= {name} | with_needs(stages[name].needs, stages)
+        stage = look_up("stage", name, REPRODUCTION_STAGES)
+        found |= {name} | with_needs(stage.needs)
     return found

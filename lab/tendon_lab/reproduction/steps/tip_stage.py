@@ -7,7 +7,7 @@ rad the ideal source opens the finger fully, as in the paper.
 
 from collections.abc import Mapping
 
-from tendon_lab.reproduction.closed_loop import replayed
+from tendon_lab.reproduction.closed_loop import tip_errors_of
 from tendon_lab.reproduction.outcome import Outcome, Row, reductions, row
 from tendon_lab.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 
@@ -19,10 +19,10 @@ PAPER_REDUCTION = 41.0  # [%]
 Errors = dict[str, dict[str, list[float]]]  # Kind -> model -> tip error of each bench [mm]
 
 
-async def run(reproduction: Reproduction) -> Outcome:
+def run(reproduction: Reproduction) -> Outcome:
     """Replay both sinusoids with every model on every bench."""
     items = [(place, model) for place in range(len(reproduction.units)) for model in MODELS]
-    found = await reproduction.each(tip_errors, items)
+    found = reproduction.each(tip_errors, items)
     errors: Errors = {
         kind: {
             model: [own[kind] for (_, name), own in zip(items, found, strict=True) if name == model]
@@ -41,12 +41,12 @@ def tip_errors(reproduction: Reproduction, item: tuple[int, str]) -> dict[str, f
     place, model = item
     unit = reproduction.units[place]
     reproduction.tell(f"  {unit.name}: {model}")
-    runs = replayed(
+    errors = tip_errors_of(
         [unit.find("finger", kind) for kind in SINES],
         reproduction.model(unit, model),
         time_step=reproduction.settings.time_step,
     )
-    return {kind: 1.0e3 * run.tip_error for kind, run in zip(SINES, runs, strict=True)}
+    return {kind: 1.0e3 * error for kind, error in zip(SINES, errors, strict=True)}
 
 
 def rows_of(kind: str, errors: Mapping[str, list[float]]) -> list[Row]:
