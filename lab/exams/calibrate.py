@@ -4,7 +4,7 @@
 
 Every set of an exam is searched with a low price. What each cause that is named there is worth, on
 all rows and on parts left out, says at which prices it would go; the truth says whether it should.
-Writes DIR/worths.json, DIR/calibration.png and the table DIR/calibration.txt.
+Writes DIR/worths.json and the table DIR/calibration.txt.
 """
 
 import argparse
@@ -62,23 +62,6 @@ def table(worths: Sequence[dict[str, Any]], sets: int) -> Iterator[str]:
         yield f"{price:7.2f} {float(np.sum(false >= price)) / sets:20.3f} {kept:16.3f}"
 
 
-def draw(worths: Sequence[dict[str, Any]], sets: int, path: Path) -> None:
-    """Draw both curves."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.0, 3.2), layout="constrained")
-    axes = figure.subplots()
-    prices = np.geomspace(PRICES[0], 10.0, 200)
-    for true, label, count in ((False, "false names per set", sets), (True, "true names left", 0)):
-        values = np.array([w["worth"] for w in worths if w["true"] == true])
-        share = (values[:, None] >= prices).sum(axis=0) / max(1, count or values.size)
-        axes.plot(prices, share, label=label)
-    axes.set_xscale("log")
-    axes.set_xlabel("price of a number [nat per row]")
-    axes.legend()
-    figure.savefig(path, dpi=150)
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Search all sets of an exam and print the curve."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -101,7 +84,6 @@ def write(worths: Sequence[dict[str, Any]], sets: int, price: float, out: Path) 
     """Write what some sets gave; a run that breaks off leaves the curve of those before."""
     text = json.dumps({"sets": sets, "price": price, "worths": list(worths)}, indent=1)
     (out / "worths.json").write_text(text + "\n", encoding="utf-8")
-    draw(worths, sets, out / "calibration.png")
     lines = "\n".join(table(worths, sets))
     (out / "calibration.txt").write_text(lines + "\n", encoding="utf-8")
 

@@ -1,27 +1,14 @@
-"""Diagnoses of published logs of real servos."""
+"""A diagnosis of published logs of a real arm."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from lab.studies.so101_pairs import TOLD, split
-from tendon_lab.foreign_logs.bam import read_xl330
 from tendon_lab.foreign_logs.so101 import read_so101
-from tendon_newton.data.model_file import NamedValues
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.identification.study import Study
-
-MOTOR = {"torque_constant": 0.3998, "resistance": 3.596, "armature": 0.001296}
-
-FADING = (
-    NamedValues(name="load_dependent_friction", values={"coefficient": 0.3563}),
-    NamedValues(name="viscous_friction", values={"coefficient": 0.008167}),
-    NamedValues(name="torque_fade", values={"fade": 3.859, "time_constant": 0.7478}),
-)
-"""Fitted to the gains 100 and 800: the rotor's inertia acts before the gear, whose friction then
-sees less of it."""
 
 
 def data(shared: Path, name: str) -> Path:
@@ -67,18 +54,3 @@ def test_a_position_servo_is_explained_on_motions_that_no_fit_has_seen(
     told = Study(dataset.test, TOLD, ())
     (before,) = evaluate_models(told, [{}])
     assert diagnosis.extended.theta_rmse < (1.0 - least) * before.pooled().theta_rmse
-
-
-def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> None:
-    """Fitted to the gains 100 and 800 alone, it leaves 29.8 mrad at gain 200 (0.5: rounding).
-
-    The supply is the mean of its readings; with their ripple 32.6 mrad are left.
-    """
-    imported = read_xl330(data(shared, "xl330"))
-    held = [log.recording for log in imported.logs if log.conditions["kp"] == 200]
-    actuator = imported.model.actuator
-    motor = replace(actuator, values={**actuator.values, **MOTOR})
-    model = replace(imported.model, actuator=motor, effects=FADING)
-    study = Study(held, model, tuple(effect.name for effect in FADING))
-    (error,) = evaluate_models(study, [{}])
-    assert 1e3 * error.pooled().theta_mae == pytest.approx(29.8, abs=0.5)

@@ -1,4 +1,4 @@
-"""Force networks of every bench, or of a part of its recordings, trained and written as models."""
+"""Force networks of every bench, trained and written as models."""
 
 from pathlib import Path
 from typing import Any
@@ -6,7 +6,6 @@ from typing import Any
 from tendon_lab.reproduction.outcome import Outcome
 from tendon_lab.reproduction.physical import SPOOL_RADIUS
 from tendon_lab.reproduction.reproduction import Reproduction
-from tendon_lab.reproduction.unit import Unit
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_train.actuator.fitting.run import train_to_file
 from tendon_train.actuator.training_config import Kind, Purpose
@@ -35,22 +34,13 @@ def run(reproduction: Reproduction) -> Outcome:
 
 
 def trained(reproduction: Reproduction, item: tuple[int, Kind, Purpose]) -> dict[str, Any]:
-    """Train one network of a bench and return its numbers."""
-    place, kind, aim = item
-    return train(reproduction, reproduction.units[place], kind, aim)
+    """Train one network of a bench and return its numbers.
 
-
-def train(reproduction: Reproduction, unit: Unit, kind: Kind, aim: Purpose) -> dict[str, Any]:
-    """Train a network, write its model where a simulation is its aim, and return its numbers.
-
-    Args:
-        reproduction: Run with the settings.
-        unit: A bench, or a part of its recordings.
-        kind: Family of the network.
-        aim: Purpose of the network.
+    Where a simulation is its aim, its model is written too.
     """
+    place, kind, aim = item
+    unit, config = reproduction.units[place], reproduction.settings.training(kind, aim)
     folder = reproduction.folder("networks", unit.name)
-    config = reproduction.settings.training(kind, aim)
     reproduction.tell(f"  {unit.name}: {config.name}")
     exported = train_to_file(unit.dataset, config, folder, report=lambda progress: None)
     if aim == IN_LOOP:
