@@ -1,0 +1,1 @@
+"""What a better set would save: all sets of a few causes beside each answer."""
