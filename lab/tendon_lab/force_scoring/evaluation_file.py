@@ -7,7 +7,7 @@ from tendon_lab.force_scoring.compared_models import Compared
 from tendon_lab.force_scoring.force_evaluation import Evaluation, FamilyResult
 from tendon_train.actuator.training_config import SERVO_LIMIT
 
-SCHEMA = 2
+SCHEMA = 3
 
 
 def to_table(evaluation: Evaluation) -> dict[str, Any]:
