@@ -18,6 +18,8 @@ from lab.results.tables import TABLES, shown
 from lab.studies.comparison import bam
 from lab.studies.comparison.four_numbers import Grid, fitted, simulate
 from lab.studies.comparison.rows import alike, keep, of_bam, waits
+from lab.studies.comparison.settings import at_price
+from lab.studies.comparison.settings import table as settings_table
 from lab.studies.comparison.splits import Split
 from lab.studies.comparison.table import (
     OURS,
@@ -170,6 +172,18 @@ def test_a_fit_to_the_same_logs_is_looked_for_once(monkeypatch, tmp_path: Path) 
     assert found["says"] == "0 trials, not converged"
     keep(chosen.results, two, "bam m1", row)
     assert of_bam(one, "m1", Path("python"), chosen) == {**row, "held_out": 1.0}
+
+
+def test_another_setting_stands_beside_the_answer_on_the_same_fits() -> None:
+    """With how many answers name other causes; a fit that waits is not counted."""
+    answer = {"held_out": 30.0, "named": {"coulomb_friction": 1.0}}
+    other = {"held_out": 40.0, "named": {"viscous_friction": 1.0}}
+    results = {"xl330: a": {OURS: answer}, "xl330: b": {OURS: answer}, "xl330: c": {OURS: answer}}
+    made = {"xl330: a": {at_price(0.2): other}, "xl330: b": {at_price(0.05): answer}}
+    *_, cheap, usual, dear = settings_table(made, results).splitlines()
+    assert cheap == "| a price of 0.05 nat | 30.0 (30.0 to 30.0), 1 fits | 0 of 1 |"
+    assert usual == "| a price of 0.1 nat | 30.0 (30.0 to 30.0), 2 fits | 0 of 2 |"
+    assert dear == "| a price of 0.2 nat | 40.0 (40.0 to 40.0), 1 fits | 1 of 1 |"
 
 
 @pytest.mark.parametrize("name", TABLES)
