@@ -29,7 +29,7 @@ def exam(folder: Path, noisy: bool) -> Made:
     small_dataset(folder / "exam" / "one", noisy)
     (folder / "exam" / "truth").mkdir()
     effect = {"name": "viscous_friction", "parameters": {"coefficient": 0.8}}
-    truth = {"id": "one", "family": "single", "effects": [effect], "strength": {"ratio": 5.0}}
+    truth = {"id": "one", "family": "single", "effects": [effect]}
     (folder / "exam" / "truth" / "one.json").write_text(json.dumps(truth))
     said(["exam", folder / "exam", "--out", folder / "out", "--jobs", "1"])
     answer = json.loads((folder / "out" / "one" / "diagnosis.json").read_text())

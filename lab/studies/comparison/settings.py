@@ -13,9 +13,10 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
+from lab.results.cells import table as as_table
 from lab.studies.comparison.rows import IN_SIGHT, alike, diagnosed, keep, results_in, wanted
 from lab.studies.comparison.splits import splits_of
-from lab.studies.comparison.table import ARM, OURS, Results, as_table
+from lab.studies.comparison.table import ARM, OURS, Results
 from tendon_newton.diagnosis import diagnose
 from tendon_newton.diagnosis.search.decide.plain_models import PLAIN_MODELS
 from tendon_newton.diagnosis.search.rule import PRICE
@@ -61,15 +62,15 @@ def table(settings: Results, results: Results) -> str:
     keys = [key for key in settings if not key.startswith(ARM)]
     merged = {key: {at_price(PRICE): results[key][OURS], **settings[key]} for key in keys}
     servos = dict.fromkeys(key.split(":")[0] for key in keys)
-    lines = [["setting", *(f"{servo.upper()}: mean (range)" for servo in servos), "other causes"]]
-    lines.append(["---"] * len(lines[0]))
+    lines: list[list[str]] = []
     for setting in sorted(dict.fromkeys(s for rows in merged.values() for s in rows)):
         cells = [cell(merged, servo, setting) for servo in servos]
         changed = sum(names(rows[setting]) != names(rows[at_price(PRICE)])
                       for rows in merged.values() if setting in rows)  # fmt: skip
         made = sum(setting in rows for rows in merged.values())
         lines.append([setting, *cells, f"{changed} of {made}"])
-    return as_table(lines)
+    heads = ("setting", *(f"{servo.upper()}: mean (range)" for servo in servos), "other causes")
+    return as_table(heads, lines)
 
 
 def cell(merged: Results, servo: str, setting: str) -> str:

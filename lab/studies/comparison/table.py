@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import mean, median
 from typing import Any
 
 import numpy as np
+
+from lab.results.cells import table
 
 REPEATS, OURS, TOLD, ARM = "repeats", "ours, diagnosed", "told", "so101"
 LEVEL = 1.05  # Ratio of errors up to which two models are level
@@ -57,8 +59,7 @@ def errors(results: Results, keys: Sequence[str]) -> str:
     pairs = [key for key in keys if key not in single]
     splits = [key.split(": ")[1].removeprefix("test ") for key in single]
     means = [f"{len(pairs)} pairs, mean"] if pairs else []
-    lines = [["left out", *splits, *means, "numbers", "time"]]
-    lines.append(["---"] * len(lines[0]))
+    lines: list[list[str]] = []
     for row, words in named_rows(results, keys).items():
         found = next((results[key][row] for key in keys if row in results[key]), {})
         if row == REPEATS and not found:
@@ -69,10 +70,11 @@ def errors(results: Results, keys: Sequence[str]) -> str:
         left = [error(results, [key], row) for key in single]
         left += [error(results, pairs, row)] if pairs else []
         lines.append([words, *left, *cost])
+    text = table(("left out", *splits, *means, "numbers", "time"), lines)
     if (fits := distinct_fits(results, keys)) == len(keys):
-        return as_table(lines)
+        return text
     return (
-        f"{as_table(lines)}\n\nThe {len(keys)} splits are {fits} different fits: the others train "
+        f"{text}\n\nThe {len(keys)} splits are {fits} different fits: the others train "
         "on the same logs, and test on others."
     )
 
@@ -129,9 +131,8 @@ def ratios(results: Results) -> str:
     found = beside_rivals(results)
     if not found:
         return "No split has a diagnosis beside rivals yet."
-    lines = [["split", "diagnosed [mrad]", "best rival", "its error", "ratio", "named", "commit"]]
-    lines.append(["---"] * len(lines[0]))
-    lines += [
+    heads = ("split", "diagnosed [mrad]", "best rival", "its error", "ratio", "named", "commit")
+    lines = [
         [
             each.split, f"{each.ours['held_out']:.1f}", each.rival, f"{each.left:.1f}",
             f"{each.ratio:.2f}", str(each.ours["says"]), f"`{each.ours['commit'][:7]}`",
@@ -141,7 +142,7 @@ def ratios(results: Results) -> str:
     ]  # fmt: skip
     every = [each.ratio for each in found]
     return (
-        f"{as_table(lines)}\n\n{len(every)} splits; ratio: median {median(every):.2f}, "
+        f"{table(heads, lines)}\n\n{len(every)} splits; ratio: median {median(every):.2f}, "
         f"greatest {max(every):.2f}; {sum(ratio <= LEVEL for ratio in every)} at {LEVEL} or less."
     )
 
@@ -149,7 +150,7 @@ def ratios(results: Results) -> str:
 def shares_of_arm(results: Results) -> str:
     """Return what each model leaves of the squared error of a servo that is where it is told."""
     pairs = [rows for split, rows in results.items() if split.startswith(ARM) and OURS in rows]
-    lines = [["squared error that is left", "pooled", "each pair alike"], ["---"] * 3]
+    lines: list[list[str]] = []
     told = [rows[TOLD]["held_out"] ** 2 for rows in pairs]
     seen: list[list[float]] = []
     for row in (OURS, *(name for name in pairs[0] if name not in (OURS, TOLD))):
@@ -160,12 +161,8 @@ def shares_of_arm(results: Results) -> str:
         alike = mean(one / whole for one, whole in zip(left, told, strict=True))
         name = "four numbers, nothing stated" if row == "four numbers" else row
         lines.append([name, f"{sum(left) / sum(told):.3f}", f"{alike:.3f}"])
-    return f"{as_table(lines)}\n\n{len(pairs)} pairs; models without effect are left out."
-
-
-def as_table(lines: Iterable[Sequence[str]]) -> str:
-    """Return lines of cells as a Markdown table."""
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    text = table(("squared error that is left", "pooled", "each pair alike"), lines)
+    return f"{text}\n\n{len(pairs)} pairs; models without effect are left out."
 
 
 def error(results: Results, keys: Sequence[str], row: str) -> str:

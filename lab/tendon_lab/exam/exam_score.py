@@ -20,7 +20,6 @@ class Truth:
     effects: Mapping[str, Mapping[str, float]]  # True effects with their parameters
     outside: tuple[str, ...]  # Causes that no effect of the catalogue describes
     near: tuple[str, ...]  # Effects that imitate them so well that naming them is no mistake
-    strength: float  # Change of the held-out force, in noise floors
     weak: bool  # Whether the cause is too weak to be expected
     oracle: Mapping[str, tuple[float, float]] = field(
         default_factory=dict[str, tuple[float, float]]

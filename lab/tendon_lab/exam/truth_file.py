@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from tendon_lab.exam.exam_score import Family, Truth
-from tendon_newton.data.files.checked_table import CheckedTable, read_checked
+from tendon_newton.data.files.checked_table import read_checked
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_table
 from tendon_newton.errors import InvalidDataset, listed
@@ -32,16 +32,9 @@ def read_truth(path: Path) -> Truth:
         effects={row.word("name"): row.numbers("parameters") for row in table.tables("effects")},
         outside=tuple(cause.word("name") for cause in outside),
         near=tuple(name for cause in outside if "near" in cause for name in cause.words("near")),
-        strength=read_strength(table),
         weak=table.values.get("weak") is True,
         oracle=read_oracle(table.values),
     )
-
-
-def read_strength(table: CheckedTable) -> float:
-    """Return the change of the held-out force [noise floors]; 0 where the truth does not say."""
-    strength = table.table("strength") if "strength" in table else None
-    return strength.number("ratio") if strength is not None and "ratio" in strength else 0.0
 
 
 def read_oracle(table: Mapping[str, Any]) -> dict[str, tuple[float, float]]:

@@ -7,14 +7,13 @@ from tendon_lab.exam.exam_score import Family, Mark, Truth, judge
 ORACLE = {"force_rmse": (1.0, 0.1), "theta_rmse": (0.1, 0.01)}
 
 
-def truth(name: str, family: Family, *effects: str, strength: float = 5.0, **more: Any) -> Truth:
+def truth(name: str, family: Family, *effects: str, **more: Any) -> Truth:
     """A truth whose effects all have one parameter of size 2."""
     settled: dict[str, Any] = {"outside": (), "near": (), "weak": False, "oracle": ORACLE, **more}
     return Truth(
         id=name,
         family=family,
         effects={effect: {"size": 2.0} for effect in effects},
-        strength=strength,
         **settled,
     )
 
@@ -43,10 +42,10 @@ def marks() -> list[Mark]:
         (truth("a", "single", "command_delay"), answer("explained", ("command_delay",))),
         (truth("b", "single", "command_delay"), answer("explained", ("actuator_lag",), rmse=0.5)),
         (
-            truth("c", "single", "actuator_lag", strength=20.0),
+            truth("c", "single", "actuator_lag"),
             answer("explained", ("command_delay", "actuator_lag")),
         ),
-        (truth("d", "single", "tendon_slack", strength=0.6), answer("no_gap", rmse=1.0)),
+        (truth("d", "single", "tendon_slack"), answer("no_gap", rmse=1.0)),
         (
             truth("e", "pair", "gain_error", "tendon_slack"),
             answer("explained", ("tendon_slack",), ("gain_error",)),

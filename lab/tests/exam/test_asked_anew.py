@@ -15,7 +15,7 @@ def test_an_exam_asks_anew_what_has_changed(tmp_path: Path, monkeypatch) -> None
     exam, out = tmp_path / "exam", tmp_path / "out"
     data = small_dataset(exam / "one")
     (exam / "truth").mkdir()
-    truth = {"id": "one", "family": "clean", "effects": [], "strength": {"ratio": 0.0}}
+    truth = {"id": "one", "family": "clean", "effects": []}
     (exam / "truth" / "one.json").write_text(json.dumps(truth))
     asked: list[str] = []
 

@@ -17,7 +17,6 @@ TRUTH: dict[str, Any] = {
     "family": "single",
     "effects": [{"name": "viscous_friction", "parameters": {"coefficient": 1.5}}],
     "outside": [],
-    "strength": {"ratio": 3.0},
     "weak": False,
 }
 
@@ -80,7 +79,6 @@ CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "words for causes outside": (truth(outside=["magic"]), ("outside must be a list of objects",)),
     "numbers for what imitates": (truth(outside=[{"name": "magic", "near": [1]}]),
         ("outside[0]: near must be a list of names; it is [1]",)),
-    "a word for a strength": (truth(strength="strong"), ("strength must be an object",)),
 }  # fmt: skip
 
 
