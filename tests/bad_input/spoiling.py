@@ -111,11 +111,7 @@ def without(table: Any, key: Any) -> Any:
 
 
 def table_changer(table: Any, dump: Callable[[Any], str]) -> Change:
-    """Return a change of the values of a table, which is then written; of its text at times.
-
-    Args:
-        dump: Writes it; what it cannot write stays as it was.
-    """
+    """Return a change of the values of a table, which is then written; of its text at times."""
 
     def change(content: bytes, rng: Random) -> bytes:
         spoilt = table

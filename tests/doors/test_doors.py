@@ -68,10 +68,7 @@ MENDED = (*READ, "the encoder's seam inside the range", "rows out of order", "th
 
 @pytest.mark.parametrize("name", MENDED)
 def test_what_mend_leaves_is_the_sound_log(name: str, tmp_path: Path) -> None:
-    """Rows that stay have angle and command of the log before its mistake.
-
-    A wrong reading nearer to the motion than some paces of two rows is not seen.
-    """
+    """Rows that stay have angle and command of the log before its mistake."""
     (mistake,) = (mistake for mistake in EVERY if mistake.name == name)
     words = csv_logs()(tmp_path, spoiled_runs(mistake))
     assert main([*words, "--mend", "--test", "file=run_1"]) == 0

@@ -158,10 +158,7 @@ def test_what_the_page_tells_of_a_sine_is_what_a_user_finds(
 
 @pytest.mark.parametrize("way", ["model.xml alone", "tendon_step.py"])
 def test_a_string_that_pushes_is_told_with_its_force(way, tmp_path) -> None:
-    """In the file alone that of a servo that pays out pushes with up to twice its friction.
-
-    What lets a string go loose says nothing.
-    """
+    """In the file alone that of a servo that pays out pushes with up to twice its friction."""
     model = model_of("spring_weak", "ideal", "coulomb_friction")
     mechanism = bench_of("spring_weak", model)
     exported = EXPORTS["mujoco"].write(tmp_path, mechanism, model)

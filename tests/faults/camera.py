@@ -42,12 +42,7 @@ class CameraFault:
 
 
 class ScriptedBench:
-    """A clock, and a stream of lines about a ball that lies in its cup.
-
-    Args:
-        begin: The instant [s].
-        rng: Makes the camera's noise.
-    """
+    """A clock, and a stream of lines about a ball that lies in its cup."""
 
     name = "a script"
 

@@ -31,11 +31,7 @@ def moments(number: int) -> list[float]:
 
 
 class Spoilt:
-    """A policy that goes bad when it is told to.
-
-    Args:
-        calm: Whether it does nothing before.
-    """
+    """A policy that goes bad when it is told to."""
 
     def __init__(self, act: Callable[[], Any], *, calm: bool = False) -> None:
         self.act = act

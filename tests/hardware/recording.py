@@ -19,11 +19,7 @@ from tests.hardware.silent_operator import SilentOperator
 
 
 class Watcher(SilentOperator):
-    """An operator who does something once a run has come far enough.
-
-    Args:
-        after: Time since the run's first row [s].
-    """
+    """An operator who does something once a run has come far enough."""
 
     def __init__(self, after: float = 0.0, act: Callable[[], None] | None = None) -> None:
         super().__init__()

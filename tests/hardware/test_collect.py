@@ -153,10 +153,7 @@ def test_every_plan_can_be_recorded(name: str) -> None:
 
 
 def test_a_plan_becomes_a_dataset(tmp_path, capsys, monkeypatch) -> None:
-    """One command records all benches; the folder loads as contract and layout promise.
-
-    Runs of 2 s; those of the plan itself are recorded where the README's commands are tried.
-    """
+    """One command records all benches; the folder loads as contract and layout promise."""
     short = tuple(replace(run, duration=2.0) for run in find_plan("quick"))
     monkeypatch.setitem(PLANS, "quick", lambda: short)
     words = ["collect", "--plan", "quick", "--port", "virtual", "--faster-than-real-time"]
@@ -259,10 +256,7 @@ def test_a_command_comes_before_the_reading_that_follows_it(tmp_path: Path, rate
 
 
 def test_forces_are_near_the_truth(tmp_path: Path) -> None:
-    """Raw counts and a calibration made with hung masses give the plant's own tension.
-
-    The finger rests against its springs at the end, where tension no longer changes.
-    """
+    """Raw counts and a calibration made with hung masses give the plant's own tension."""
     trial = Trial(path=tmp_path / "run.mcap", duration=6.0, excitation="steps_held_3s")
     trial.record()
     log = trial.recording()

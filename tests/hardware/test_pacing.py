@@ -12,11 +12,7 @@ from tendon_hardware.pacing import Ticker
 
 
 class ModelClock:
-    """A clock that is told how late it wakes.
-
-    Args:
-        lateness: Of each waking [s], again and again.
-    """
+    """A clock that is told how late it wakes."""
 
     def __init__(self, lateness: tuple[float, ...] = (0.0,)) -> None:
         self.time = 100.0

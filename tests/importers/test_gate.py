@@ -45,12 +45,7 @@ class Logs:
 
 
 def run(seed: int, away: float = 0.0, scale: float = 1.0, rests: int = 60) -> dict[str, Array]:
-    """Return a run of steps: a lag of 50 ms towards the friction-free rest of each command.
-
-    Args:
-        away: How far the first rows are from that rest [rad].
-        rests: How many of them stay there.
-    """
+    """Return a run of steps: a lag of 50 ms towards the friction-free rest of each command."""
     rest = rest_of("finger", BenchOverrides(), None)
     assert rest is not None
     asked = scale * np.array([rest.angle_under(c, GAIN) for c in STEPS])

@@ -29,11 +29,7 @@ def imported(source: Path, out: Path, joint: str) -> Dataset:
 
 @pytest.mark.parametrize("fixed", [True, False])
 def test_a_joint_comes_back_episode_by_episode(tmp_path: Path, *, fixed: bool) -> None:
-    """An episode that goes on in the next file is one recording; command and angle are its own.
-
-    A gripper in percent beside joints in radians is left out, and no unit is asked for. Episode
-    and joint are conditions of the report, and the source has a digest.
-    """
+    """An episode that goes on in the next file is one recording; command and angle are its own."""
     source = lerobot_dataset(tmp_path / "arm", fixed=fixed)
     loaded = imported(source, tmp_path / "out", "elbow_flex")
     names = [f"elbow_flex_episode_00{k}.csv" for k in range(3)]

@@ -44,10 +44,7 @@ def run_of(
     speed: float = 0.0,
     **more: Any,
 ) -> Recording:
-    """Return a recording that holds commands [rad], one per row and tendon.
-
-    Angle and speed are its first row's.
-    """
+    """Return a recording that holds commands [rad], one per row and tendon."""
     commands = np.asarray(command, dtype=np.float64)
     commands = commands.reshape(len(commands), -1)
     count, tendons = commands.shape
@@ -71,10 +68,7 @@ def run_of(
 
 
 def led(path: Array, load: Array, *, bench: str = "spring_weak", rate: float = ROWS) -> Recording:
-    """Return a recording of a shaft led along a path [rad] under loads [N], a row each.
-
-    What was measured beside them is blank.
-    """
+    """Return a recording of a shaft led along a path [rad] under loads [N], a row each."""
     blank = np.zeros(len(path))
     return Recording(
         name="led",
@@ -102,10 +96,7 @@ def simulate(
     mechanism: Mechanism | None = None,
     joint_friction: Sequence[float] | None = None,
 ) -> list[Trajectory]:
-    """Run one bench's recordings with our solver.
-
-    Joint friction [N m] as the asset would give it.
-    """
+    """Run one bench's recordings with our solver."""
     rollout = Rollout(
         mechanism or load_mechanism(recordings[0].bench),
         recordings,
@@ -148,11 +139,7 @@ def follow(
 
 
 def replayed(step: Callable[[], None]) -> Callable[[], None]:
-    """Return a step that Python launches once; from then on a graph on the CPU does the same.
-
-    Args:
-        step: What launches kernels, on the same arrays every time, and reads nothing back.
-    """
+    """Return a step that Python launches once; from then on a graph on the CPU does the same."""
     graphs: list[Any] = []
 
     def again() -> None:

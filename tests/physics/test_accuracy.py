@@ -86,10 +86,7 @@ SMOOTH = {
 
 @pytest.mark.parametrize("case", SMOOTH)
 def test_error_falls_with_the_square_of_the_step(case: str) -> None:
-    """Between events the scheme is of second order.
-
-    With friction that slides and with internal states.
-    """
+    """Between events the scheme is of second order."""
     effects, duration = SMOOTH[case]
     errors = [closing_error(effects, duration, step) for step in STEPS]
     order = np.polyfit(np.log(STEPS), np.log(errors), 1)[0]
@@ -168,10 +165,7 @@ def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -
 # alone; the hand is four of the routed fingers, and its twelve joints take a compiler minutes
 @pytest.mark.parametrize("name", WITHOUT_HANDS)
 def test_every_asset_moves_alike(name: str) -> None:
-    """Without friction the trajectories agree to 1 % of the motion.
-
-    MuJoCo's first-order steps leave about 0.2 %.
-    """
+    """Without friction the trajectories agree to 1 % of the motion."""
     lower, upper = COMMANDS.get(name, (0.5, 2.5))
     assert disagreement(load_mechanism(name), name, lower, upper) < 0.01
 
@@ -201,10 +195,7 @@ def alone(name: str) -> Mechanism:
 
 
 def rounded(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism whose ranges are float32, as Newton's model has them.
-
-    An end stop of 30 N m/rad makes 1e-6 N m of the difference.
-    """
+    """Return a mechanism whose ranges are float32, as Newton's model has them."""
     joints = tuple(
         replace(joint, limits=(float(np.float32(low)), float(np.float32(high))))
         for joint in mechanism.joints

@@ -105,10 +105,7 @@ FRICTION = np.array([1.0e-3, 5.0e-4])  # N m
 
 
 def test_tendon_work_is_energy_gained_plus_heat() -> None:
-    """Work of the tension at the load cell = change of energy + damping + joint friction.
-
-    Along a smooth command.
-    """
+    """Work of the tension at the load cell = change of energy + damping + joint friction."""
     model = build_model(load_mechanism("finger"), 1, device="cpu")
     model.joint_friction.assign(FRICTION.astype(np.float32))
     solver = TendonSolver(

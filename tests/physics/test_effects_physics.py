@@ -43,10 +43,7 @@ def test_a_delay_between_rows_acts_between_rows() -> None:
 
 @pytest.mark.parametrize(("scale", "most"), [(1.0, 2e-3), (1.13, 3e-3)])
 def test_a_delayed_command_divides_a_substep(scale: float, most: float) -> None:
-    """Steps of 2 ms err by 2 mrad where a finger jumps; a mean command would err by 69.
-
-    A clock that is off makes substeps longer.
-    """
+    """Steps of 2 ms err by 2 mrad where a finger jumps; a mean command would err by 69."""
     command = np.repeat([0.3, 5.0, 1.0, 3.5], 40)
     effects = {"command_delay": {"delay": 0.0207}, "sample_period_error": {"scale": scale}}
     coarse, fine = (

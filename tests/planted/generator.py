@@ -73,11 +73,7 @@ class Recipe:
 
 
 def make_dataset(out: Path, recipe: Recipe) -> Truth:
-    """Write recordings, ``dataset.toml`` and ``model.toml`` of a plant with a hidden cause.
-
-    Raises:
-        UnknownName: The recipe asks for a cause that there is not.
-    """
+    """Write recordings, ``dataset.toml`` and ``model.toml`` of a plant with a hidden cause."""
     for name in recipe.effects:
         if name not in DRAWS:
             raise unknown_name("cause", name, DRAWS)

@@ -84,10 +84,7 @@ def draw_run(
 
 
 def joint_encoders(motion: Motion, run: Run) -> Array:
-    """Joints from where each began: angles of 14 bits a turn (T, 2), places of 1 um (T, 1).
-
-    Late ones read a curve through the rows that does not overshoot.
-    """
+    """Joints from where each began: angles of 14 bits a turn (T, 2), places of 1 um (T, 1)."""
     turns = motion.tip is not None
     step, place = (
         (JOINT_STEP, motion.coordinates) if turns else (SLIDE_STEP, motion.coordinates[:, :1])

@@ -60,10 +60,7 @@ QUICK = "coulomb_friction"
     [QUICK, *(pytest.param(c, marks=pytest.mark.slow) for c in (*EFFECTS, *OUTSIDE) if c != QUICK)],
 )
 def test_every_cause_stands_out_of_the_noise(cause: str, tmp_path: Path) -> None:
-    """Held-out force or angle moves by several floors; the folder does not say why.
-
-    `test_diagnosis` plants every effect whenever tests run, and finds each.
-    """
+    """Held-out force or angle moves by several floors; the folder does not say why."""
     mix = MIX_OF.get(cause, "A")
     recipe = Recipe(effects=(cause,), seed=5, mix=mix, duration=(6.0, 7.0))
     truth = make_dataset(tmp_path, recipe)

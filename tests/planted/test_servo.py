@@ -99,10 +99,7 @@ def test_a_loaded_gear_keeps_a_share_of_what_presses_its_teeth(rate: float) -> N
 
 
 def test_gear_and_guide_stick_each_on_its_own() -> None:
-    """A hand moves the slider: the string stretches through its guides, the gear stays stuck.
-
-    One state for both would hold or free them together.
-    """
+    """A hand moves the slider: the string stretches through its guides, the gear stays stuck."""
     time = rows(1.0)
     causes = Causes(compliance=1.0 / 3e3, coulomb=6.0, routing=0.1, bristle=2e-7)
     made = Run(

@@ -61,13 +61,7 @@ def run(
 
 
 def step_response(time: Array, natural: float, decay: float) -> Array:
-    """Damped oscillator after a step at t = 0, from 0 to 1 [1].
-
-    Args:
-        time: Instants [s]; before 0 it rests.
-        natural: Its undamped angular frequency [rad/s].
-        decay: Half its damping over its mass [1/s].
-    """
+    """Damped oscillator after a step at t = 0, from 0 to 1 [1]."""
     root = np.sqrt(complex(decay**2 - natural**2))
     after = np.maximum(time, 0.0)
     slow, fast = np.exp((root - decay) * after), np.exp((-root - decay) * after)

@@ -164,10 +164,7 @@ def sets_of(*shares: tuple[tuple[str, str, float], float]) -> Posterior:
 def write_open_sets(
     folder: Path, *causes: tuple[str, str, float], weights: tuple[float, ...] = ()
 ) -> None:
-    """Write a diagnosis that names the first cause and leaves sets with the others open.
-
-    Without weights the sets are equally likely; sets beyond so many weights are not written.
-    """
+    """Write a diagnosis that names the first cause and leaves sets with the others open."""
     names = [name for name, *_ in causes]
     table = {
         "schema": 1,

@@ -47,12 +47,7 @@ def closing(sample: np.ndarray) -> float:
 
 
 class Disturbed:
-    """A pilot in whose step something happens once the run has come far enough.
-
-    Args:
-        instant: When, on the bench's clock [s].
-        often: Whether in every step from then on.
-    """
+    """A pilot in whose step something happens once the run has come far enough."""
 
     def __init__(
         self, inner: Pilot, instant: float, act: Callable[[], None], *, often: bool = False

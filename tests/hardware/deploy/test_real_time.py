@@ -14,10 +14,7 @@ from tests.interpreters import run_without
 
 
 def test_five_seconds_under_packet_loss(tmp_path: Path) -> None:
-    """With 1 % of the answers lost the loop keeps its rate and the run its length.
-
-    Ticks that the scheduler of a busy machine takes are counted apart.
-    """
+    """With 1 % of the answers lost the loop keeps its rate and the run its length."""
     for attempt in range(ATTEMPTS):
         flight = Flight(
             path=tmp_path / f"{attempt}.mcap",

@@ -41,10 +41,7 @@ def test_every_rule_of_the_table_is_broken_here() -> None:
 
 
 def test_a_hold_keeps_the_command_and_ends_with_its_cause(tmp_path: Path) -> None:
-    """While the load cell is silent the command stays; when it is back the policy goes on.
-
-    What the policy then sees of its own actions are those that were applied.
-    """
+    """While the load cell is silent the command stays; when it is back the policy goes on."""
     flight = CASES["a silent load cell"].flight(0.5)
     flight.path = tmp_path / "run.mcap"
     outcome = flight.fly()

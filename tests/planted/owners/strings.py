@@ -37,11 +37,7 @@ def crossing(way: Crossing, turn: Array) -> Array:
 
 
 class Strings:
-    """How much string the joints take up, and their moment arms, from a table of angles.
-
-    Args:
-        paths: Of each string its ways past the joints, S strings of J.
-    """
+    """How much string the joints take up, and their moment arms, from a table of angles."""
 
     def __init__(self, paths: Sequence[Sequence[Crossing]]) -> None:
         self.start, self.width = -0.3, 1e-3

@@ -104,10 +104,7 @@ def test_the_same_seed_gives_the_same_network(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("of_set", ["paper", "authors"])
 def test_an_interrupted_training_goes_on_as_if_it_had_not_been(tmp_path: Path, of_set: str) -> None:
-    """Interrupted after an epoch and taken up again, it ends with the same weights, bit for bit.
-
-    Also where dropout draws numbers.
-    """
+    """Interrupted after an epoch and taken up again, it ends with the same weights, bit for bit."""
     config = replace(FEW, network="transformer", set=of_set, windows_per_epoch=512)
     whole = weights_of(config, tmp_path / "whole.checkpoint")
 

@@ -155,10 +155,7 @@ def test_a_card_of_two_servos_says_what_each_may_do(antagonist, exported) -> Non
 
 
 def test_a_policy_of_two_servos_is_deployed_on_its_bench(exported, tmp_path, capsys) -> None:
-    """A policy of seconds drives both servos of the virtual bench up its stairs.
-
-    Its log gives the same actions again.
-    """
+    """A policy of seconds drives both servos of the virtual bench up its stairs."""
     words = ["--policy", str(exported.onnx), "--out", str(tmp_path)]
     bench = ["--port", "virtual:finger_antagonist", "--faster-than-real-time"]
     assert main(["deploy", *words, *bench, "--goals", "stairs", "--duration", "9"]) == 0
