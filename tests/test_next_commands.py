@@ -1,8 +1,5 @@
 """Every command that a verb prints at its end is typed, and so is what that one prints."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
 
 from tests.doors.logs import Columns, csv_logs, lerobot, lone, own_dataset, sound
@@ -39,12 +36,7 @@ def failed_runs() -> list[Columns]:
     ],
     ids=["logs", "lerobot", "failed reads", "policy"],
 )
-def test_what_is_printed_last_can_be_typed(
-    start: Callable[[Path], list[str]],
-    verbs: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_is_printed_last_can_be_typed(start, verbs, tmp_path, monkeypatch) -> None:
     """From a first command to the end of all that follow, as they stand."""
     monkeypatch.chdir(tmp_path)
     assert walk(start(tmp_path)) == verbs

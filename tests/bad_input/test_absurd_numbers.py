@@ -51,9 +51,7 @@ def test_a_home_that_cannot_be_written_is_told_with_the_mend() -> None:
     assert "set WARP_CACHE_PATH to a folder that can be written" in last
 
 
-def test_a_cache_that_cannot_be_written_is_told_before_anything_compiles(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_cache_that_cannot_be_written_is_told_before_anything_compiles(monkeypatch) -> None:
     """Of a place in which even root makes no folder."""
     wp.init()
     monkeypatch.setattr(wp.config, "kernel_cache_dir", "/proc/gone")

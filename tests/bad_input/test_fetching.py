@@ -82,9 +82,7 @@ FORMS = {
 
 @pytest.mark.parametrize("name", AWAY)
 @pytest.mark.parametrize("form", FORMS)
-def test_a_robot_that_names_what_lies_elsewhere_is_refused(
-    form: str, name: str, server: Server, tmp_path: Path
-) -> None:
+def test_a_robot_that_names_what_lies_elsewhere_is_refused(form, name, server, tmp_path) -> None:
     """Before any library sees it, and nothing is asked of another computer."""
     path = tmp_path / f"arm.{'urdf' if form.startswith('urdf') else 'xml'}"
     path.write_text(FORMS[form](name.format(server.address)))
@@ -102,9 +100,7 @@ def test_a_robot_that_names_what_lies_elsewhere_is_refused(
         ("xml", mjcf_with("middle.stl").replace("<compiler", '<compiler meshdir="assets"')),
     ],
 )
-def test_a_robot_with_meshes_comes_in_without_them(
-    ending: str, text: str, tmp_path: Path, capsys
-) -> None:
+def test_a_robot_with_meshes_comes_in_without_them(ending, text, tmp_path, capsys) -> None:
     """Joints and inertias are those of the file without any; one line says what was left out."""
     (tmp_path / f"with.{ending}").write_text(text)
     (tmp_path / f"without.{ending}").write_text(URDF if ending == "urdf" else MJCF)
@@ -162,9 +158,7 @@ def test_files_that_include_each_other_many_times_are_bounded(doubled: int, tmp_
         ('lower="0"', 'lower="nan"', "<limit lower> must be numbers"),
     ],
 )
-def test_a_joint_whose_numbers_are_none_is_refused(
-    old: str, new: str, said: str, tmp_path: Path
-) -> None:
+def test_a_joint_whose_numbers_are_none_is_refused(old, new, said, tmp_path) -> None:
     """The joint and what is wrong with it, in place of an error of our own."""
     (tmp_path / "a.urdf").write_text(URDF.replace(old, new, 1))
     with pytest.raises(InvalidAsset, match=said):

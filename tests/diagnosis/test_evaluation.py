@@ -59,9 +59,7 @@ def squares(theta: float) -> SquaredErrors:
     ("without", "plain", "doubted"),
     [(5e-3, 5e-3, False), (2e-3, 5e-3, True), (5e-3, 2.6e-3, False), (5e-3, 2.4e-3, True)],
 )
-def test_held_out_recordings_may_contradict_an_answer(
-    without: float, plain: float, doubted: bool
-) -> None:
+def test_held_out_recordings_may_contradict_an_answer(without, plain, doubted) -> None:
     """Of 50 mrad 5 are left: fewer without a cause, or less than half under a plain model."""
     before, after = squares(50e-3), squares(5e-3)
     others = [squares(without)], [squares(plain)]

@@ -136,9 +136,7 @@ def test_a_number_at_which_a_joint_rests_is_a_reading() -> None:
 
 
 @pytest.mark.parametrize(("hold", "rate", "most"), [(128, 0.4, np.inf), (40, 1.8, 0.5)])
-def test_a_motor_that_is_too_slow_for_its_goals_has_them(
-    hold: int, rate: float, most: float
-) -> None:
+def test_a_motor_that_is_too_slow_for_its_goals_has_them(hold, rate, most) -> None:
     """It goes half of the way, or reaches no goal: its speed is like them, and its angle is not."""
     time = np.arange(640) / 80.0
     goal = np.repeat(np.random.default_rng(11).uniform(-2.2, 2.2, 640 // hold), hold)

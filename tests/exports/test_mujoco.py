@@ -117,9 +117,7 @@ def test_a_jump_is_read_on_the_side_on_which_the_tendon_then_slides(friction, tm
         ("spring_weak", ()),
     ],
 )
-def test_a_rotor_in_the_file_alone_turns_as_ours(
-    bench: str, effects: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_a_rotor_in_the_file_alone_turns_as_ours(bench, effects, tmp_path) -> None:
     """A DC motor gives force both ways, so that it pays its string out as fast as ours."""
     found = strays(tmp_path, "mujoco", ALONE, bench, "pwm_servo", *effects)
     assert found.angle < ANGLE

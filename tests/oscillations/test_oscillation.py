@@ -89,9 +89,7 @@ def test_what_follows_a_swinging_command_does_not_shake(rng: np.random.Generator
 
 
 @pytest.mark.parametrize("made", ["harmonic", "late readings", "counts", "another joint"])
-def test_what_is_made_of_a_commanded_motion_does_not_shake(
-    made: str, rng: np.random.Generator
-) -> None:
+def test_what_is_made_of_a_commanded_motion_does_not_shake(made, rng) -> None:
     """A cut swing has harmonics, late rows jump with the speed, a count flickers, an arm loads."""
     time = ROW * np.arange(2000, dtype=np.float64)
     swing: Array = 0.5 * np.sin(2.0 * np.pi * 0.5 * time)
@@ -135,9 +133,7 @@ def test_a_goal_that_stays_is_no_limit_of_a_policy() -> None:
         assert cut_policy(log, 3.0, np.ones(2000, dtype=np.bool_)) is None
 
 
-def test_a_servo_with_play_is_found_in_a_log_that_begins_amid_its_motion(
-    rng: np.random.Generator,
-) -> None:
+def test_a_servo_with_play_is_found_in_a_log_that_begins_amid_its_motion(rng) -> None:
     """Where and how fast a joint is within its play when a log begins is not told by the log."""
     numbers = {"delay": 0.01, "pull": 150.0, "damping": 18.0, "limit": 1.0, "sticking": 1e-4,
                "sliding": 0.5, "play": 0.08, "fading": 0.5, "integral": 1e-3}  # fmt: skip
@@ -181,9 +177,7 @@ def test_a_policy_is_found_by_what_no_earlier_reading_foretells(rng: np.random.G
     assert found.late == 0
 
 
-def test_the_verb_says_so(
-    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_verb_says_so(tmp_path, rng, capsys) -> None:
     """Exit code 1 with a cause; a sound log ends with 0, one without commands with an error.
 
     The phase of the loop, with 33 ms of lag and 6 ms of delay, is -180 deg at 11 Hz.
@@ -207,9 +201,7 @@ def test_the_verb_says_so(
     assert main(["oscillation", str(tmp_path / "nowhere.csv")]) == 2
 
 
-def test_logs_of_others_are_read_by_what_is_looked_at(
-    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_logs_of_others_are_read_by_what_is_looked_at(tmp_path, rng, capsys) -> None:
     """A mapping needs no speed, a current that is none stops nothing, a pause ends a part.
 
     Without a mapping the message says that one is needed.

@@ -99,9 +99,7 @@ def test_nothing_wears_and_cannot_tell_are_two_answers(rng: np.random.Generator)
     assert set(TRENDS) <= set(NUMBERS)
 
 
-def test_the_verb_says_so(
-    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_verb_says_so(tmp_path, rng, capsys) -> None:
     """Play that grows is the first to wear; a day without motion, and one day alone, are told."""
     for day in range(5):
         write_log(

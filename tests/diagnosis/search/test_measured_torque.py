@@ -50,9 +50,7 @@ def run(rng: np.random.Generator) -> tuple[Recording, Array]:
     return recording, parts
 
 
-def test_an_arm_without_commands_tells_what_a_regression_tells(
-    rng: np.random.Generator, tmp_path: Path
-) -> None:
+def test_an_arm_without_commands_tells_what_a_regression_tells(rng, tmp_path) -> None:
     """Frictions, inertia and drift are named, and nothing else, with a regression's intervals.
 
     The regression knows the true motion. Its intervals are 1.96 deviations; a diagnosis's at most

@@ -144,9 +144,7 @@ def test_a_published_model_pays_nothing_for_its_numbers(pool: Pool, monkeypatch)
         assert found.names == best.names
 
 
-def test_what_comes_to_a_published_model_costs_itself_alone(
-    pool: Pool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_comes_to_a_published_model_costs_itself_alone(pool, monkeypatch) -> None:
     """Its own causes were not chosen: neither they nor those of the answer are paid for."""
     nothing = pool.fits[frozenset()]
     grown = started(pool, coulomb_friction=0.6, viscous_friction=1.2)

@@ -179,9 +179,7 @@ def test_effects_are_added_from_their_typical_values(worlds: SearchWorlds) -> No
         assert numbers(worlds, found) == pytest.approx(TRUTH, rel=0.01)
 
 
-def test_a_set_fits_no_worse_than_what_it_contains(
-    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_set_fits_no_worse_than_what_it_contains(worlds, monkeypatch) -> None:
     """Where typical values lead astray, here to a servo that nothing moves."""
     floors, less = floors_of(worlds, CAUSES), fit_set_anew(worlds, ideal_model(), CAUSES[:1])
     (gain,) = worlds.study.table.columns("gain_error")
@@ -212,9 +210,7 @@ def test_what_a_refused_cause_leaves_is_at_its_optimum(worlds: SearchWorlds) -> 
     assert numbers(worlds, left) == pytest.approx(numbers(worlds, best), rel=0.02)
 
 
-def test_turns_are_those_of_one_simulation(
-    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_turns_are_those_of_one_simulation(worlds, monkeypatch) -> None:
     """One candidate after the other, to the bit; a pool keeps nothing that stood beside a fit."""
     models = [{}, *({c: 0.5} for c in start(worlds, viscous_friction=1.0, gain_error=1.0).columns)]
     together = worlds.residuals(models)

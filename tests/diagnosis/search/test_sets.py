@@ -816,9 +816,7 @@ def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: Sear
         assert ends[name].score - fit.score > CLEAR * PRICE
 
 
-def test_intervals_are_those_of_the_loss_that_was_minimised(
-    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_intervals_are_those_of_the_loss_that_was_minimised(worlds, monkeypatch) -> None:
     """Its slope is zero where a descent ended: rows that count a tenth do so in both."""
     counts = np.where(np.arange(len(worlds.where.signal)) % 3, 1.0, 0.1)
     monkeypatch.setattr(SearchWorlds, "weights", lambda *_: counts)
@@ -877,9 +875,7 @@ def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWo
     assert best_predictor(pool, Decided(fit=named, refused=refused)) == (named, own)
 
 
-def test_what_ends_as_nothing_is_not_written(
-    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_ends_as_nothing_is_not_written(worlds, monkeypatch) -> None:
     """A set is followed before it is asked what it predicts, and a cause of it may vanish there."""
     pool = pool_of(worlds)
     named = started(pool, coulomb_friction=0.6)
@@ -921,9 +917,7 @@ def test_a_class_takes_in_what_is_easily_confused_and_was_in_no_set(worlds: Sear
     assert frozenset({"stribeck_friction", "viscous_friction"}) in pool.fits
 
 
-def test_a_set_that_may_come_close_is_followed_into_a_class(
-    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_set_that_may_come_close_is_followed_into_a_class(worlds, monkeypatch) -> None:
     """It goes on while it may; one that cannot come close is left where it is."""
     pool = pool_of(worlds)
     named = followed(pool, started(pool, coulomb_friction=0.6, viscous_friction=1.2))
@@ -939,9 +933,7 @@ def test_a_set_that_may_come_close_is_followed_into_a_class(
 
 
 @pytest.mark.parametrize("step", ["followed_to_end", "with_predictor"])
-def test_a_decision_takes_each_step(
-    step: str, worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_decision_takes_each_step(step, worlds, monkeypatch) -> None:
     """Where something is left: names of planted sets hardly change without one of them."""
 
     def reached(*_: Any) -> None:
@@ -955,9 +947,7 @@ def test_a_decision_takes_each_step(
         decide(pool, fit, pool, ("coulomb_friction",))
 
 
-def test_a_special_case_that_was_left_behind_begins_where_its_law_stands(
-    worlds: SearchWorlds,
-) -> None:
+def test_a_special_case_that_was_left_behind_begins_where_its_law_stands(worlds) -> None:
     """Else the law is sharper than its special case, which explains as much."""
     pool = pool_of(worlds)
     law = started(pool, viscous_friction=1.2, stribeck_friction=0.6)
@@ -1017,9 +1007,7 @@ def test_a_model_that_is_written_has_each_named_cause(worlds: SearchWorlds) -> N
     assert best is named
 
 
-def test_each_number_of_what_is_written_costs_the_choice_of_it(
-    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_number_of_what_is_written_costs_the_choice_of_it(worlds, monkeypatch) -> None:
     """One of three causes: log(3) nat of what rows tell together on parts that nothing has seen."""
     pool = pool_of(worlds)
     named = started(pool, coulomb_friction=0.6)

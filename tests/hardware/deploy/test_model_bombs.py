@@ -202,9 +202,7 @@ def test_a_model_bomb_ends_a_child_and_not_the_machine(case: str, tmp_path: Path
 
 
 @pytest.mark.parametrize(("of_set", "kind"), [(s, k) for s in SETS for k in FORCE_NETWORKS])
-def test_networks_that_we_write_are_plain_arithmetic(
-    of_set: str, kind: str, tmp_path: Path
-) -> None:
+def test_networks_that_we_write_are_plain_arithmetic(of_set, kind, tmp_path) -> None:
     """Of every kind; no list of operators may leave out one of ours."""
     network = build_network(kind, of_set=of_set, window=30).eval()
     write_onnx(tmp_path / "net.onnx", network, force_card_of(kind))

@@ -191,9 +191,7 @@ def test_hysteresis_is_dahls_law_along_the_way(exponent: float) -> None:
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.6, 2.0])
-def test_the_slope_of_hysteresis_is_that_of_its_share(
-    exponent: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_slope_of_hysteresis_is_that_of_its_share(exponent, monkeypatch) -> None:
     """du/dw = -u^n by a central difference, as an implicit step takes it."""
     double = SimpleNamespace(abs=abs, exp=math.exp, pow=pow, max=max)
     monkeypatch.setattr(hysteresis, "wp", double)

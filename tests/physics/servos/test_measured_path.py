@@ -178,9 +178,7 @@ def test_a_swing_asks_for_weight_inertia_and_damping() -> None:
         (np.arange(6000) / 1000.0, 0.5),  # a count lasts for many rows
     ],
 )
-def test_a_measured_motion_has_the_rate_of_its_oscillation(
-    time: np.ndarray, frequency: float
-) -> None:
+def test_a_measured_motion_has_the_rate_of_its_oscillation(time, frequency) -> None:
     """Also of one of less than seven rows, and where some rows are a hundred times as close."""
     w, count = 2.0 * np.pi * frequency, 2.0 * np.pi / 4096.0
     path = count * np.round(0.3 * np.sin(w * time) / count)
