@@ -69,12 +69,9 @@ def test_every_excitation_stays_inside_the_command_range(name: str) -> None:
 def test_every_excitation_drives_a_servo(tmp_path: Path, name: str, lockstep: bool) -> None:
     """The SDK sends each, and what is logged is what was planned; one through a pseudo-terminal."""
     trial = Trial(
-        path=tmp_path / "run.mcap",
-        excitation=name,
-        duration=1.0,
-        lockstep=lockstep,
+        path=tmp_path / "run.mcap", excitation=name, duration=1.0, lockstep=lockstep,
         settings=CollectSettings(settle=0.2),
-    )
+    )  # fmt: skip
     outcome = trial.record()
     assert outcome.finished
     assert outcome.rows >= (80 if lockstep else 41), "a busy machine may lose ticks, not half of 80"

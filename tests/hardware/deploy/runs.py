@@ -120,14 +120,9 @@ class Flight:
             DriveAddress(identifier=2 + k, calibration=each) for k, each in enumerate(others)
         ]
         address = BenchAddress(
-            bench=self.bench,
-            port="virtual",
-            load_cell_rate=self.load_cell_rate,
-            servo=self.servo,
-            lockstep=self.lockstep,
-            calibration=first,
-            further=tuple(further),
-        )
+            bench=self.bench, port="virtual", load_cell_rate=self.load_cell_rate, servo=self.servo,
+            lockstep=self.lockstep, calibration=first, further=tuple(further),
+        )  # fmt: skip
         with open_bench(address, self.operator.tell) as bench, StopRequest() as stop:
             if not self.load_cell:
                 bench.drives[0].load_cell = bench.drives[0].calibration = None
@@ -141,13 +136,9 @@ class Flight:
                 else:
                     at_instant(bench, self.begun, lambda: fault(bench, stop))
             deployment = Deployment(
-                bench=bench,
-                pilot=pilot,
-                settings=self.settings,
-                goals=self.goals,
-                policy=self.policy,
-                estimate=self.estimate,
-            )
+                bench=bench, pilot=pilot, settings=self.settings, goals=self.goals,
+                policy=self.policy, estimate=self.estimate,
+            )  # fmt: skip
             with self.keyboard as keyboard:
                 outcome = deploy(deployment, self.path, keyboard, self.operator, stop)
             if isinstance(pilot, Disturbed):

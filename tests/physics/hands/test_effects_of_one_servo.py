@@ -31,15 +31,11 @@ MOTOR = NamedValues(
 )  # fmt: skip
 # one of each way in which an effect reaches a servo: its clock, spool, error, gear, memory, cells
 CAUSES = {
-    "command_delay": {"delay": 0.031},
-    "spool_radius_error": {"scale": 1.2},
-    "gain_error": {"scale": 0.7},
-    "actuator_lag": {"time_constant": 0.04},
-    "coulomb_friction": {"force": 0.6},
-    "hysteresis": {"force": 0.5, "travel": 0.05},
-    "load_cell_lag": {"time_constant": 0.03},
-    "load_cell_delay": {"delay": 0.02},
-}
+    "command_delay": {"delay": 0.031}, "spool_radius_error": {"scale": 1.2},
+    "gain_error": {"scale": 0.7}, "actuator_lag": {"time_constant": 0.04},
+    "coulomb_friction": {"force": 0.6}, "hysteresis": {"force": 0.5, "travel": 0.05},
+    "load_cell_lag": {"time_constant": 0.03}, "load_cell_delay": {"delay": 0.02},
+}  # fmt: skip
 OF_MOTOR = {"tendon_compliance": {"stiffness": 4e3}, "speed_limit": {"limit": 0.5}}
 
 
