@@ -487,17 +487,15 @@ def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(tmp_path, capsys) ->
     ("words", "said"),
     [
         (["--excitation", "sines"], "No excitation named 'sines'"),
-        (
-            ["--plan", "papers"],
-            "No plan named 'papers'; did you mean 'paper'? known: board, paper, quick",
-        ),
+        (["--plan", "papers"],
+         "No plan named 'papers'; did you mean 'paper'? known: board, paper, quick"),
         (["--bench", "pendulum"], "No bench with a tendon named 'pendulum'"),
         (["--obstacle", "wall"], "No obstacle named 'wall'"),
         (["--servo", "mx28"], "No servo named 'mx28'"),
         (["--port", "/dev/no_such_port"], "/dev/no_such_port"),
         (["--port", "virtual:finger:x"], "seed"),
     ],
-)
+)  # fmt: skip
 def test_misuse_is_answered_in_one_line(words, said, tmp_path, capsys, monkeypatch) -> None:
     """The verb names what it does not know, with what it knows, and exits with 2."""
     monkeypatch.setattr("builtins.input", lambda: "")

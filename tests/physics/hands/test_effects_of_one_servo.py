@@ -130,16 +130,12 @@ def test_an_effect_of_the_only_servo_is_that_of_all() -> None:
     ("entry", "words"),
     [
         (effect("gain_error", 2, scale=0.8), r"'gain_error' must be .* 0 to 1; it is 2"),
-        (
-            effect("joint_damping_error", 0, scale=2.0),
-            r"'joint_damping_error' is not about a servo",
-        ),
-        (
-            effect("sample_period_error", 0, scale=1.1),
-            r"'sample_period_error' is not about a servo",
-        ),
+        (effect("joint_damping_error", 0, scale=2.0),
+         r"'joint_damping_error' is not about a servo"),
+        (effect("sample_period_error", 0, scale=1.1),
+         r"'sample_period_error' is not about a servo"),
     ],
-)
+)  # fmt: skip
 def test_a_servo_that_is_not_there_is_refused(entry: NamedValues, words: str) -> None:
     """So is one of an effect that no servo has."""
     with pytest.raises(InvalidModelFile, match=words):
