@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tendon_hardware.errors import LoadCellSilent, PortBusy, PortUnavailable
 from tendon_hardware.load_cells import LOAD_CELLS
-from tendon_hardware.load_cells.clock_fit import fit_clock, line_below, runs, unwrap
+from tendon_hardware.load_cells.clock_fit import fit_clock, line_below, unwrap
 from tendon_hardware.load_cells.framing import LONGEST_LINE, Frame, LineSplitter, crc8, decode_line
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
 from tendon_hardware.load_cells.load_cell_type import LoadCellReading
@@ -326,14 +326,6 @@ def test_readings_are_dated_to_a_fifth_of_a_millisecond(rng, error) -> None:
     assert fit.delay_median == pytest.approx(0.6e-3 * np.log(2.0), abs=0.1e-3)
 
 
-def test_delays_that_drift_do_not_bend_the_line(rng: np.random.Generator) -> None:
-    """Arrivals late by a slow sawtooth, as of a loop that looks at nearly the cell's rate."""
-    true = PERIOD * np.arange(4800.0)
-    delay = 5e-3 * ((true / 7.0) % 1.0) + rng.exponential(0.1e-3, true.size)
-    readings = readings_of(true, delay, 50e-6)
-    assert np.abs(fit_clock(readings).host_time(readings) - true).max() < 0.5e-3
-
-
 def test_a_virtual_cell_is_dated_by_its_true_clock() -> None:
     """Through bytes, lines and the driver: the scatter of the transport is gone."""
     bench = LockstepBench("finger", 4)
@@ -366,14 +358,6 @@ def test_a_fit_dates_earlier_readings_too() -> None:
     fit = fit_clock(readings[400:])
     assert fit.host_time(readings[:10]) == pytest.approx(true[:10], abs=1e-5)
     assert unwrap([], 0).size == 0
-
-
-def test_restarts_split_the_readings() -> None:
-    """Each run of the microcontroller has its own line."""
-    true = PERIOD * np.arange(20.0)
-    once = readings_of(true, np.zeros(20), 0.0)
-    assert [len(run) for run in runs([*once, *once[:5]])] == [20, 5]
-    assert runs([]) == []
 
 
 def test_too_few_readings_give_no_line() -> None:

@@ -29,6 +29,9 @@ def plant_of(run: Run, step: float) -> Plant:
     """Fill in the numbers of one recording's plant."""
     plant = Plant()
     plant.step = step
+    for name in vars(run.causes).keys() & Plant.vars.keys():  # what is scaled follows below
+        if Plant.vars[name].type is wp.float64:
+            setattr(plant, name, getattr(run.causes, name))
     _fill_bench(plant, run.bench, run.causes)
     _fill_servo(plant, run.bench, run.causes, step)
     if run.servo is not None:
@@ -55,13 +58,11 @@ def _fill_bench(plant: Plant, bench: Bench, causes: Causes) -> None:
     plant.stop_stiffness = wp.vec2d(*bench.stop_stiffness)
     plant.stop_damping = wp.vec2d(*bench.stop_damping)
     plant.arm = wp.vec2d(*bench.moment_arm)
-    plant.gravity, plant.tilt, plant.inertia = GRAVITY, causes.tilt, causes.inertia_scale
-    plant.stiffening = causes.stiffening
+    plant.gravity, plant.inertia = GRAVITY, causes.inertia_scale
     plant.joint_friction = wp.vec2d(*(causes.joint_friction * nominal * np.array(bench.upper)))
     plant.joint_bristle = wp.vec2d(*(causes.bristle / (arm or 1.0) for arm in bench.moment_arm))
     plant.maxwell = wp.vec2d(*(causes.maxwell_ratio * nominal))
     plant.relaxation = causes.relaxation if causes.maxwell_ratio else 0.0
-    plant.obstruction = causes.obstruction
     plant.contact_damping = CONTACT_TIME * causes.obstruction
     plant.obstruction_at = causes.obstruction_at * bench.spool_radius
 
@@ -70,33 +71,13 @@ def _fill_servo(plant: Plant, bench: Bench, causes: Causes, step: float) -> None
     plant.rounded, plant.knee = int(causes.second_form), causes.knee
     plant.nominal_radius = bench.spool_radius
     plant.radius = causes.radius_scale * bench.spool_radius
-    plant.offset, plant.slack = causes.offset, causes.slack
-    plant.compliance, plant.backlash = causes.compliance, causes.backlash
-    plant.routing, plant.guide_bristle = causes.routing, causes.guide_bristle
-    plant.gain, plant.gain_drift = causes.gain_scale * GAIN, causes.gain_drift
-    plant.limit, plant.saturation = FORCE_LIMIT, causes.saturation
-    plant.deadband, plant.speed_limit = causes.deadband, causes.speed_limit
+    plant.gain, plant.limit = causes.gain_scale * GAIN, FORCE_LIMIT
     plant.lag_share = _share(causes.lag, step)
-    plant.viscous, plant.curvature = causes.viscous, causes.viscous_curvature
-    plant.coulomb, plant.excess, plant.load = causes.coulomb, causes.static, causes.load
-    plant.holding = causes.holding
-    plant.winding, plant.unwinding = causes.winding, causes.unwinding
-    plant.dahl = causes.dahl
-    plant.dahl_travel = causes.dahl_travel * bench.spool_radius / SPOOL_RADIUS
-    plant.goal_rate, plant.goal_acceleration = causes.goal_rate, causes.goal_acceleration
-    plant.starting_duty, plant.overload = causes.starting_duty, causes.overload
-    plant.protective, plant.protection_time = causes.protective, causes.protection_time
-    plant.gear_load, plant.gear_static = causes.gear_load, causes.gear_static
-    plant.stribeck_speed = causes.stribeck_speed
+    plant.curvature, plant.excess = causes.viscous_curvature, causes.static
     # a direct drive's gear slips by the angle at which a spool's slips by that travel
     plant.bristle = causes.bristle * bench.spool_radius / SPOOL_RADIUS
-    plant.sag, plant.fade = causes.sag, causes.fade
+    plant.dahl_travel = causes.dahl_travel * bench.spool_radius / SPOOL_RADIUS
     plant.fade_share = _share(causes.fade_time, step)
-    plant.cogging, plant.cogging_rate = causes.cogging, causes.cogging_rate
-    plant.cogging_phase = causes.cogging_phase
-    plant.dead_spot, plant.dead_spot_at = causes.dead_spot, causes.dead_spot_at
-    plant.dead_spot_width = causes.dead_spot_width
-    plant.mount_compliance, plant.mount_rate = causes.mount_compliance, causes.mount_rate
     plant.cell_share = _share(causes.cell_lag, step)
     plant.cell_delay = causes.cell_delay / step
 
