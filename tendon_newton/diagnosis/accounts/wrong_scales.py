@@ -90,8 +90,11 @@ def wrong_scales(study: Study, model: Model, base: Sequence[Residual]) -> Iterat
             force = recording.force[:, 0]
             angles.append(ratio)
             forces.append(ratio_of(force[rows], (force - residual.force[0])[rows]) or np.inf)
-    most = 2 * len(angles) > len(recordings)
-    angle, force = (float(np.median(found)) if most else 1.0 for found in (angles, forces))
+    angle, force = 1.0, 1.0
+    if 2 * len(angles) > len(recordings):
+        # a gear is the same in every recording; something in the way is not
+        angle = min(angles, key=lambda ratio: abs(np.log(abs(ratio))))
+        force = float(np.median(forces))
     if far(angle, GEARED) and not far(force, SAME_FORCE):
         yield Suspect(
             recording=recordings[0].name,

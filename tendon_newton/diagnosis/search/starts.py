@@ -105,7 +105,8 @@ def starts_of_relative(pool: Pool, fit: Fit, name: str, relative: str) -> list[S
     """Return starts of a set in which a relative stands in the place of a cause.
 
     The relative starts where it does about the same: its numbers of a unit are the cause's first of
-    that unit with the same null, or twice or half of it, and others have their typical values.
+    that unit with the same null, or twice or half of it. Others have their typical values, or bind
+    least where they are limits and the cause is a special case, which knows none.
     """
     study, place = pool.worlds.study, values_of(pool.worlds, fit.columns, fit.place)
     own = study.table.columns(name)
@@ -118,9 +119,11 @@ def starts_of_relative(pool: Pool, fit: Fit, name: str, relative: str) -> list[S
         numbers = {c: study.parameter(c) for c in atom}
         same = {c: p for c, p in numbers.items()
                 if (p.unit, p.null) in by_kind and not is_shape(p)}  # fmt: skip
+        contains = name in special_cases(relative)
+        loose = {c: p.upper for c, p in numbers.items() if contains and np.isinf(p.null)}
         for share in SHARES if same else SHARES[:1]:
             alike = {c: inside(p, share * by_kind[p.unit, p.null]) for c, p in same.items()}
-            out.append((names, {**rest, **atom, **alike}))
+            out.append((names, {**rest, **atom, **loose, **alike}))
     return out
 
 

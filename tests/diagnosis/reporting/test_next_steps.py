@@ -78,6 +78,13 @@ def test_an_angle_behind_a_gear_is_called_that() -> None:
         assert float(back) == pytest.approx(1.0 / gear, rel=0.25)
 
 
+def test_something_in_the_way_is_no_gear() -> None:
+    """It shortens the way of most recordings to a quarter; a gear would have shortened all."""
+    first, *others = springs()
+    short = [replace(r, motor_position=0.25 * r.motor_position) for r in others]
+    assert not any("not that of the spool" in text for text in told([first, *short]))
+
+
 def test_a_gain_of_another_unit_is_seen_at_rest() -> None:
     """4.2 N/rad stated as N m/rad is 80 times too small: force against command minus angle tells.
 

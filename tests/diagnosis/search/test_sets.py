@@ -423,6 +423,17 @@ def test_a_special_case_starts_where_its_law_was_found(worlds: SearchWorlds) -> 
     assert [values[column] for _, values in starts] == pytest.approx([0.5, 1.0, 0.25])
 
 
+def test_a_profile_with_a_slope_starts_as_one_without() -> None:
+    """A typical slope is ten times too flat for a quick servo: such a start is never followed."""
+    names = ("command_rate_limit", "acceleration_limit")
+    pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    fit = started(pool, command_rate_limit=8.0)
+    starts = related_starts(pool, fit, names)
+    slope, speed = pool.worlds.study.table.columns("acceleration_limit")
+    assert {values[slope] for _, values in starts} == {pool.worlds.study.parameter(slope).upper}
+    assert {values[speed] for _, values in starts} == {8.0, 16.0, 4.0}
+
+
 def test_what_is_easily_confused_is_tried(worlds: SearchWorlds) -> None:
     """A lag starts at the time of the delay that it is easily taken for."""
     names = ("command_delay", "actuator_lag", "coulomb_friction", "stribeck_friction", "hysteresis")
