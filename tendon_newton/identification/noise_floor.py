@@ -52,20 +52,20 @@ def angle_noise(recordings: Sequence[Recording]) -> float:
 def force_noise(recordings: Sequence[Recording]) -> float | None:
     """Return the noise of load cells [N], None without one.
 
-    It is their scatter while command and encoder rest, so that slow (coloured) noise counts;
-    failing that, of their second differences. On a path that is led, where no error of form hides
-    it, it is at least that of the force's counts.
+    It is their scatter while command and encoder rest, in the longest windows of which there are
+    enough, so that slow (coloured) noise counts; failing that, of their second differences. On a
+    path that is led, where no error of form hides it, it is at least that of the force's counts.
     """
     with_force = [r for r in recordings if r.force is not None]
     if not with_force:
         return None
-    estimates = [float(np.median([difference_noise(new_readings(r)) for r in with_force]))]
+    scatter = float(np.median([difference_noise(new_readings(r)) for r in with_force]))
     counted = float(np.median([force_count(r) for r in with_force]) / np.sqrt(12.0))
     for length in QUIET_WINDOWS:
         quiet = [v for r in with_force for v in quiet_variances(r, length)]
         if len(quiet) >= MIN_WINDOWS:
-            estimates = [*estimates[1:], float(np.sqrt(np.median(quiet)))]
-    return max(*estimates, counted, LEAST_FORCE_NOISE)
+            scatter = float(np.sqrt(np.median(quiet)))
+    return max(scatter, counted, LEAST_FORCE_NOISE)
 
 
 def cell_stride(recording: Recording) -> int:
