@@ -163,14 +163,6 @@ def test_settings_for_the_log_are_read_back() -> None:
     assert settings.duty_limit == 1.0
 
 
-def test_closing_twice_does_no_harm_and_switches_the_motor_off() -> None:
-    """The second close finds nothing to do."""
-    rig = VirtualServo()
-    assert rig.servo.close()
-    assert rig.register(TORQUE) == 0
-    assert rig.servo.close()
-
-
 def test_an_alert_does_not_keep_the_motor_on() -> None:
     """A write is answered with the alert bit, and was done all the same."""
     rig = VirtualServo()

@@ -9,10 +9,7 @@ from tendon_hardware.errors import (
     ServoAlert,
     ServoRefused,
     ServoReset,
-    UnsupportedServo,
 )
-from tendon_hardware.servos import SERVOS
-from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.servos.feetech.feetech_packets import (
     BROADCAST,
     PING,
@@ -140,14 +137,6 @@ def test_no_more_duty_is_given_than_was_agreed(rig: VirtualServo) -> None:
     rig.servo.enable_torque()
     assert rig.servo.command_duty(0.9) == 0.235
     assert rig.register(at.TORQUE_LIMIT) == 235
-
-
-def test_another_model_is_refused_by_name() -> None:
-    """An STS3250 has other numbers."""
-    bench = LockstepBench("finger", 3, model=STS3215)
-    servo = BusServo(SERVOS["sts3250"], bench.servo_port(), clock=bench.clock)
-    with pytest.raises(UnsupportedServo, match="model 777, sts3215"):
-        servo.open()
 
 
 def test_a_restart_over_the_bus_is_refused(rig: VirtualServo) -> None:
