@@ -27,10 +27,14 @@ def commanded(
     time = row * np.arange(len(command))
     overrides = BenchOverrides(**{name: (value,) for name, value in numbers.items()})
     return Recording(
-        name="made for a test", bench=bench, time=time, command=command[:, None],
-        motor_position=np.zeros((len(time), 1)), motor_velocity=np.zeros((len(time), 1)),
+        name="made for a test",
+        bench=bench,
+        time=time,
+        command=command[:, None],
+        motor_position=np.zeros((len(time), 1)),
+        motor_velocity=np.zeros((len(time), 1)),
         bench_overrides=overrides,
-    )  # fmt: skip
+    )
 
 
 def steps_and_waves(rows: int = 160) -> Array:
@@ -54,9 +58,12 @@ def simulate(
         effects=tuple(NamedValues(name=name, values=values) for name, values in chosen.items()),
     )
     rollout = Rollout(
-        load_mechanism(recording.bench), [recording], actuator="ideal", effects=kernel,
+        load_mechanism(recording.bench),
+        [recording],
+        actuator="ideal",
+        effects=kernel,
         time_step=time_step,
-    )  # fmt: skip
+    )
     return rollout.run(rollout.base_vectors(model)[None])[0][0]
 
 
@@ -66,6 +73,9 @@ def run(
     """Simulate the weak spring; time, theta, rate, force, joint travel by name, each shape (T,)."""
     out = simulate(commanded(command, row=row, **numbers), effects)
     return {
-        "time": out.time, "theta": out.motor_position[:, 0], "rate": out.motor_velocity[:, 0],
-        "force": out.force[:, 0], "travel": out.joint_position[:, 0],
-    }  # fmt: skip
+        "time": out.time,
+        "theta": out.motor_position[:, 0],
+        "rate": out.motor_velocity[:, 0],
+        "force": out.force[:, 0],
+        "travel": out.joint_position[:, 0],
+    }

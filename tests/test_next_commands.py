@@ -27,13 +27,15 @@ def failed_runs() -> list[Columns]:
     ("start", "verbs"),
     [
         (lambda folder: csv_logs()(folder, lone_runs()), ["import", "diagnose", "explain"]),
-        (lambda folder: lerobot(folder, failed_runs()),
-         ["doctor", "diagnose", "explain", "explain"]),
+        (
+            lambda folder: lerobot(folder, failed_runs()),
+            ["doctor", "diagnose", "explain", "explain"],
+        ),
         (lambda folder: own_dataset(folder, failed_runs()), ["doctor", "doctor"]),
         (lambda folder: ["train-policy", "--out", "policy"], ["train-policy", "evaluate-policy"]),
     ],
     ids=["logs", "lerobot", "failed reads", "policy"],
-)  # fmt: skip
+)
 def test_what_is_printed_last_can_be_typed(start, verbs, tmp_path, monkeypatch) -> None:
     """From a first command to the end of all that follow, as they stand."""
     monkeypatch.chdir(tmp_path)

@@ -31,12 +31,14 @@ def test_a_split_that_cannot_be_is_refused(options, said, tmp_path, capsys) -> N
         ("{", "must be JSON"),
         ("[]", "must be a JSON object; it is a list"),
         ('{"mass": 0.49}', "must state 'length'; it states mass"),
-        ('{"mass": 1, "length": 1, "kp": 0, "vin": 7, "entries": [0]}',
-         "timestamp must be a number"),
+        (
+            '{"mass": 1, "length": 1, "kp": 0, "vin": 7, "entries": [0]}',
+            "timestamp must be a number",
+        ),
         ('{"mass": 1, "length": 1, "kp": 1, "vin": 7, "entries": []}', "one object per row"),
         ('{"mass": 1, "length": 1, "kp": 1, "vin": 7, "entries": [], "motor": "mx106"}', "'mx106'"),
     ],
-)  # fmt: skip
+)
 def test_a_broken_log_is_refused_with_its_name(content, said, tmp_path, capsys) -> None:
     """A log that lacks something is named, and nothing is written."""
     (tmp_path / "log.json").write_text(content)

@@ -166,10 +166,15 @@ def csv_file(folder: Path) -> Path:
     """Write two tendons with every kind of column."""
     theta = recording().motor_position.repeat(2, axis=1)
     made = recording(
-        motor_position=theta, motor_velocity=theta, command=theta, force=theta,
-        tip=np.zeros((ROWS, 2)), voltage=np.full(ROWS, 7.4), enabled=np.arange(ROWS) < ROWS - 2,
+        motor_position=theta,
+        motor_velocity=theta,
+        command=theta,
+        force=theta,
+        tip=np.zeros((ROWS, 2)),
+        voltage=np.full(ROWS, 7.4),
+        enabled=np.arange(ROWS) < ROWS - 2,
         extra={"note": np.full(ROWS, "a, b")},
-    )  # fmt: skip
+    )
     write_csv(folder / "train.csv", made)
     return folder / "train.csv"
 

@@ -33,11 +33,15 @@ def beginning(recording: Recording, *, force: bool) -> Recording:
     """Return a recording's first seconds."""
     rows = recording.time <= recording.time[0] + SECONDS
     return replace(
-        recording, time=recording.time[rows], command=recording.command[rows],
+        recording,
+        time=recording.time[rows],
+        command=recording.command[rows],
         motor_position=recording.motor_position[rows],
         motor_velocity=recording.motor_velocity[rows],
-        force=recording.force[rows] if force else None, enabled=recording.enabled[rows], tip=None,
-    )  # fmt: skip
+        force=recording.force[rows] if force else None,
+        enabled=recording.enabled[rows],
+        tip=None,
+    )
 
 
 def evidence(*, force: bool = True, bench: str = "spring") -> Evidence:
@@ -79,9 +83,14 @@ def structure() -> RemainderStructure:
         signal="theta", center=x, mean=np.sin(9.0 * x), error=0.1 + 0.0 * x, learned=np.sin(9.0 * x)
     )
     return RemainderStructure(
-        side="servo", found=True, held_out_r2=0.8, p_value=1.0 / 61.0, size=0.7,
-        importance={"theta": 1.0, "t": 0.3}, profiles=(ripple, replace(ripple, signal="t")),
-    )  # fmt: skip
+        side="servo",
+        found=True,
+        held_out_r2=0.8,
+        p_value=1.0 / 61.0,
+        size=0.7,
+        importance={"theta": 1.0, "t": 0.3},
+        profiles=(ripple, replace(ripple, signal="t")),
+    )
 
 
 def diagnosis(verdict: Verdict) -> Diagnosis:

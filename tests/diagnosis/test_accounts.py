@@ -146,10 +146,13 @@ def test_a_criterion_without_a_sentence_is_told_plainly(tmp_path: Path) -> None:
         ("candidates", None, "candidates must be a list of objects"),
         ("candidates", [{"name": "x", "score": "much"}], "score must be a finite number"),
         ("candidates", [{"name": "x", "score": 1, "criteria": 3}], "criteria must be a list"),
-        ("candidates", [{"name": "x", "score": 1, "parameters": 3}],
-         "parameters must be an object"),
+        (
+            "candidates",
+            [{"name": "x", "score": 1, "parameters": 3}],
+            "parameters must be an object",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_broken_account_is_refused_with_its_place(tmp_path, key, value, said) -> None:
     """The file, the entry and what came are named."""
     table = {**told().to_json(), key: value}

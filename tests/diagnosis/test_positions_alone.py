@@ -98,10 +98,13 @@ def test_what_follows_a_gap_is_no_error_of_the_model() -> None:
     whole = measured("whole", goal)
     kept = np.r_[:80, 120 : len(goal)]  # the step at row 100 is lost, and 0.4 s around it
     lost = replace(
-        whole, time=whole.time[kept], command=goal[kept, None],
-        motor_position=whole.motor_position[kept], motor_velocity=whole.motor_velocity[kept],
+        whole,
+        time=whole.time[kept],
+        command=goal[kept, None],
+        motor_position=whole.motor_position[kept],
+        motor_velocity=whole.motor_velocity[kept],
         enabled=whole.enabled[kept],
-    )  # fmt: skip
+    )
     told = []
     for recording in (whole, lost):
         (error,) = evaluate_models(Study([recording], TOLD, ()), [{}])

@@ -223,10 +223,15 @@ def test_json_alone_stands_on_the_output(tmp_path, monkeypatch, capsys) -> None:
     first = whole.train[0]
     rows = np.r_[0:100, 200:400]
     broken = replace(
-        first, time=first.time[rows], command=first.command[rows],
-        motor_position=first.motor_position[rows], motor_velocity=first.motor_velocity[rows],
-        force=first.force[rows], enabled=first.enabled[rows], tip=None,
-    )  # fmt: skip
+        first,
+        time=first.time[rows],
+        command=first.command[rows],
+        motor_position=first.motor_position[rows],
+        motor_velocity=first.motor_velocity[rows],
+        force=first.force[rows],
+        enabled=first.enabled[rows],
+        tip=None,
+    )
     write_dataset(tmp_path / "data", [broken], [beginning(whole.test[0], force=True)])
 
     def answer(*_: Any, progress: Callable[[str], None], budget: float | None) -> Any:

@@ -64,9 +64,12 @@ class CalmRun:
     def record(self) -> None:
         """Record it to its end."""
         run = PlannedRun(
-            name="run", bench=self.bench, excitation=self.excitation, duration=LENGTH,
+            name="run",
+            bench=self.bench,
+            excitation=self.excitation,
+            duration=LENGTH,
             obstacle=self.obstacle,
-        )  # fmt: skip
+        )
         loop = no_stronger(HostPositionLoop(), SERVOS[self.servo])
         settings = CollectSettings(loop=loop, settle=0.5, limits=SafetyLimits(force=60.0))
         operator = SilentOperator()

@@ -62,9 +62,12 @@ class Trial:
         )
         operator = Watcher()
         run = PlannedRun(
-            name="run", bench=self.bench, excitation=self.excitation, duration=self.duration,
+            name="run",
+            bench=self.bench,
+            excitation=self.excitation,
+            duration=self.duration,
             obstacle=self.obstacle,
-        )  # fmt: skip
+        )
         with open_bench(address, operator.tell) as bench, StopRequest() as stop:
             operator.act = lambda: begin(bench, self.faults)
             self.outcome = record_run(bench, run, self.settings, self.path, operator, stop)

@@ -69,9 +69,12 @@ def test_every_excitation_stays_inside_the_command_range(name: str) -> None:
 def test_every_excitation_drives_a_servo(tmp_path: Path, name: str, lockstep: bool) -> None:
     """The SDK sends each, and what is logged is what was planned; one through a pseudo-terminal."""
     trial = Trial(
-        path=tmp_path / "run.mcap", excitation=name, duration=1.0, lockstep=lockstep,
+        path=tmp_path / "run.mcap",
+        excitation=name,
+        duration=1.0,
+        lockstep=lockstep,
         settings=CollectSettings(settle=0.2),
-    )  # fmt: skip
+    )
     outcome = trial.record()
     assert outcome.finished
     assert outcome.rows >= (80 if lockstep else 41), "a busy machine may lose ticks, not half of 80"
@@ -487,15 +490,17 @@ def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(tmp_path, capsys) ->
     ("words", "said"),
     [
         (["--excitation", "sines"], "No excitation named 'sines'"),
-        (["--plan", "papers"],
-         "No plan named 'papers'; did you mean 'paper'? known: board, paper, quick"),
+        (
+            ["--plan", "papers"],
+            "No plan named 'papers'; did you mean 'paper'? known: board, paper, quick",
+        ),
         (["--bench", "pendulum"], "No bench with a tendon named 'pendulum'"),
         (["--obstacle", "wall"], "No obstacle named 'wall'"),
         (["--servo", "mx28"], "No servo named 'mx28'"),
         (["--port", "/dev/no_such_port"], "/dev/no_such_port"),
         (["--port", "virtual:finger:x"], "seed"),
     ],
-)  # fmt: skip
+)
 def test_misuse_is_answered_in_one_line(words, said, tmp_path, capsys, monkeypatch) -> None:
     """The verb names what it does not know, with what it knows, and exits with 2."""
     monkeypatch.setattr("builtins.input", lambda: "")

@@ -101,9 +101,12 @@ def test_four_recordings_that_differ_know_their_mean_as_badly_as_student_says() 
 def test_recordings_that_differ_count_beside_blocks_that_agree() -> None:
     """Within a recording all blocks say the same; between four the number differs by one."""
     where = Layout(
-        recording=FOUR, block=np.arange(160) // 4, signal=np.zeros(160, dtype=np.intp),
-        part=np.zeros(160, dtype=np.intp), block_count=40,
-    )  # fmt: skip
+        recording=FOUR,
+        block=np.arange(160) // 4,
+        signal=np.zeros(160, dtype=np.intp),
+        part=np.zeros(160, dtype=np.intp),
+        block_count=40,
+    )
     found = [mean_of_four(seed) for seed in range(100)]
     held = [abs(mean) < half_widths(point, where, UNSTATED[:1])[0] for mean, point in found]
     assert np.mean(held) >= 0.95

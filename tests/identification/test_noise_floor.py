@@ -89,9 +89,12 @@ def test_what_is_held_out_is_the_end_and_nothing_of_it_is_fitted() -> None:
     time = np.arange(800) / 80.0
     theta = np.sin(time)[:, None]
     whole = recording(
-        time=time, motor_position=theta, motor_velocity=np.cos(time)[:, None], command=theta,
+        time=time,
+        motor_position=theta,
+        motor_velocity=np.cos(time)[:, None],
+        command=theta,
         force=theta + 2.0,
-    )  # fmt: skip
+    )
     (train,), (test,) = hold_out([whole], 0.3)
     np.testing.assert_array_equal(np.concatenate([train.time, test.time]), whole.time)
     np.testing.assert_array_equal(

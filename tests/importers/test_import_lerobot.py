@@ -105,14 +105,20 @@ def test_options_of_lerobot_belong_to_it(tmp_path: Path, capsys) -> None:
     [
         ({"fps": 0}, "fps must be positive"),
         ({"features": {}}, "features must hold 'action'"),
-        ({"features": {"action": {"names": ["a"]}, "observation.state": {"names": ["b"]}}},
-         "a joint must stand in action and in observation.state"),
-        ({"features": {"action": {"names": ["../a", "../a"]}, "observation.state": {}}},
-         "names that differ"),
-        ({"features": {"action": {"shape": [9]}, "observation.state": {"shape": [9]}}},
-         "names more joints than a row has"),
+        (
+            {"features": {"action": {"names": ["a"]}, "observation.state": {"names": ["b"]}}},
+            "a joint must stand in action and in observation.state",
+        ),
+        (
+            {"features": {"action": {"names": ["../a", "../a"]}, "observation.state": {}}},
+            "names that differ",
+        ),
+        (
+            {"features": {"action": {"shape": [9]}, "observation.state": {"shape": [9]}}},
+            "names more joints than a row has",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_broken_description_is_refused(changes: dict, said: str, tmp_path: Path, capsys) -> None:
     """One line names what is wrong with info.json."""
     source = lerobot_dataset(tmp_path / "arm", **changes)

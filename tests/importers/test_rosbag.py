@@ -247,10 +247,14 @@ def theta(row: str) -> str:
         ("tehta = 3", r"no key named 'tehta'; known: clock, columns"),
         ('[theta]\ntopic = "/a"', r"theta must stand under \[columns\]; it stands alone"),
         ("columns = 3", "columns must hold one table per column of ours"),
-        ("[columns]\ntehta = {}",
-         r"columns.tehta: No column named 'tehta'; did you mean 'theta'. known: current"),
-        ('[columns]\ntheta_dot = {topic = "/a", field = "b"}',
-         "must say where 'theta' comes from; it maps theta_dot"),
+        (
+            "[columns]\ntehta = {}",
+            r"columns.tehta: No column named 'tehta'; did you mean 'theta'. known: current",
+        ),
+        (
+            '[columns]\ntheta_dot = {topic = "/a", field = "b"}',
+            "must say where 'theta' comes from; it maps theta_dot",
+        ),
         ('[columns]\ntheta = {field = "position"}', r"columns.theta: no key named 'field'"),
         (theta('topic = "/a"'), r"columns.theta: field must be a word; it is None"),
         (theta('topic = "/a", field = "position["'), r"field must be a path .* 'position\["),
@@ -262,7 +266,7 @@ def theta(row: str) -> str:
         ("clock = 3\n" + MAPPING, "clock must be a word; it is 3"),
         ('clock = "wall"\n' + MAPPING, "clock must be 'header' or 'log'; it is 'wall'"),
     ],
-)  # fmt: skip
+)
 def test_a_broken_mapping_is_refused(tmp_path: Path, text: str, said: str) -> None:
     """Every fault of a mapping is named with its place."""
     path = tmp_path / "mapping.toml"

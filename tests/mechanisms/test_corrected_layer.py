@@ -25,11 +25,14 @@ from tests.physics.runs import ideal_model, run_of, simulate, stairs
 
 FLOAT32 = 1e-6  # relative: USD's physics and Newton's arrays are float32
 FOUND: dict[str, dict[str, float]] = {
-    "joint_stiffness_error": {"scale": 1.3}, "joint_damping_error": {"scale": 2.0},
-    "joint_dry_friction": {"fraction": 0.1}, "gravity_misalignment": {"angle": 0.2},
-    "spool_radius_error": {"scale": 1.1}, "position_offset": {"angle": 0.1},
+    "joint_stiffness_error": {"scale": 1.3},
+    "joint_damping_error": {"scale": 2.0},
+    "joint_dry_friction": {"fraction": 0.1},
+    "gravity_misalignment": {"angle": 0.2},
+    "spool_radius_error": {"scale": 1.1},
+    "position_offset": {"angle": 0.1},
     "force_saturation": {"limit": 12.0},
-}  # fmt: skip
+}
 """A value for each effect that is but another number of a mechanism."""
 SLIDERS = ("spring_weak", "spring_strong")
 OVERRIDES = BenchOverrides(mass=(0.013, 0.009), range=(1.6, 1.3), moment_arm=(0.009, 0.006))

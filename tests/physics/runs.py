@@ -49,22 +49,38 @@ def run_of(
     commands = commands.reshape(len(commands), -1)
     count, tendons = commands.shape
     return Recording(
-        name="run", bench=bench, time=np.arange(count) / rate, command=commands,
+        name="run",
+        bench=bench,
+        time=np.arange(count) / rate,
+        command=commands,
         motor_position=np.full((count, tendons), angle),
-        motor_velocity=np.full((count, tendons), speed), force=None, tip=None, current=None,
-        voltage=None, temperature=None, enabled=np.ones(count, dtype=bool), extra={}, start=start,
+        motor_velocity=np.full((count, tendons), speed),
+        force=None,
+        tip=None,
+        current=None,
+        voltage=None,
+        temperature=None,
+        enabled=np.ones(count, dtype=bool),
+        extra={},
+        start=start,
         **more,
-    )  # fmt: skip
+    )
 
 
 def led(path: Array, load: Array, *, bench: str = "spring_weak", rate: float = ROWS) -> Recording:
     """Return a recording of a shaft led along a path [rad] under loads [N], a row each."""
     blank = np.zeros(len(path))
     return Recording(
-        name="led", bench=bench, time=np.arange(len(path)) / rate, motor_position=path[:, None],
-        motor_velocity=blank[:, None], force=blank[:, None], joint_position=blank, joint_load=load,
+        name="led",
+        bench=bench,
+        time=np.arange(len(path)) / rate,
+        motor_position=path[:, None],
+        motor_velocity=blank[:, None],
+        force=blank[:, None],
+        joint_position=blank,
+        joint_load=load,
         bench_overrides=QUASI_STATIC,
-    )  # fmt: skip
+    )
 
 
 def stairs(rng: np.random.Generator, rows: int, lower: float, upper: float, hold: int) -> Array:

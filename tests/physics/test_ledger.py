@@ -103,9 +103,14 @@ def looped(bench: str, command: Array, model: Model) -> Books:
         rows[k] = [float(values) for values in state]
         reading = loop.step(commands[k])
     return Books(
-        bench=bench, time=np.arange(len(command)) / ROWS, slide=rows[:, 0], speed=rows[:, 1],
-        force=rows[:, 2], jumps=jumps, read_before=True,
-    )  # fmt: skip
+        bench=bench,
+        time=np.arange(len(command)) / ROWS,
+        slide=rows[:, 0],
+        speed=rows[:, 1],
+        force=rows[:, 2],
+        jumps=jumps,
+        read_before=True,
+    )
 
 
 BY_PATH = {"control_loop": looped, "mujoco": partial(simulated, "mujoco")}

@@ -111,9 +111,12 @@ def test_a_run_in_three_launches_is_one_run() -> None:
     found = []
     for force in (Equation(), Paused()):
         rollout = Rollout(
-            load_mechanism("spring_weak"), recordings, actuator="ideal", effects=tuple(EFFECTS),
+            load_mechanism("spring_weak"),
+            recordings,
+            actuator="ideal",
+            effects=tuple(EFFECTS),
             force=force,
-        )  # fmt: skip
+        )
         found.append(rollout.run(rollout.base_vectors(model)[None])[0][0])
     whole, parts = found
     np.testing.assert_array_equal(parts.motor_position, whole.motor_position)

@@ -30,9 +30,12 @@ from tests.planted.physics.servo import DcServo
 TRAIN_COUNT = 5
 TEST_COUNT = 3
 MIXES: Mapping[str, tuple[str, ...]] = {
-    "A": ("finger", "spring_weak", "spring_strong"), "F": ("finger",), "S": ("spring_strong",),
-    "W": ("spring_weak",), "P": ("pendulum",),
-}  # fmt: skip
+    "A": ("finger", "spring_weak", "spring_strong"),
+    "F": ("finger",),
+    "S": ("spring_strong",),
+    "W": ("spring_weak",),
+    "P": ("pendulum",),
+}
 SWING = 1.2  # Greatest command of a pendulum, either way [rad]; the others are asked for 0 to 2 pi
 KINDS = ("steps", "sine", "ramp", "stairs", "steps")
 

@@ -50,14 +50,20 @@ def test_the_string_carries_what_moves_the_slider(bench, commands) -> None:
     command = commands(RATE)
     time = np.arange(command.size) / RATE
     made = Run(
-        bench=BENCHES[bench], causes=Causes(coulomb=0.5, load=0.1), time=time, command=command,
+        bench=BENCHES[bench],
+        causes=Causes(coulomb=0.5, load=0.1),
+        time=time,
+        command=command,
         servo=SERVO,
-    )  # fmt: skip
+    )
     (motion,) = simulate([made])
     books = Books(
-        bench=bench, time=time, slide=motion.coordinates[:, 0], force=motion.force,
+        bench=bench,
+        time=time,
+        slide=motion.coordinates[:, 0],
+        force=motion.force,
         jumps=jumps_of(command),
-    )  # fmt: skip
+    )
     # the string settles within half a millisecond, five rows: their spline is 0.02 N off
     assert np.abs(books.imbalance()).max() < 0.05
     assert np.sqrt(np.mean(books.imbalance() ** 2)) < 5e-4
@@ -97,9 +103,12 @@ def test_gear_and_guide_stick_each_on_its_own() -> None:
     time = rows(1.0)
     causes = Causes(compliance=1.0 / 3e3, coulomb=6.0, routing=0.1, bristle=2e-7)
     made = Run(
-        bench=BENCHES["spring_weak"], causes=causes, time=time, command=np.full(time.size, 3.0),
+        bench=BENCHES["spring_weak"],
+        causes=causes,
+        time=time,
+        command=np.full(time.size, 3.0),
         knocks=(Knock(start=0.3, width=0.3, peak=2.0),),
-    )  # fmt: skip
+    )
     (motion,) = simulate([made])
     slid = motion.coordinates[:, 0] - motion.coordinates[0, 0]
     turned = SPOOL_RADIUS * (motion.angle - motion.angle[0])

@@ -14,9 +14,13 @@ FINGER = BENCHES["finger"]
 WEAK = BENCHES["spring_weak"]
 TAUT = GAIN / SPOOL_RADIUS  # [N/m] the servo as a spring
 SERVO = DcServo(
-    duty_per_rad=0.1, greatest_duty=0.9, supply=9.0, torque_constant=1.43, resistance=15.0,
+    duty_per_rad=0.1,
+    greatest_duty=0.9,
+    supply=9.0,
+    torque_constant=1.43,
+    resistance=15.0,
     inertia=0.0025,
-)  # fmt: skip
+)
 FROZEN = 1e9  # [1] inertia with which nothing moves
 
 
@@ -44,9 +48,15 @@ def run(
 ) -> Motion:
     """Simulate one recording."""
     made = Run(
-        bench=BENCHES[bench], causes=causes, time=time, command=command, servo=servo, gain=gain,
-        friction=friction, lateness=lateness,
-    )  # fmt: skip
+        bench=BENCHES[bench],
+        causes=causes,
+        time=time,
+        command=command,
+        servo=servo,
+        gain=gain,
+        friction=friction,
+        lateness=lateness,
+    )
     return simulate([made], step=step)[0]
 
 

@@ -67,12 +67,20 @@ def test_errors_that_no_number_accounts_for_are_doubted() -> None:
 @pytest.mark.parametrize(
     ("worn", "cause", "truth", "said"),
     [
-        (ideal_model(coulomb_friction={"force": 0.6}, tendon_slack=SLACK), "tendon_slack", 0.002,
-         "The slack has grown by 2.0"),
-        (ideal_model(coulomb_friction={"force": 0.9}), "coulomb_friction", 0.9,
-         "The dry friction has grown by 0.3"),
+        (
+            ideal_model(coulomb_friction={"force": 0.6}, tendon_slack=SLACK),
+            "tendon_slack",
+            0.002,
+            "The slack has grown by 2.0",
+        ),
+        (
+            ideal_model(coulomb_friction={"force": 0.9}),
+            "coulomb_friction",
+            0.9,
+            "The dry friction has grown by 0.3",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_moved_is_found_with_its_size_and_nothing_else(worn, cause, truth, said) -> None:
     """One number moved: it alone is told, its interval holds the truth, its step is in words."""
     changes = changes_to(worn)

@@ -14,13 +14,25 @@ from tendon_newton.diagnosis.result import Errors
 from tests.physics.runs import ideal_model
 
 SLACK = Change(
-    cause="tendon_slack", name="length", unit="m", before=0.001, value=0.002, ci95=(0.0015, 0.0025),
-    moved=False, probability=0.4,
-)  # fmt: skip
+    cause="tendon_slack",
+    name="length",
+    unit="m",
+    before=0.001,
+    value=0.002,
+    ci95=(0.0015, 0.0025),
+    moved=False,
+    probability=0.4,
+)
 STRETCHY = replace(
-    SLACK, cause="tendon_compliance", name="stiffness", unit="N/m", before=math.inf, value=3.0e4,
-    ci95=(2.0e4, math.inf), moved=True,
-)  # fmt: skip
+    SLACK,
+    cause="tendon_compliance",
+    name="stiffness",
+    unit="N/m",
+    before=math.inf,
+    value=3.0e4,
+    ci95=(2.0e4, math.inf),
+    moved=True,
+)
 """A string that did not stretch on the first day."""
 
 

@@ -49,13 +49,15 @@ def test_the_doctor_holds_one_recording_against_a_day(tmp_path, capsys) -> None:
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["{here}/none", "--against", "{here}/first"],
-         "neither dataset.toml nor a folder with one"),
+        (
+            ["{here}/none", "--against", "{here}/first"],
+            "neither dataset.toml nor a folder with one",
+        ),
         (["{here}/first", "--against", "{here}"], "neither dataset.toml nor diagnosis.json"),
         (["{here}/first", "--against", "{here}/bare"], "name one with --model"),
         (["{here}/first", "--against", "{here}/first", "--budget", "1min"], "takes no --hold-out"),
     ],
-)  # fmt: skip
+)
 def test_days_that_are_none_are_one_line(words, says, tmp_path, capsys) -> None:
     """What was expected, what came, and where."""
     small_dataset(tmp_path / "first")

@@ -118,9 +118,14 @@ def recording(*, tendons: int = 1, force: bool = True) -> Recording:
     time = np.arange(ROWS) / 80.0
     theta = np.sin(2.0 * np.pi * time)[:, None].repeat(tendons, axis=1)
     return Recording(
-        name="run_0.csv", bench="spring_weak", time=time, command=theta + 0.5, motor_position=theta,
-        motor_velocity=np.gradient(theta, time, axis=0), force=2.0 + theta if force else None,
-    )  # fmt: skip
+        name="run_0.csv",
+        bench="spring_weak",
+        time=time,
+        command=theta + 0.5,
+        motor_position=theta,
+        motor_velocity=np.gradient(theta, time, axis=0),
+        force=2.0 + theta if force else None,
+    )
 
 
 def trajectory(measured: Recording) -> Trajectory:

@@ -173,14 +173,22 @@ class Gait(nn.Module):
 def turning_card(**changes: object) -> PolicyCard:
     """Build the card of a policy that turns a ball in the virtual hand."""
     servo = {
-        "command_range": (-1.0, 6.28), "pay_out": (0.0, 0.3), "spool_radius": 0.0125,
-        "servo": "xc330_t288_t", "force_limit": 21.0,
-    }  # fmt: skip
+        "command_range": (-1.0, 6.28),
+        "pay_out": (0.0, 0.3),
+        "spool_radius": 0.0125,
+        "servo": "xc330_t288_t",
+        "force_limit": 21.0,
+    }
     further = tuple(FurtherServo(**servo) for _ in range(FINGERS - 1))  # pyright: ignore
     values: dict[str, object] = {
-        **servo, "further_servos": further, "observation": sample_of(FINGERS, "turn"), "history": 2,
-        "goal_range": (0.5, 1.5), "action_clip": pi, "turning": TASK,
-    }  # fmt: skip
+        **servo,
+        "further_servos": further,
+        "observation": sample_of(FINGERS, "turn"),
+        "history": 2,
+        "goal_range": (0.5, 1.5),
+        "action_clip": pi,
+        "turning": TASK,
+    }
     return card_of(**values | changes)
 
 

@@ -120,9 +120,14 @@ class Flight:
             DriveAddress(identifier=2 + k, calibration=each) for k, each in enumerate(others)
         ]
         address = BenchAddress(
-            bench=self.bench, port="virtual", load_cell_rate=self.load_cell_rate, servo=self.servo,
-            lockstep=self.lockstep, calibration=first, further=tuple(further),
-        )  # fmt: skip
+            bench=self.bench,
+            port="virtual",
+            load_cell_rate=self.load_cell_rate,
+            servo=self.servo,
+            lockstep=self.lockstep,
+            calibration=first,
+            further=tuple(further),
+        )
         with open_bench(address, self.operator.tell) as bench, StopRequest() as stop:
             if not self.load_cell:
                 bench.drives[0].load_cell = bench.drives[0].calibration = None
@@ -136,9 +141,13 @@ class Flight:
                 else:
                     at_instant(bench, self.begun, lambda: fault(bench, stop))
             deployment = Deployment(
-                bench=bench, pilot=pilot, settings=self.settings, goals=self.goals,
-                policy=self.policy, estimate=self.estimate,
-            )  # fmt: skip
+                bench=bench,
+                pilot=pilot,
+                settings=self.settings,
+                goals=self.goals,
+                policy=self.policy,
+                estimate=self.estimate,
+            )
             with self.keyboard as keyboard:
                 outcome = deploy(deployment, self.path, keyboard, self.operator, stop)
             if isinstance(pilot, Disturbed):

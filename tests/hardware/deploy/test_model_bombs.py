@@ -261,10 +261,13 @@ def test_broken_serial_streams_never_move_the_spool_out_of_its_limits(count: int
     rng = random.Random(3)
     for _ in range(count):
         worst = Faults(
-            dropped_replies=rng.uniform(0.0, 0.4), corrupted_replies=rng.uniform(0.0, 0.4),
-            line_noise=rng.uniform(0.0, 0.6), garbled_lines=rng.uniform(0.0, 0.9),
-            lost_lines=rng.uniform(0.0, 0.5), extra_latency=rng.choice((0.0, 0.002, 0.01)),
-        )  # fmt: skip
+            dropped_replies=rng.uniform(0.0, 0.4),
+            corrupted_replies=rng.uniform(0.0, 0.4),
+            line_noise=rng.uniform(0.0, 0.6),
+            garbled_lines=rng.uniform(0.0, 0.9),
+            lost_lines=rng.uniform(0.0, 0.5),
+            extra_latency=rng.choice((0.0, 0.002, 0.01)),
+        )
         angles: list[float] = []
 
         def spoil(bench, stop, worst=worst) -> None:

@@ -103,9 +103,15 @@ def test_a_terminal_that_is_gone_does_not_stop_the_loop() -> None:
 
 
 WELL = Glance(
-    now=0.0, position=1.0, force=3.0, blindness=0.01, current=0.05, voltage=11.1, temperature=30.0,
+    now=0.0,
+    position=1.0,
+    force=3.0,
+    blindness=0.01,
+    current=0.05,
+    voltage=11.1,
+    temperature=30.0,
     output=0.5,
-)  # fmt: skip
+)
 
 
 def test_nothing_happens_while_all_is_well() -> None:

@@ -75,9 +75,13 @@ def turn(
         watch.open()
         then(bench)
         deployment = Deployment(
-            bench=bench, pilot=BallPilot(policy, watch), settings=settings,
-            goals=FixedGoal(1.0, policy.card.goal_range), policy=policy, watch=watch,
-        )  # fmt: skip
+            bench=bench,
+            pilot=BallPilot(policy, watch),
+            settings=settings,
+            goals=FixedGoal(1.0, policy.card.goal_range),
+            policy=policy,
+            watch=watch,
+        )
         with Keyboard(-1) as keyboard:
             outcome = deploy(deployment, path, keyboard, operator, stop)
         watch.close()

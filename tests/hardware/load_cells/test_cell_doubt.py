@@ -220,7 +220,11 @@ def test_a_tension_falls_when_its_spool_lets_out(late, others, doubted) -> None:
 def test_no_recording_is_ended_by_a_live_cell(bench, excitation, rate, tmp_path) -> None:
     """A minute of every kind of command on every bench, at every rate of the cell."""
     trial = Trial(
-        path=tmp_path / "run.mcap", bench=bench, excitation=excitation, duration=60.0,
-        load_cell_rate=rate, settings=CollectSettings(),
-    )  # fmt: skip
+        path=tmp_path / "run.mcap",
+        bench=bench,
+        excitation=excitation,
+        duration=60.0,
+        load_cell_rate=rate,
+        settings=CollectSettings(),
+    )
     assert trial.record().finished, trial.outcome

@@ -77,6 +77,11 @@ def nominal_unit(bench: str) -> BenchUnit:
     if isinstance(BENCHES[bench], SliderConstants):
         tendon = replace(tendon, routing_friction=0.0)
     return BenchUnit(
-        bench=bench, seed=-1, servo=servo, tendon=tendon, mechanism=BENCHES[bench], load_cell=cell,
+        bench=bench,
+        seed=-1,
+        servo=servo,
+        tendon=tendon,
+        mechanism=BENCHES[bench],
+        load_cell=cell,
         further=(line,) * (servo_count(bench) - 1),
-    )  # fmt: skip
+    )

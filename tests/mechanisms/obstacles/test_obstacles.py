@@ -217,13 +217,19 @@ def test_links_that_may_meet_are_simulated_whole(tmp_path: Path) -> None:
     [
         ([LinkObstacle(link="left/distal")], UnknownName, "did you mean 'left/distal_phalanx'"),
         ([LinkObstacle(link="distal_phalanx")], InvalidParameter, "must name one capsule"),
-        ([LinkObstacle(link="left/distal_phalanx", met_by=["thumb"])], UnknownName,
-         "No link with a capsule named 'thumb'"),
-        ([LinkObstacle(link="left/distal_phalanx", met_by=["left/middle_phalanx"])],
-         InvalidParameter, "links of different fingers meet"),
+        (
+            [LinkObstacle(link="left/distal_phalanx", met_by=["thumb"])],
+            UnknownName,
+            "No link with a capsule named 'thumb'",
+        ),
+        (
+            [LinkObstacle(link="left/distal_phalanx", met_by=["left/middle_phalanx"])],
+            InvalidParameter,
+            "links of different fingers meet",
+        ),
         ([LinkObstacle(link="left/distal_phalanx")] * 2, InvalidParameter, "obstacle twice"),
     ],
-)  # fmt: skip
+)
 def test_wrong_names_of_links_are_refused(obstacles, kind, words, tmp_path) -> None:
     """What came, and what there is."""
     with pytest.raises(kind, match=words):

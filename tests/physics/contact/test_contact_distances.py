@@ -45,9 +45,13 @@ def overlap_kernel(
 def overlap_program() -> tuple[Bindings, wp.Kernel]:
     """Compile the distances alone."""
     structure = Structure(
-        parents=(-1,), revolute=(True,), tendon_count=1, actuator="ideal", effects=(),
+        parents=(-1,),
+        revolute=(True,),
+        tendon_count=1,
+        actuator="ideal",
+        effects=(),
         touch=ContactPlan(links=(0,), shapes=SHAPES),
-    )  # fmt: skip
+    )
     assembly = assemble(structure)
     return assembly.types, assembly.kernel(overlap_kernel)
 
@@ -59,9 +63,14 @@ def depths(obstacle: Obstacle, ends: Array, radius: float, spot: int) -> tuple[A
     depth = wp.zeros(len(ends), dtype=wp.float64, device="cpu")
     normal = wp.zeros(len(ends), dtype=vector, device="cpu")
     inputs = [
-        wp.array(ends, dtype=vector, device="cpu"), radius, spot, vector(*obstacle.position),
-        square(*obstacle.rotation.ravel()), vector(*obstacle.size), SHAPES.index(obstacle.shape),
-    ]  # fmt: skip
+        wp.array(ends, dtype=vector, device="cpu"),
+        radius,
+        spot,
+        vector(*obstacle.position),
+        square(*obstacle.rotation.ravel()),
+        vector(*obstacle.size),
+        SHAPES.index(obstacle.shape),
+    ]
     outputs: list[Any] = [depth, normal]
     wp.launch(kernel, len(ends), inputs=inputs, outputs=outputs, device="cpu")
     return outputs[0].numpy(), outputs[1].numpy()

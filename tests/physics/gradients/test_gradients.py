@@ -17,11 +17,14 @@ from tests.conftest import SEED
 from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, stairs
 
 EFFECTS = {
-    "command_delay": {"delay": 0.0312}, "position_offset": {"angle": 0.05},
-    "gain_error": {"scale": 1.1}, "viscous_friction": {"coefficient": 0.3},
-    "coulomb_friction": {"force": 0.7}, "load_dependent_friction": {"coefficient": 0.1},
+    "command_delay": {"delay": 0.0312},
+    "position_offset": {"angle": 0.05},
+    "gain_error": {"scale": 1.1},
+    "viscous_friction": {"coefficient": 0.3},
+    "coulomb_friction": {"force": 0.7},
+    "load_dependent_friction": {"coefficient": 0.1},
     "joint_stiffness_error": {"scale": 1.1},
-}  # fmt: skip
+}
 MORE_EFFECTS = {
     "gain_drift": {"rate": 0.05},
     "actuator_lag": {"time_constant": 0.02},

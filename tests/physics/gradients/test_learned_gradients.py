@@ -157,10 +157,15 @@ def test_many_substeps_at_once_give_the_same(rollout, seeds, monkeypatch) -> Non
 def test_a_taped_run_is_a_replay(rollout: DifferentiableRollout) -> None:
     """The differentiable loop is the simulator's own, up to the float32 of the other's network."""
     replay = Rollout(
-        load_mechanism("finger"), rollout.recordings, actuator="learned",
-        force=NetworkSource(force_query()), effects=list(EFFECTS), spool_radius=RADIUS,
-        time_step=STEP, device="cpu",
-    )  # fmt: skip
+        load_mechanism("finger"),
+        rollout.recordings,
+        actuator="learned",
+        force=NetworkSource(force_query()),
+        effects=list(EFFECTS),
+        spool_radius=RADIUS,
+        time_step=STEP,
+        device="cpu",
+    )
     runs = replay.run(replay.base_vectors(learned_model(hold=HOLD, **EFFECTS))[None])[0]
     read = rollout.forward()
     expected = np.concatenate([run.motor_position for run in runs])

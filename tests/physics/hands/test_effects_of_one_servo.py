@@ -31,11 +31,15 @@ MOTOR = NamedValues(
 )  # fmt: skip
 # one of each way in which an effect reaches a servo: its clock, spool, error, gear, memory, cells
 CAUSES = {
-    "command_delay": {"delay": 0.031}, "spool_radius_error": {"scale": 1.2},
-    "gain_error": {"scale": 0.7}, "actuator_lag": {"time_constant": 0.04},
-    "coulomb_friction": {"force": 0.6}, "hysteresis": {"force": 0.5, "travel": 0.05},
-    "load_cell_lag": {"time_constant": 0.03}, "load_cell_delay": {"delay": 0.02},
-}  # fmt: skip
+    "command_delay": {"delay": 0.031},
+    "spool_radius_error": {"scale": 1.2},
+    "gain_error": {"scale": 0.7},
+    "actuator_lag": {"time_constant": 0.04},
+    "coulomb_friction": {"force": 0.6},
+    "hysteresis": {"force": 0.5, "travel": 0.05},
+    "load_cell_lag": {"time_constant": 0.03},
+    "load_cell_delay": {"delay": 0.02},
+}
 OF_MOTOR = {"tendon_compliance": {"stiffness": 4e3}, "speed_limit": {"limit": 0.5}}
 
 
@@ -130,12 +134,16 @@ def test_an_effect_of_the_only_servo_is_that_of_all() -> None:
     ("entry", "words"),
     [
         (effect("gain_error", 2, scale=0.8), r"'gain_error' must be .* 0 to 1; it is 2"),
-        (effect("joint_damping_error", 0, scale=2.0),
-         r"'joint_damping_error' is not about a servo"),
-        (effect("sample_period_error", 0, scale=1.1),
-         r"'sample_period_error' is not about a servo"),
+        (
+            effect("joint_damping_error", 0, scale=2.0),
+            r"'joint_damping_error' is not about a servo",
+        ),
+        (
+            effect("sample_period_error", 0, scale=1.1),
+            r"'sample_period_error' is not about a servo",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_servo_that_is_not_there_is_refused(entry: NamedValues, words: str) -> None:
     """So is one of an effect that no servo has."""
     with pytest.raises(InvalidModelFile, match=words):

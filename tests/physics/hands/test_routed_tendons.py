@@ -211,12 +211,15 @@ def test_gradients_of_a_routed_asset_are_its_differences(name: str) -> None:
     inputs = rollout.backward(**seeds)
     last = (1, len(mechanism.joints) - 1)
     cases = [
-        (inputs.mechanism.stiffness, (0, 0), 0.03), (inputs.mechanism.stiffness, last, 0.03),
-        (inputs.mechanism.mass, (0, 0), 0.01), (inputs.mechanism.mass, last, 0.01),
+        (inputs.mechanism.stiffness, (0, 0), 0.03),
+        (inputs.mechanism.stiffness, last, 0.03),
+        (inputs.mechanism.mass, (0, 0), 0.01),
+        (inputs.mechanism.mass, last, 0.01),
         (inputs.mechanism.spool_radius, (1, 0), 0.0125),
         (inputs.mechanism.path_point, (0, 1, 2), 0.01),
-        (inputs.mechanism.path_point, (1, 3, 0), 0.01), (inputs.parameters, (0, 0), 1.0),
-    ]  # fmt: skip
+        (inputs.mechanism.path_point, (1, 3, 0), 0.01),
+        (inputs.parameters, (0, 0), 1.0),
+    ]
     taped = [array.grad.numpy()[place].copy() for array, place, _ in cases]
     for (array, place, size), found in zip(cases, taped, strict=True):
         expected = difference(array, place, size, lambda: loss_of(rollout, seeds))

@@ -40,10 +40,15 @@ STRIDE = round(ROWS / RATE)
 def replay(recordings: list[Recording], **effects: dict[str, float]) -> list[Trajectory]:
     """Replay with the network of `force_query`."""
     rollout = Rollout(
-        load_mechanism("finger"), recordings, actuator="learned",
-        force=NetworkSource(force_query()), effects=list(effects), spool_radius=RADIUS,
-        time_step=5e-4, device="cpu",
-    )  # fmt: skip
+        load_mechanism("finger"),
+        recordings,
+        actuator="learned",
+        force=NetworkSource(force_query()),
+        effects=list(effects),
+        spool_radius=RADIUS,
+        time_step=5e-4,
+        device="cpu",
+    )
     return rollout.run(rollout.base_vectors(learned_model(**effects))[None])[0]
 
 
@@ -109,9 +114,14 @@ def motor_run(recording: Recording, hold: HoldLaw, strength: float) -> Trajector
     model = replace(model, actuator=replace(model.actuator, values=values))
     query = TorchScriptQuery(Motor(), window=1, rate=RATE, limit=LIMIT, hold=hold)
     rollout = Rollout(
-        load_mechanism("finger"), [recording], actuator="learned", force=NetworkSource(query),
-        spool_radius=RADIUS, time_step=5e-4, device="cpu",
-    )  # fmt: skip
+        load_mechanism("finger"),
+        [recording],
+        actuator="learned",
+        force=NetworkSource(query),
+        spool_radius=RADIUS,
+        time_step=5e-4,
+        device="cpu",
+    )
     return rollout.run(rollout.base_vectors(model)[None])[0][0]
 
 
@@ -227,9 +237,16 @@ def test_simulate_runs_a_learned_model(tmp_path, monkeypatch, recordings) -> Non
         '[actuator]\nkind = "learned"\nfile = "force.pt"\nspool_radius = 0.0125\n'
     )
     words = [
-        "simulate", str(tmp_path / "data"), "--model", str(tmp_path / "model.toml"), "--out",
-        str(tmp_path / "out"), "--no-plots", "--time-step", "5e-4",
-    ]  # fmt: skip
+        "simulate",
+        str(tmp_path / "data"),
+        "--model",
+        str(tmp_path / "model.toml"),
+        "--out",
+        str(tmp_path / "out"),
+        "--no-plots",
+        "--time-step",
+        "5e-4",
+    ]
     assert main(words) == 0
     assert (tmp_path / "out" / "1.csv").is_file()
     assert main([*words, "--network", "other"]) == 2
@@ -243,9 +260,13 @@ def test_a_model_without_its_file_is_refused(tmp_path, capsys, recordings) -> No
     )
     (tmp_path / "model.toml").write_text('[actuator]\nkind = "learned"\n')
     words = [
-        "simulate", str(tmp_path), "--model", str(tmp_path / "model.toml"), "--out",
+        "simulate",
+        str(tmp_path),
+        "--model",
+        str(tmp_path / "model.toml"),
+        "--out",
         str(tmp_path / "out"),
-    ]  # fmt: skip
+    ]
     assert main(words) == 2
     assert "'learned' needs file" in capsys.readouterr().err
 

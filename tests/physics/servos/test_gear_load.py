@@ -66,9 +66,13 @@ def shaft(motor: float, *, angle: float = 0.0, speed: float = 0.0) -> Recording:
     """Return a shaft with an arm, under a motor's torque [N m] when it begins."""
     numbers = BenchOverrides(mass=(MASS,), length=(LENGTH,))
     return run_of(
-        np.full(2, angle + motor / GAIN), bench="pendulum", start="first_row", angle=angle,
-        speed=speed, bench_overrides=numbers,
-    )  # fmt: skip
+        np.full(2, angle + motor / GAIN),
+        bench="pendulum",
+        start="first_row",
+        angle=angle,
+        speed=speed,
+        bench_overrides=numbers,
+    )
 
 
 def simulated(recordings: Sequence[Recording], effects: Chosen) -> list[Trajectory]:

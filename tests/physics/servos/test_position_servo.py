@@ -161,9 +161,13 @@ def test_only_effects_on_positions_are_tried_and_held() -> None:
         replay([commanded(WAVE, "finger")], servo_model())
     still = np.zeros((5, 1))
     driven = Recording(
-        name="r", bench="servo", time=np.linspace(0.0, 4.0 * ROW, 5), motor_position=still,
-        motor_velocity=still, force=still,
-    )  # fmt: skip
+        name="r",
+        bench="servo",
+        time=np.linspace(0.0, 4.0 * ROW, 5),
+        motor_position=still,
+        motor_velocity=still,
+        force=still,
+    )
     with pytest.raises(InvalidRecording, match="follows theta_d"):
         replay([driven], servo_model())
 

@@ -31,9 +31,12 @@ def test_strings_are_as_long_as_a_fingers() -> None:
 def test_the_plant_converges_with_its_step() -> None:
     """With every fault at once, half the step moves angles by less than half an encoder's floor."""
     faults = Faults(
-        coulomb=(0.4, 0.0, 0.2, 0.0), viscous=(0.2,), slack=(0.0, 0.002, 0.0, 0.0),
-        delay=(0.02, 0.01, 0.0, 0.0), rubbing=(0.0, 0.0, 0.0, 0.25),
-    )  # fmt: skip
+        coulomb=(0.4, 0.0, 0.2, 0.0),
+        viscous=(0.2,),
+        slack=(0.0, 0.002, 0.0, 0.0),
+        delay=(0.02, 0.01, 0.0, 0.0),
+        rubbing=(0.0, 0.0, 0.0, 0.25),
+    )
     check_convergence(HAND, faults)
 
 

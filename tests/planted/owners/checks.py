@@ -57,9 +57,14 @@ def check_agreement(bench: Bench, planted: Sequence[Planted]) -> None:
     motions = simulate(bench.finger, [Run(command=command, faults=own) for own, _ in planted])
     blank = np.zeros_like(command)
     recording = Recording(
-        name="run.csv", bench=bench.name, time=np.arange(len(command)) / ROW_RATE, command=command,
-        motor_position=blank, motor_velocity=blank, force=blank,
-    )  # fmt: skip
+        name="run.csv",
+        bench=bench.name,
+        time=np.arange(len(command)) / ROW_RATE,
+        command=command,
+        motor_position=blank,
+        motor_velocity=blank,
+        force=blank,
+    )
     source = NamedValues(name="ideal", values={"gain": GAIN})
     models = [Model(actuator=source, effects=own) for _, own in planted]
     rollout = rollout_of(

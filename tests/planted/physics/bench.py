@@ -43,10 +43,15 @@ class Bench:
 
 def _slider(stiffness: float) -> Bench:
     return Bench(
-        kind="slider", mass=(0.05, 0.0), stiffness=(stiffness, 0.0), damping=(5.0, 0.0),
-        upper=(0.08, 0.0), stop_stiffness=(1.5e5, 0.0), stop_damping=(80.0, 0.0),
+        kind="slider",
+        mass=(0.05, 0.0),
+        stiffness=(stiffness, 0.0),
+        damping=(5.0, 0.0),
+        upper=(0.08, 0.0),
+        stop_stiffness=(1.5e5, 0.0),
+        stop_damping=(80.0, 0.0),
         moment_arm=(1.0, 0.0),
-    )  # fmt: skip
+    )
 
 
 BENCHES: Mapping[str, Bench] = {

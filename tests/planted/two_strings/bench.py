@@ -15,11 +15,15 @@ EXTENSOR = (  # over two knuckles
     Crossing(before=(-0.020, 0.0055), behind=(0.010, 0.004), radius=0.0045),
 )
 FINGER = Finger(
-    mass=np.array([0.015, 0.009]), length=np.array([0.034, 0.026]),
-    inertia=np.array([1.445e-6, 5.07e-7]), spring=np.array([0.03, 0.02]),
-    damping=np.array([6e-4, 3e-4]), range=np.array([1.5, 1.5]),
-    stop_damping=np.array([0.02, 0.005]), strings=Strings((FLEXOR, EXTENSOR)),
-)  # fmt: skip
+    mass=np.array([0.015, 0.009]),
+    length=np.array([0.034, 0.026]),
+    inertia=np.array([1.445e-6, 5.07e-7]),
+    spring=np.array([0.03, 0.02]),
+    damping=np.array([6e-4, 3e-4]),
+    range=np.array([1.5, 1.5]),
+    stop_damping=np.array([0.02, 0.005]),
+    strings=Strings((FLEXOR, EXTENSOR)),
+)
 SHARED = ("command_delay", "gain_error", "viscous_friction")
 TWO_STRINGS = Bench(
     name="finger_antagonist",

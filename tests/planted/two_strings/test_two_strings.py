@@ -85,9 +85,12 @@ def test_commands_that_are_turned_or_exchanged_are_told_of_two_strings(rng) -> N
 def test_the_plant_converges_with_its_step() -> None:
     """With every fault at once, half the step moves angles by less than half an encoder's floor."""
     faults = Faults(
-        coulomb=(0.4, 0.2), viscous=(0.2, 0.1), slack=(0.001, 0.002), delay=(0.02, 0.01),
+        coulomb=(0.4, 0.2),
+        viscous=(0.2, 0.1),
+        slack=(0.001, 0.002),
+        delay=(0.02, 0.01),
         lag=(0.02, 0.0),
-    )  # fmt: skip
+    )
     check_convergence(TWO_STRINGS, faults)
 
 

@@ -42,9 +42,14 @@ def servo_log(
         angle[k] = q
     force = np.clip(STIFFNESS * angle + rng.normal(0.0, noise, time.size), 0.0, LIMIT)
     return Recording(
-        name=name, bench=bench, time=time, command=command[:, None], motor_position=angle[:, None],
-        motor_velocity=velocity[:, None], force=force[:, None],
-    )  # fmt: skip
+        name=name,
+        bench=bench,
+        time=time,
+        command=command[:, None],
+        motor_position=angle[:, None],
+        motor_velocity=velocity[:, None],
+        force=force[:, None],
+    )
 
 
 def write_servo_dataset(folder: Path, *, duration: float = 12.0) -> Path:

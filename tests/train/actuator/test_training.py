@@ -73,9 +73,13 @@ def test_every_network_learns_a_force_with_memory(tmp_path: Path, kind: str, win
     The plant holds up to 1 N by friction, which no function of theta_d - theta can know.
     """
     config = TrainingConfig(
-        network=kind, window=window, epochs=6, windows_per_epoch=3072, batch=128,
+        network=kind,
+        window=window,
+        epochs=6,
+        windows_per_epoch=3072,
+        batch=128,
         learning_rate=6.0e-3,
-    )  # fmt: skip
+    )
     fit, validation = windows_of(0, 1, 3, 4, window=window), windows_of(2, 5, window=window)
     network, done = train_network(config, fit, validation, tmp_path / "c.checkpoint")
     card = card_of(kind, window=window)

@@ -33,11 +33,14 @@ def without_rows(recording: Recording, lost: slice) -> Recording:
     kept = np.ones(recording.sample_count, dtype=bool)
     kept[lost] = False
     return replace(
-        recording, time=recording.time[kept], command=recording.command[kept],
+        recording,
+        time=recording.time[kept],
+        command=recording.command[kept],
         motor_position=recording.motor_position[kept],
-        motor_velocity=recording.motor_velocity[kept], force=recording.force[kept],
+        motor_velocity=recording.motor_velocity[kept],
+        force=recording.force[kept],
         enabled=recording.enabled[kept],
-    )  # fmt: skip
+    )
 
 
 def test_a_window_is_every_fourth_row_and_all_four_phases_are_there() -> None:

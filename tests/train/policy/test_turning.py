@@ -20,13 +20,22 @@ pytestmark = pytest.mark.slow  # a hand's kernels take a minute to compile
 
 WORLDS = 6
 PLAIN = TurningConfig(
-    turn_rates=(1.0, 1.0), start_command=1.0, size_spread=0.0, camera_noise=(0.0, 0.0),
+    turn_rates=(1.0, 1.0),
+    start_command=1.0,
+    size_spread=0.0,
+    camera_noise=(0.0, 0.0),
     camera_delay=(1, 1),
-)  # fmt: skip
+)
 HANDS = EnvironmentConfig(
-    task="turn", worlds=WORLDS, randomise=("none",), spread=0.0, max_step=2.0e-3, history=3,
-    episode=1000.0, turning=PLAIN,
-)  # fmt: skip
+    task="turn",
+    worlds=WORLDS,
+    randomise=("none",),
+    spread=0.0,
+    max_step=2.0e-3,
+    history=3,
+    episode=1000.0,
+    turning=PLAIN,
+)
 
 
 def hands(**changes: Any) -> tuple[FingerEnvironment, Turning]:
