@@ -140,6 +140,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation("a-limit-binds-where-a-special-case-has-none",
         "tendon_newton/diagnosis/search/starts.py", "**atom, **loose, **alike", "**atom, **alike",
         f"{SETS} slope_starts"),
+    Mutation("a-limit-beyond-its-range", "tendon_newton/diagnosis/search/coordinates.py",
+        "parameter.nominal / high", "0.0", f"{SETS} beyond_its_range"),
     Mutation("something-in-the-way-is-a-gear", "tendon_newton/diagnosis/accounts/wrong_scales.py",
         "min(angles, key=lambda ratio: abs(np.log(abs(ratio))))", "float(np.median(angles))",
         "tests/diagnosis/reporting/test_next_steps.py -k in_the_way"),

@@ -30,9 +30,11 @@ def coordinate_of(study: Study, column: int) -> Coordinate:
     null = parameter.null if np.isinf(parameter.null) else study.base_value(column)
     low, high = parameter.lower, parameter.upper
     if np.isinf(parameter.null):
+        # beyond its range a limit is met within a step, and acts as a delay of half of that
+        least = 0.0 if parameter.optional else parameter.nominal / high
         return Coordinate(
             kind="inverse", origin=parameter.nominal, unit=1.0,
-            lower=0.0, upper=parameter.nominal / low,
+            lower=least, upper=parameter.nominal / low,
         )  # fmt: skip
     if low > 0.0:
         origin = float(np.clip(null, low, high))

@@ -1,5 +1,6 @@
 """Sets of causes are compared at their best, judged where they act, and do not grow for ever."""
 
+import math
 import re
 import time
 from collections.abc import Sequence
@@ -34,6 +35,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     followed,
     followed_to_end,
     held_out_gains,
+    is_nothing,
     leaves_nothing_at_any_step,
     look_further,
     new_name,
@@ -421,6 +423,18 @@ def test_a_special_case_starts_where_its_law_was_found(worlds: SearchWorlds) -> 
     assert {names for names, _ in starts} == {("coulomb_friction",)}
     (column,) = worlds.study.table.columns("coulomb_friction")
     assert [values[column] for _, values in starts] == pytest.approx([0.5, 1.0, 0.25])
+
+
+def test_no_limit_is_looked_for_beyond_its_range() -> None:
+    """There it is met within a step, and is a delay of half of that; at its end it is nothing."""
+    names = ("command_rate_limit", "acceleration_limit")
+    pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    rate, slope, speed = (c for n in names for c in pool.worlds.study.table.columns(n))
+    ends = {c: pool.worlds.coordinate(c).value(pool.worlds.coordinate(c).lower)
+            for c in (rate, slope, speed)}  # fmt: skip
+    assert ends == {rate: 100.0, slope: 1000.0, speed: math.inf}
+    assert is_nothing(pool, started(pool, command_rate_limit=100.0), "command_rate_limit")
+    assert not is_nothing(pool, started(pool, command_rate_limit=99.0), "command_rate_limit")
 
 
 def test_a_profile_with_a_slope_starts_as_one_without() -> None:
