@@ -40,7 +40,7 @@ PARTS: dict[str, Callable[[Sequence[int]], Iterator[Row]]] = {
     "network": network,
     "training": training,
 }
-DRAWN = ("mechanics", "network")
+DRAWN = ("mechanics", "network")  # Parts whose rows differ by engine
 
 
 def measure(

@@ -1,6 +1,6 @@
 """What training costs: a control step of what worlds hold, and an iteration of learning.
 
-Hands close on a ball, fingers ask the authors' Transformer for their force, and rsl-rl's PPO learns
+Hands hold a ball, fingers ask the authors' Transformer for their force, and rsl-rl's PPO learns
 from fingers.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 import torch
 import warp as wp
 
-from lab.benchmarks.network import authors_network, fused, matrix_products
+from lab.benchmarks.network import Arithmetic, authors_network, fused, matrix_products
 from lab.benchmarks.timing import Row, best_time, say
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -26,10 +26,8 @@ from tendon_train.policy.runs.policy_training import train_policy
 
 STEP = 1.0e-3  # Longest substep of all rows but the Transformer's [s]
 NETWORK_STEP = 5.0e-3  # At which fingers with the Transformer are sound [s]
-CLOSING, TURNING = (
-    4.0,
-    0.2,
-)  # Command that closes a hand on its ball, and by how much it moves [rad]
+CLOSING = 4.0  # Command that closes a hand on its ball [rad]
+APART = 0.2  # By how much commands of fingers and hands differ [rad]
 CLOSE_STEPS = 12  # Control steps until all fingers press
 LOOP_WORLDS = (1024, 4096, 16384, 65536)
 HAND_WORLDS = (1024, 4096, 16384)
@@ -61,13 +59,13 @@ def network_row(worlds: int) -> Row:
 
 
 def hand_row(worlds: int) -> Row:
-    """Time a control step of hands that move a ball in their grip."""
+    """Time a control step of hands that hold a ball in their grip."""
     mechanism = load_mechanism("hand_ball")
     loop = ControlLoop(
         mechanism, IDEAL, worlds, max_step=STEP, precision="float32", device=wp.get_device()
     )
     way = torch.rand(worlds, loop.tendon_count, generator=torch.Generator().manual_seed(1))
-    return timed("hand with a ball", loop, CLOSING + TURNING * way)
+    return timed("hand with a ball", loop, CLOSING + APART * way)
 
 
 def timed(name: str, loop: ControlLoop, command: torch.Tensor) -> Row:
@@ -88,7 +86,7 @@ def timed(name: str, loop: ControlLoop, command: torch.Tensor) -> Row:
     return row
 
 
-def learning_row(worlds: int, arithmetic: str) -> Row:
+def learning_row(worlds: int, arithmetic: Arithmetic) -> Row:
     """Return the samples per second of a training: the median iteration after the first two."""
     ends: list[float] = []
     config = PolicyTrainingConfig(
@@ -96,8 +94,7 @@ def learning_row(worlds: int, arithmetic: str) -> Row:
         batch=worlds * ITERATION_STEPS // BATCHES, epochs=EPOCHS, learning_rate=1.0e-3,
         checkpoint_every=ITERATIONS, device=wp.device_to_torch(wp.get_device()),
     )  # fmt: skip
-    exact = "TF32" if arithmetic == "TF32" else "float32"
-    with TemporaryDirectory() as folder, matrix_products(exact):
+    with TemporaryDirectory() as folder, matrix_products(arithmetic):
         train_policy(config, Path(folder), report=lambda _: ends.append(time.perf_counter()))
     seconds = float(np.median(np.diff(ends[2:])))
     row: Row = {

@@ -51,6 +51,10 @@ class Coordinate:
             return 0.0 if np.isinf(value) else self.origin / value
         return (value - self.origin) / self.unit
 
+    def is_nothing(self, u: float) -> bool:
+        """Tell whether a number means nothing: it vanished, or limits as little as it can."""
+        return u <= self.lower if self.kind == "inverse" else u == 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class OpenNumber:

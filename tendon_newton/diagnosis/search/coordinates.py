@@ -30,7 +30,7 @@ def coordinate_of(study: Study, column: int) -> Coordinate:
     null = parameter.null if np.isinf(parameter.null) else study.base_value(column)
     low, high = parameter.lower, parameter.upper
     if np.isinf(parameter.null):
-        # beyond its range a limit is met within a step, and acts as a delay of half of that
+        # beyond its range a limit of a command is met within a step: it acts as half a step's delay
         least = 0.0 if parameter.optional else parameter.nominal / high
         return Coordinate(
             kind="inverse", origin=parameter.nominal, unit=1.0,

@@ -47,6 +47,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
 )
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
+    between,
     found_of,
     harmonic,
     holds_null,
@@ -433,8 +434,11 @@ def test_no_limit_is_looked_for_beyond_its_range() -> None:
     ends = {c: pool.worlds.coordinate(c).value(pool.worlds.coordinate(c).lower)
             for c in (rate, slope, speed)}  # fmt: skip
     assert ends == {rate: 100.0, slope: 1000.0, speed: math.inf}
-    assert is_nothing(pool, started(pool, command_rate_limit=100.0), "command_rate_limit")
-    assert not is_nothing(pool, started(pool, command_rate_limit=99.0), "command_rate_limit")
+    quick, quicker, none = (started(pool, command_rate_limit=x) for x in (8.0, 99.0, 100.0))
+    assert is_nothing(pool, none, "command_rate_limit")
+    assert not is_nothing(pool, quicker, "command_rate_limit")
+    assert between(pool.worlds, quick, rate, [quicker]) > 0.0
+    assert between(pool.worlds, quick, rate, [quick, none]) == 0.0
 
 
 def test_a_profile_with_a_slope_starts_as_one_without() -> None:

@@ -602,8 +602,7 @@ def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
 def is_nothing(pool: Pool, fit: Fit, name: str) -> bool:
     """Tell whether a cause ended as nothing: its first number vanished, or limits no more."""
     column = pool.worlds.study.table.columns(name)[0]
-    own = pool.worlds.coordinate(column)
-    return fit.place[fit.columns.index(column)] == (own.lower if own.kind == "inverse" else 0.0)
+    return pool.worlds.coordinate(column).is_nothing(fit.place[fit.columns.index(column)])
 
 
 def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:

@@ -64,7 +64,7 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     half = half_widths(point, worlds.where, spread, form)
     among, fit = [in_seconds(worlds, other) for other in among], in_seconds(worlds, fit)
     values = values_of(worlds, fit.columns, fit.place)
-    whole = np.hypot(half, [between(worlds.study, fit, c, among) for c in fit.columns])
+    whole = np.hypot(half, [between(worlds, fit, c, among) for c in fit.columns])
     low, high = bounds_of(worlds, fit.columns, fit.names)
     intervals, numbers = {}, list[OpenNumber]()
     for f, (column, value) in enumerate(values.items()):
@@ -137,17 +137,18 @@ def as_likely(pool: Pool, fit: Fit) -> list[Fit]:
     return [other for other in pool.fits.values() if pool.gain(fit, other) < pool.price]
 
 
-def between(study: Study, fit: Fit, column: int, among: Collection[Fit]) -> float:
+def between(worlds: SearchWorlds, fit: Fit, column: int, among: Collection[Fit]) -> float:
     """Return half the 95 % interval of a number's coordinate over sets that fitted it, too.
 
     A number of a bench that is a cause in one set and within its tolerance in another is not the
     same number. A set in which a cause ended as nothing is one without it.
     """
-    owner, own = study.table.owners[column][0], fit.place[fit.columns.index(column)]
+    owner, own = worlds.study.table.owners[column][0], fit.place[fit.columns.index(column)]
+    is_nothing = worlds.coordinate(column).is_nothing
     moved = [
         o.place[o.columns.index(column)] - own for o in among
         if column in o.columns and (owner in o.names) == (owner in fit.names)
-        and (owner not in o.names or o.place[o.columns.index(column)] != 0.0)
+        and not (owner in o.names and is_nothing(o.place[o.columns.index(column)]))
     ]  # fmt: skip
     return SURE * float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
 
