@@ -446,6 +446,9 @@ MUTATIONS: tuple[Mutation, ...] = (
         "slope, tare, error = line_through(points, gravity)",
         "slope, tare, error = line_through(points, 9.7)",
         "tests/hardware/load_cells/test_calibration.py"),
+    Mutation("kernels-compile-in-each-process", "tendon_newton/device_code/templates.py",
+        "self._sources.append(str(found))", "self._sources.append(repr(found))",
+        "tests/contracts/test_references.py -k alike"),
 )  # fmt: skip
 """By what they harm. A text that no longer stands in its file must be found its new place."""
 

@@ -214,5 +214,6 @@ class Specialiser:
         if is_device_template(found):
             return self.function(found)
         if found is not value and not callable(found):
-            self._sources.append(repr(found))
+            # not `repr`: of a matrix that is its place in memory, another one in each process
+            self._sources.append(str(found))
         return found
