@@ -257,7 +257,8 @@ class Servo:
     # Where the free body is [m]; `v` has its speeds
     body_place: Annotated[DeviceArray[Vec3], HAS_BODY]
     body_turn: Annotated[DeviceArray[Quaternion], HAS_BODY]  # How it is turned
-    # Mean force [N] and torque [N m] of each chain on it in the last step, shape (W K, 2)
+    # Mean force [N] and torque [N m] of each chain on it in a step: of its last round, then of the
+    # round before, shape (W K, 4)
     body_push: Annotated[DeviceGrid[Vec3], SHARES_BODY]
     # Where its seven coordinates begin among Newton's positions
     body_position_index: Annotated[DeviceArray[int], HAS_BODY]
@@ -625,6 +626,10 @@ class Grip:
     shear_stiffness: real  # Derivative of the friction by the way sideways [N/m]
     shear_damping: real  # Derivative of the friction by the speed sideways [N s/m]
     stretch: Vec3  # How far friction has stretched the contact [m]
+    depth: real  # How deep it is [m]; 0: it does not touch
+    normal: Vec3  # Along which it pushes its link [1]
+    friction: real  # Coefficient of friction [1]
+    columns: SpaceMatrix  # How the joints move it [m/rad], shape (J, 3)
 
 
 @device_struct
@@ -634,6 +639,3 @@ class ContactTerms:
     torque: JointVector  # [N m] or [N]
     stiffness: JointMatrix  # Derivative of the torque by the coordinates
     damping: JointMatrix  # Derivative of the torque by the rates
-    force: Vec3  # Force of one contact on its link [N]
-    stretch: Vec3  # How far friction has stretched it [m]
-    depth: real  # How deep it is [m]; 0: it does not touch

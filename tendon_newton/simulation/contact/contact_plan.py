@@ -44,6 +44,15 @@ class ContactPlan:
         """Whether an obstacle is free to move."""
         return self.body != FIXED
 
+    @property
+    def body_share(self) -> float:
+        """Weight of a chain's copy of the body as a share of the body's own.
+
+        Chosen among 1 / K, 2 / (K + 1) and 1 for K chains: with it no mode grows at the longest
+        step (tests/physics/contact/test_rounds.py).
+        """
+        return 2.0 / (self.chains + 1.0)
+
     @cached_property
     def contacts(self) -> tuple[tuple[int, int, int, int, int], ...]:
         """What each contact that may be is: capsule, obstacle, place, the obstacle's shape, link.

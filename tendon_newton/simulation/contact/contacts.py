@@ -195,20 +195,21 @@ def grip_of(
 
 
 @device_template
-def grip_terms(friction: real, normal: Vec3, grip: Grip, columns: SpaceMatrix) -> ContactTerms:
+def grip_terms(grip: Grip) -> ContactTerms:
     """Return a contact's torque, and its derivatives."""
+    columns = grip.columns
     push = JointVector()
     along = JointVector()
     torque = JointVector()
     stiffness = JointMatrix()
     damping = JointMatrix()
     for j in range(JOINTS):
-        push[j] = wp.dot(normal, row(columns, j))
+        push[j] = wp.dot(grip.normal, row(columns, j))
         along[j] = wp.dot(grip.direction, row(columns, j))
         torque[j] = grip.force * push[j] + wp.dot(grip.drag, row(columns, j))
     for i in range(JOINTS):
         # A contact that slides answers to a change of its limit, one that sticks does not.
-        across = push[i] + friction * along[i]
+        across = push[i] + grip.friction * along[i]
         for j in range(JOINTS):
             side = wp.dot(row(columns, i), row(columns, j)) - push[i] * push[j]
             side = side - along[i] * along[j]
@@ -218,8 +219,6 @@ def grip_terms(friction: real, normal: Vec3, grip: Grip, columns: SpaceMatrix) -
     out.torque = torque
     out.stiffness = stiffness
     out.damping = damping
-    out.stretch = grip.stretch
-    out.force = grip.force * normal + grip.drag
     return out
 
 
@@ -244,7 +243,7 @@ def contact_columns(pose: ContactPose, link: int, obstacle: int, point: Vec3) ->
 @device_template
 def grip_at(
     mechanism: Mechanism, here: Drive, pose: ContactPose, contact: int, unseen: real
-) -> ContactTerms:
+) -> Grip:
     """Return the forces of one contact; `unseen` is `WITHIN` or `AFTER` a step."""
     capsule = CONTACT_TABLE[contact, 0]
     obstacle = CONTACT_TABLE[contact, 1]
@@ -257,16 +256,18 @@ def grip_at(
         CONTACT_TABLE[contact, 2],
         CONTACT_TABLE[contact, 3],
     )
-    out = ContactTerms()
+    out = Grip()
     if touch.depth > real(0.0):
         columns = contact_columns(pose, CONTACT_TABLE[contact, 4], obstacle, touch.point)
         material = material_of(mechanism, home_of(here.world), capsule, obstacle)
         slot = wp.static(CONTACT_MEMORY) + wp.static(STRETCH) * contact
         kept = Vec3(here.memory[slot], here.memory[slot + 1], here.memory[slot + 2])
         mean = here.v - (unseen * here.elapsed) * here.acceleration
-        grip = grip_of(material, touch, columns, here.v, mean, here.elapsed, kept)
-        out = grip_terms(material[2], touch.normal, grip, columns)
+        out = grip_of(material, touch, columns, here.v, mean, here.elapsed, kept)
         out.depth = touch.depth
+        out.normal = touch.normal
+        out.friction = material[2]
+        out.columns = columns
     return out
 
 
@@ -281,8 +282,9 @@ def contact_terms(mechanism: Mechanism, here: Drive) -> ContactTerms:
     # of a sum to walk it back.
     count = int(CONTACTS)
     for contact in range(count):
-        own = grip_at(mechanism, here, pose, contact, real(WITHIN))
-        if own.depth > real(0.0):
+        grip = grip_at(mechanism, here, pose, contact, real(WITHIN))
+        if grip.depth > real(0.0):
+            own = grip_terms(grip)
             torque = torque + own.torque
             stiffness = stiffness + own.stiffness
             damping = damping + own.damping

@@ -248,7 +248,7 @@ class TendonSolver(SolverBase):
             "body_velocity_index": velocity,
         }
         if self.chain_count > 1:
-            bodies["body_push"] = wp.zeros((self._chains, 2), dtype=types[Vec3], device=device)
+            bodies["body_push"] = wp.zeros((self._chains, 4), dtype=types[Vec3], device=device)
         return bodies
 
     def _carry_bodies(self, state: Any, chosen: wp.array) -> None:
@@ -427,8 +427,11 @@ class TendonSolver(SolverBase):
             )
         substeps = max(1, ceil(dt / self.max_step - 1.0e-6))
         states = [self._joints_of(state_in), self._joints_of(state_out)]
-        inputs = [*self._inputs(), substeps, dt / substeps, *states]
-        threads = self.world_count if self.moves_body else self._chains
+        threads, own = self._chains, []
+        if self.moves_body:
+            own = [1 if self.model.device.is_cuda else self.chain_count]
+            threads //= own[0]
+        inputs = [*self._inputs(), *own, substeps, dt / substeps, *states]
         self._launch("step", threads, inputs, block_dim=step_block(self._code.structure)[0])
         self._place_bodies(state_out)
 
@@ -478,8 +481,14 @@ class TendonSolver(SolverBase):
 
 
 def step_block(structure: Structure) -> tuple[int, int]:
-    """Return the threads of a CUDA block in a step, and the blocks of a multiprocessor."""
-    return BODY_BLOCK if structure.touch.moves else BLOCK
+    """Return the threads of a CUDA block in a step, and the blocks of a multiprocessor.
+
+    The chains of a world that share a body stand in one block.
+    """
+    if not structure.touch.moves:
+        return BLOCK
+    threads, blocks = BODY_BLOCK
+    return threads - threads % structure.touch.chains, blocks
 
 
 @cache

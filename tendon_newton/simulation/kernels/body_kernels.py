@@ -1,9 +1,15 @@
-"""Kernels of mechanisms that move a free body: one thread steps all chains of a world, in turn.
+"""Kernels of mechanisms that move a free body: each chain has a copy of it, and they agree.
 
-The body is a part of each chain that touches it. Each of several chains is stepped with the body
-under what the others last did to it, and the body goes where the last chain leaves it: impulses in
-sequence, as engines for rigid bodies find contact forces. A second round lets the first chain know
-what the last one did.
+The body is a part of each chain that touches it. Several chains are stepped side by side, each with
+a copy of the body that weighs `BODY_SHARE` of it, under what the others last did to it; where all
+know that, all copies move as the body does. A second round lets each chain know what the others do
+in this very step. Then the body takes up what all have done to it.
+
+Source: Tonge, Benevolenski, Voroshilov, Mass splitting for jitter-free parallel rigid body
+simulation, ACM Trans. Graph. 31 (2012), for the copies.
+
+On CUDA a thread steps one chain, and those of a world wait for each other; on a CPU a thread steps
+all chains of a world in turn.
 """
 
 from __future__ import annotations
@@ -12,6 +18,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     BODY,
+    BODY_SHARE,
     CHAINS,
     CONTACT_TABLE,
     CONTACTS,
@@ -34,7 +41,6 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.contact.contacts import WITHIN, grip_at, pose_at
 from tendon_newton.simulation.contact.free_body import (
-    body_weight,
     frame_of,
     home_of,
     inertia_of_body,
@@ -43,7 +49,7 @@ from tendon_newton.simulation.contact.free_body import (
     way_in,
     with_body,
 )
-from tendon_newton.simulation.dynamics.integrator import step
+from tendon_newton.simulation.dynamics.integrator import step, undivided_step
 from tendon_newton.simulation.kernels.acting_command import mean_command
 from tendon_newton.simulation.kernels.control_kernels import (
     FARTHEST,
@@ -55,10 +61,19 @@ from tendon_newton.simulation.kernels.control_kernels import (
 )
 from tendon_newton.simulation.tendons.routes import placed
 
-# Rounds over the chains of a world in a step. With two, no mode of up to four fingers and a body of
-# 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press with up to 20 N
-# (tests/physics/contact/test_rounds.py).
-ROUNDS = 2
+# The last of the rounds over the chains of a world in a step, counted from 0. With two rounds, no
+# mode of up to four fingers and a body of 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press
+# with up to 20 N (tests/physics/contact/test_rounds.py).
+LAST_ROUND = 1
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    __syncthreads();
+#endif
+""")
+def wait_for_all() -> None:
+    """Let the threads of a block, which hold all chains of their worlds, wait for each other."""
 
 
 @device_template
@@ -127,40 +142,33 @@ def tell_body(servo: Servo, home: int, out: NewtonJoints) -> None:
 
 
 @device_template
-def move_body(mechanism: Mechanism, servo: Servo, home: int, end: Motion) -> None:
-    """Put the body where a step has left it; its coordinates begin anew."""
-    servo.body_place[home] = servo.body_place[home] + way_in(end.q)
-    turned = quaternion_of(turn_in(end.q)) * servo.body_turn[home]
-    servo.body_turn[home] = wp.normalize(turned)
-    take_speeds(servo, home, way_in(end.v), turn_in(end.v))
-    put_body(mechanism, servo, home)
-
-
-@device_template
-def load_of_others(servo: Servo, i: int) -> JointVector:
-    """Return what the other chains of a world did to the body in their last step [N, N m]."""
+def load_of_others(servo: Servo, i: int, lap: int) -> JointVector:
+    """Return what lets a chain's copy of the body move as the body last did [N, N m]."""
     chains = int(CHAINS)
     first = home_of(i) * chains
-    push = Vec3()
-    twist = Vec3()
+    last = int(2) * (lap % int(2))
+    push = -servo.body_push[i, last]
+    twist = -servo.body_push[i, last + 1]
     for c in range(chains):
-        if first + c != i:
-            push = push + servo.body_push[first + c, 0]
-            twist = twist + servo.body_push[first + c, 1]
+        push = push + wp.static(BODY_SHARE) * servo.body_push[first + c, last]
+        twist = twist + wp.static(BODY_SHARE) * servo.body_push[first + c, last + 1]
     return with_body(JointVector(), push, twist)
 
 
 @device_template
-def keep_push(mechanism: Mechanism, servo: Servo, start: Drive, end: Motion, h: real) -> None:
-    """Keep what a chain did to the body: its change of momentum, less what else acted on it."""
+def keep_push(
+    mechanism: Mechanism, servo: Servo, start: Drive, end: Motion, h: real, lap: int
+) -> None:
+    """Keep what a chain and its part of the weight did to the body, for the next round."""
     i = start.world
+    share = wp.static(BODY_SHARE) / h
     velocity = way_in(end.v) - way_in(start.v)
-    push = (mechanism.body_mass[home_of(i)] / h) * velocity
-    push = push - body_weight(mechanism, start) - way_in(start.load)
     before = inertia_of_body(mechanism, i, start.q) * turn_in(start.v)
     after = inertia_of_body(mechanism, i, end.q) * turn_in(end.v)
-    servo.body_push[i, 0] = push
-    servo.body_push[i, 1] = (after - before) / h - turn_in(start.load)
+    mass = mechanism.body_mass[home_of(i)]
+    now = int(2) * ((lap + int(1)) % int(2))
+    servo.body_push[i, now] = share * mass * velocity - way_in(start.load)
+    servo.body_push[i, now + 1] = share * (after - before) - turn_in(start.load)
 
 
 @device_template
@@ -176,10 +184,13 @@ def take_command(servo: Servo, history: Commands, i: int) -> None:
 
 
 @device_template
-def chain_step(
-    mechanism: Mechanism, servo: Servo, history: Commands, i: int, substep: int, h: real
-) -> Motion:
-    """Step one chain and its body by h [s] from where they are."""
+def step_chain(
+    mechanism: Mechanism, servo: Servo, history: Commands, i: int, substep: int, lap: int, h: real
+) -> None:
+    """Step one chain by h [s] from where it is; the last round is kept, and meets events.
+
+    Its body stays as fast as it was, until it is known what all chains do to it.
+    """
     log = past_of(history, i)
     p = servo.parameters[i]
     drive = servo_drive(mechanism, p, servo, i)
@@ -187,11 +198,49 @@ def chain_step(
     drive.time = servo.time[i] + real(substep) * h
     drive.command = mean_command(history, log, p, drive.time, h, log.count - 1)
     if wp.static(SHARES_BODY):
-        drive.load = load_of_others(servo, i)
-    end = step(mechanism, p, drive, h)
+        drive.load = load_of_others(servo, i, lap)
+    if lap < wp.static(LAST_ROUND if SHARES_BODY else 0):
+        foreseen = undivided_step(mechanism, p, drive, h)
+        if wp.static(SHARES_BODY):
+            keep_push(mechanism, servo, drive, foreseen, h, lap)
+    else:
+        end = step(mechanism, p, drive, h)
+        servo.q[i] = end.q
+        servo.v[i] = end.v
+        servo.memory[i] = end.memory
+        if wp.static(SHARES_BODY):
+            keep_push(mechanism, servo, drive, end, h, lap)
+            servo.v[i] = with_body(end.v, way_in(drive.v), turn_in(drive.v))
+
+
+@device_template
+def move_body(mechanism: Mechanism, servo: Servo, home: int, h: real) -> None:
+    """Put a body where a step of h [s] has left it; its coordinates begin anew."""
+    chains = int(CHAINS)
+    first = home * chains
+    q = servo.q[first]
+    velocity = way_in(servo.v[first])
+    spin = turn_in(servo.v[first])
     if wp.static(SHARES_BODY):
-        keep_push(mechanism, servo, drive, end, h)
-    return end
+        push = Vec3()
+        twist = Vec3()
+        way = Vec3()
+        turn = Vec3()
+        for c in range(chains):
+            push = push + servo.body_push[first + c, 0]
+            twist = twist + servo.body_push[first + c, 1]
+            way = way + way_in(servo.q[first + c])
+            turn = turn + turn_in(servo.q[first + c])
+        still = with_body(q, Vec3(), Vec3())
+        momentum = inertia_of_body(mechanism, first, still) * spin + h * twist
+        q = with_body(q, way / real(chains), turn / real(chains))
+        velocity = velocity + (h / mechanism.body_mass[home]) * push
+        spin = wp.inverse(inertia_of_body(mechanism, first, q)) * momentum
+    servo.body_place[home] = servo.body_place[home] + way_in(q)
+    turned = quaternion_of(turn_in(q)) * servo.body_turn[home]
+    servo.body_turn[home] = wp.normalize(turned)
+    take_speeds(servo, home, velocity, spin)
+    put_body(mechanism, servo, home)
 
 
 @device_template
@@ -199,39 +248,39 @@ def body_step_kernel(
     mechanism: Mechanism,
     servo: Servo,
     history: Commands,
+    own: int,
     substeps: int,
     h: real,
     given: NewtonJoints,
     out: NewtonJoints,
 ) -> None:
-    """Hold the commands of a world for some substeps of h [s]."""
-    home = int(wp.tid())  # pyright: ignore[reportArgumentType]
-    chains = int(CHAINS)
-    rounds = int(wp.static(ROUNDS if SHARES_BODY else 1))
-    for c in range(chains):
-        i = home * chains + c
+    """Hold the commands of worlds for some substeps of h [s]; a thread has so many chains."""
+    first = own * int(wp.tid())  # pyright: ignore[reportArgumentType]
+    home = home_of(first)
+    leads = first == home * wp.static(CHAINS)
+    for i in range(first, first + own):
         take_command(servo, history, i)
         here = Drive()
         here = resumed(here, servo, given, i)
         servo.q[i] = here.q
         servo.v[i] = here.v
-    resume_body(mechanism, servo, given, home)
-    for k in range(substeps):
-        for lap in range(rounds):
-            for c in range(chains):
-                i = home * chains + c
-                end = chain_step(mechanism, servo, history, i, k, h)
-                if lap == rounds - 1:
-                    servo.q[i] = end.q
-                    servo.v[i] = end.v
-                    servo.memory[i] = end.memory
-                    if c == chains - 1:
-                        move_body(mechanism, servo, home, end)
-    for c in range(chains):
-        i = home * chains + c
+    wait_for_all()
+    if leads:
+        resume_body(mechanism, servo, given, home)
+    wait_for_all()
+    for substep in range(substeps):
+        for lap in range(wp.static(LAST_ROUND + 1 if SHARES_BODY else 1)):
+            for i in range(first, first + own):
+                step_chain(mechanism, servo, history, i, substep, lap, h)
+            wait_for_all()
+        if leads:
+            move_body(mechanism, servo, home, h)
+        wait_for_all()
+    for i in range(first, first + own):
         servo.time[i] = servo.time[i] + real(substeps) * h
         hand_over(servo, i, servo.q[i], servo.v[i], servo.memory[i], out)
-    tell_body(servo, home, out)
+    if leads:
+        tell_body(servo, home, out)
 
 
 @device_template
@@ -284,10 +333,9 @@ def contact_kernel(
     count = int(CONTACTS)
     for contact in range(count):
         own = grip_at(mechanism, here, pose, contact, real(WITHIN))
+        push = own.force * own.normal + own.drag
         capsule = CONTACT_TABLE[contact, 0]
         obstacle = CONTACT_TABLE[contact, 1]
-        pushed = wp.vec3f(
-            wp.float32(own.force[0]), wp.float32(own.force[1]), wp.float32(own.force[2])
-        )
+        pushed = wp.vec3f(wp.float32(push[0]), wp.float32(push[1]), wp.float32(push[2]))
         if capsule >= 0:
             force[i, capsule, obstacle] = force[i, capsule, obstacle] + pushed

@@ -1,4 +1,4 @@
-"""Fingers that are stepped in turn with one body, along one line: does any of their modes grow?"""
+"""Fingers stepped side by side, each with a copy of their body, on a line: does any mode grow?"""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,9 @@ import pytest
 
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.obstacles import DISSIPATION, STIFFNESS
+from tendon_newton.simulation.contact.contact_plan import ContactPlan
 from tendon_newton.simulation.dynamics.integrator import GAMMA
-from tendon_newton.simulation.kernels.body_kernels import ROUNDS
+from tendon_newton.simulation.kernels.body_kernels import LAST_ROUND
 
 STEP = 5.0e-4  # s
 DRAWS = 150
@@ -39,14 +40,15 @@ def random_grasp(body: float, rng: np.random.Generator) -> Grasp:
 
 
 def pair_step(grasp: Grasp, i: int, q: Array, v: Array, load: float) -> tuple[Array, Array, float]:
-    """Step finger i and the body by ROS2 under a load of the others [N].
+    """Step finger i and its copy of the body by ROS2 under a load [N].
 
     Returns:
-        Places, speeds, and the mean force [N] that this finger does to the body.
+        Places, speeds, and the mean force [N] that this finger does to the copy.
     """
     k, c, h = STIFFNESS, DISSIPATION * grasp.force[i], STEP
     floor = grasp.floor if i == 0 else 0.0  # the first finger's part, as in the kernels
-    mass = np.diag([grasp.tip[i], grasp.body])
+    copy = grasp.body * share(grasp)
+    mass = np.diag([grasp.tip[i], copy])
     stiffness = np.array([[-k - grasp.drive[i], k], [k, -k - floor]])
     damping = np.array([[-c, c], [c, -c]])
     matrix = mass - GAMMA * h * damping - (GAMMA * h) ** 2 * stiffness
@@ -59,21 +61,31 @@ def pair_step(grasp: Grasp, i: int, q: Array, v: Array, load: float) -> tuple[Ar
     second = stiffness @ (q + h * slope) + damping @ later + outside
     k2 = np.linalg.solve(matrix, second - 2.0 * mass @ k1 + GAMMA * h * stiffness @ rest)
     end = v + h * (1.5 * k1 + 0.5 * k2)
-    push = grasp.body * (end[1] - v[1]) / h - load
+    push = copy * (end[1] - v[1]) / h - load
     return q + h * (1.5 * slope + 0.5 * (rest + GAMMA * h * k2)), end, push
 
 
+def share(grasp: Grasp) -> float:
+    """Return the weight of a finger's copy of the body as a share of its own."""
+    return ContactPlan(links=(), shapes=(), chains=len(grasp.tip)).body_share
+
+
 def hand_step(grasp: Grasp, state: Array) -> Array:
-    """Step all fingers in turn; the state has places, speeds and the last pushes."""
+    """Step all fingers side by side; the state has places, speeds and the last pushes."""
     count = len(grasp.tip)
     q, v = state[: count + 1], state[count + 1 : 2 * count + 2]
-    pushes = state[2 * count + 2 :].copy()
+    pushes = state[2 * count + 2 :]
     places, speeds = q.copy(), v.copy()
-    for _ in range(ROUNDS):
+    for _ in range(LAST_ROUND + 1):
+        loads = share(grasp) * np.sum(pushes) - pushes
+        pushes, copies = pushes.copy(), np.zeros(count)
         for i in range(count):
             own = [i, count]
-            load = float(np.sum(pushes) - pushes[i])
-            places[own], speeds[own], pushes[i] = pair_step(grasp, i, q[own], v[own], load)
+            (places[i], copies[i]), (speeds[i], _), pushes[i] = pair_step(
+                grasp, i, q[own], v[own], float(loads[i])
+            )
+        places[count] = np.mean(copies)
+    speeds[count] = v[count] + STEP * np.sum(pushes) / grasp.body
     return np.concatenate([places, speeds, pushes])
 
 
