@@ -45,13 +45,21 @@ class ContactPlan:
         return self.body != FIXED
 
     @property
+    def abreast(self) -> int:
+        """Chains of a world that are stepped side by side: half of those that share a body.
+
+        All four fingers of a hand at once learn too late of each other at 1 ms, and one after the
+        other they make a GPU wait.
+        """
+        return (self.chains + 1) // 2
+
+    @property
     def body_share(self) -> float:
         """Weight of a chain's copy of the body as a share of the body's own.
 
-        Chosen among 1 / K, 2 / (K + 1) and 1 for K chains: with it no mode grows at the longest
-        step (tests/physics/contact/test_rounds.py).
+        With it no mode of fingers and a body grows (tests/physics/contact/test_rounds.py).
         """
-        return 2.0 / (self.chains + 1.0)
+        return 2.0 / (self.abreast + 1.0)
 
     @cached_property
     def contacts(self) -> tuple[tuple[int, int, int, int, int], ...]:

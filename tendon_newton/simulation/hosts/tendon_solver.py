@@ -429,8 +429,9 @@ class TendonSolver(SolverBase):
         states = [self._joints_of(state_in), self._joints_of(state_out)]
         threads, own = self._chains, []
         if self.moves_body:
-            own = [1 if self.model.device.is_cuda else self.chain_count]
-            threads //= own[0]
+            abreast = self._code.structure.touch.abreast
+            own = [1 if self.model.device.is_cuda else abreast]
+            threads = self.world_count * abreast // own[0]
         inputs = [*self._inputs(), *own, substeps, dt / substeps, *states]
         self._launch("step", threads, inputs, block_dim=step_block(self._code.structure)[0])
         self._place_bodies(state_out)
@@ -483,12 +484,12 @@ class TendonSolver(SolverBase):
 def step_block(structure: Structure) -> tuple[int, int]:
     """Return the threads of a CUDA block in a step, and the blocks of a multiprocessor.
 
-    The chains of a world that share a body stand in one block.
+    All threads of a world that moves a body stand in one block.
     """
     if not structure.touch.moves:
         return BLOCK
     threads, blocks = BODY_BLOCK
-    return threads - threads % structure.touch.chains, blocks
+    return threads - threads % structure.touch.abreast, blocks
 
 
 @cache

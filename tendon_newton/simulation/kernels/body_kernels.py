@@ -1,15 +1,16 @@
 """Kernels of mechanisms that move a free body: each chain has a copy of it, and they agree.
 
-The body is a part of each chain that touches it. Several chains are stepped side by side, each with
-a copy of the body that weighs `BODY_SHARE` of it, under what the others last did to it; where all
-know that, all copies move as the body does. A second round lets each chain know what the others do
-in this very step. Then the body takes up what all have done to it.
+The body is a part of each chain that touches it. Half the chains of a world are stepped side by
+side, then the other half. Each has a copy of the body, under what the others did to it as far as
+that is known; where all know that, all copies move as the body does. The copies weigh `BODY_SHARE`
+of the body, since those that are stepped at once do not know of each other. A second round lets
+each chain know what all others do in this very step. Then the body takes up what they did to it.
 
 Source: Tonge, Benevolenski, Voroshilov, Mass splitting for jitter-free parallel rigid body
 simulation, ACM Trans. Graph. 31 (2012), for the copies.
 
-On CUDA a thread steps one chain, and those of a world wait for each other; on a CPU a thread steps
-all chains of a world in turn.
+On CUDA one thread steps each of the chains that are stepped side by side, and those of a world wait
+for each other; on a CPU one thread steps all.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    ABREAST,
     BODY,
     BODY_SHARE,
     CHAINS,
@@ -143,15 +145,21 @@ def tell_body(servo: Servo, home: int, out: NewtonJoints) -> None:
 
 @device_template
 def load_of_others(servo: Servo, i: int, lap: int) -> JointVector:
-    """Return what lets a chain's copy of the body move as the body last did [N, N m]."""
+    """Return what lets a chain's copy of the body move as the body does [N, N m]."""
     chains = int(CHAINS)
+    abreast = int(ABREAST)
     first = home_of(i) * chains
+    group = (i - first) // abreast
     last = int(2) * (lap % int(2))
+    now = int(2) - last
     push = -servo.body_push[i, last]
     twist = -servo.body_push[i, last + 1]
     for c in range(chains):
-        push = push + wp.static(BODY_SHARE) * servo.body_push[first + c, last]
-        twist = twist + wp.static(BODY_SHARE) * servo.body_push[first + c, last + 1]
+        known = last
+        if c // abreast < group:  # already stepped in this round
+            known = now
+        push = push + wp.static(BODY_SHARE) * servo.body_push[first + c, known]
+        twist = twist + wp.static(BODY_SHARE) * servo.body_push[first + c, known + 1]
     return with_body(JointVector(), push, twist)
 
 
@@ -244,6 +252,31 @@ def move_body(mechanism: Mechanism, servo: Servo, home: int, h: real) -> None:
 
 
 @device_template
+def begin_step(
+    mechanism: Mechanism, servo: Servo, history: Commands, given: NewtonJoints, home: int
+) -> None:
+    """Let the commands of a world in, and go on where Newton has it."""
+    chains = int(CHAINS)
+    for i in range(home * chains, (home + 1) * chains):
+        take_command(servo, history, i)
+        here = Drive()
+        here = resumed(here, servo, given, i)
+        servo.q[i] = here.q
+        servo.v[i] = here.v
+    resume_body(mechanism, servo, given, home)
+
+
+@device_template
+def end_step(servo: Servo, duration: real, out: NewtonJoints, home: int) -> None:
+    """Tell Newton where a world is after so long [s]."""
+    chains = int(CHAINS)
+    for i in range(home * chains, (home + 1) * chains):
+        servo.time[i] = servo.time[i] + duration
+        hand_over(servo, i, servo.q[i], servo.v[i], servo.memory[i], out)
+    tell_body(servo, home, out)
+
+
+@device_template
 def body_step_kernel(
     mechanism: Mechanism,
     servo: Servo,
@@ -254,33 +287,29 @@ def body_step_kernel(
     given: NewtonJoints,
     out: NewtonJoints,
 ) -> None:
-    """Hold the commands of worlds for some substeps of h [s]; a thread has so many chains."""
+    """Hold the commands of worlds for some substeps of h [s].
+
+    A thread steps so many of the chains that are stepped side by side: all of them, or one.
+    """
+    chains = int(CHAINS)
+    abreast = int(ABREAST)
     first = own * int(wp.tid())  # pyright: ignore[reportArgumentType]
-    home = home_of(first)
-    leads = first == home * wp.static(CHAINS)
-    for i in range(first, first + own):
-        take_command(servo, history, i)
-        here = Drive()
-        here = resumed(here, servo, given, i)
-        servo.q[i] = here.q
-        servo.v[i] = here.v
-    wait_for_all()
-    if leads:
-        resume_body(mechanism, servo, given, home)
+    home = first // abreast
+    place = first - home * abreast
+    if place == 0:
+        begin_step(mechanism, servo, history, given, home)
     wait_for_all()
     for substep in range(substeps):
         for lap in range(wp.static(LAST_ROUND + 1 if SHARES_BODY else 1)):
-            for i in range(first, first + own):
-                step_chain(mechanism, servo, history, i, substep, lap, h)
-            wait_for_all()
-        if leads:
+            for group in range(0, chains, abreast):
+                for c in range(group + place, wp.min(group + place + own, chains)):
+                    step_chain(mechanism, servo, history, home * chains + c, substep, lap, h)
+                wait_for_all()
+        if place == 0:
             move_body(mechanism, servo, home, h)
         wait_for_all()
-    for i in range(first, first + own):
-        servo.time[i] = servo.time[i] + real(substeps) * h
-        hand_over(servo, i, servo.q[i], servo.v[i], servo.memory[i], out)
-    if leads:
-        tell_body(servo, home, out)
+    if place == 0:
+        end_step(servo, real(substeps) * h, out, home)
 
 
 @device_template

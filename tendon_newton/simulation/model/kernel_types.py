@@ -186,6 +186,7 @@ def contact_constants(structure: Structure) -> dict[Any, Any]:
         d.HAS_BODY: touch.moves,
         d.HAS_PAIRS: bool(touch.pairs),
         d.SHARES_BODY: touch.moves and touch.chains > 1,
+        d.ABREAST: touch.abreast,
         d.BODY_SHARE: getattr(wp, structure.precision)(touch.body_share),
         **{
             has: shape in touch.shapes

@@ -1,4 +1,4 @@
-"""Fingers stepped side by side, each with a copy of their body, on a line: does any mode grow?"""
+"""Fingers that each have a copy of what they hold, on a line: does any of their modes grow?"""
 
 from dataclasses import dataclass
 
@@ -47,7 +47,7 @@ def pair_step(grasp: Grasp, i: int, q: Array, v: Array, load: float) -> tuple[Ar
     """
     k, c, h = STIFFNESS, DISSIPATION * grasp.force[i], STEP
     floor = grasp.floor if i == 0 else 0.0  # the first finger's part, as in the kernels
-    copy = grasp.body * share(grasp)
+    copy = grasp.body * plan(grasp).body_share
     mass = np.diag([grasp.tip[i], copy])
     stiffness = np.array([[-k - grasp.drive[i], k], [k, -k - floor]])
     damping = np.array([[-c, c], [c, -c]])
@@ -65,26 +65,26 @@ def pair_step(grasp: Grasp, i: int, q: Array, v: Array, load: float) -> tuple[Ar
     return q + h * (1.5 * slope + 0.5 * (rest + GAMMA * h * k2)), end, push
 
 
-def share(grasp: Grasp) -> float:
-    """Return the weight of a finger's copy of the body as a share of its own."""
-    return ContactPlan(links=(), shapes=(), chains=len(grasp.tip)).body_share
+def plan(grasp: Grasp) -> ContactPlan:
+    """Return which fingers are stepped side by side, and with what share of the body."""
+    return ContactPlan(links=(), shapes=(), chains=len(grasp.tip))
 
 
 def hand_step(grasp: Grasp, state: Array) -> Array:
-    """Step all fingers side by side; the state has places, speeds and the last pushes."""
-    count = len(grasp.tip)
+    """Step one half of the fingers, then the other; the state has places, speeds and pushes."""
+    count, abreast = len(grasp.tip), plan(grasp).abreast
     q, v = state[: count + 1], state[count + 1 : 2 * count + 2]
-    pushes = state[2 * count + 2 :]
-    places, speeds = q.copy(), v.copy()
+    pushes = state[2 * count + 2 :].copy()
+    places, speeds, copies = q.copy(), v.copy(), np.zeros(count)
     for _ in range(LAST_ROUND + 1):
-        loads = share(grasp) * np.sum(pushes) - pushes
-        pushes, copies = pushes.copy(), np.zeros(count)
-        for i in range(count):
-            own = [i, count]
-            (places[i], copies[i]), (speeds[i], _), pushes[i] = pair_step(
-                grasp, i, q[own], v[own], float(loads[i])
-            )
-        places[count] = np.mean(copies)
+        for first in range(0, count, abreast):
+            loads = plan(grasp).body_share * np.sum(pushes) - pushes
+            for i in range(first, min(first + abreast, count)):
+                own = [i, count]
+                (places[i], copies[i]), (speeds[i], _), pushes[i] = pair_step(
+                    grasp, i, q[own], v[own], float(loads[i])
+                )
+    places[count] = np.mean(copies)
     speeds[count] = v[count] + STEP * np.sum(pushes) / grasp.body
     return np.concatenate([places, speeds, pushes])
 
