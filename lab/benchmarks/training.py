@@ -45,7 +45,6 @@ def training(worlds_asked: Sequence[int]) -> Iterator[Row]:
         yield hand_row(worlds)
     for worlds in (w for w in PPO_WORLDS if w <= most):
         yield learning_row(worlds)
-        yield learning_row(worlds, compiled=True)
 
 
 def network_row(worlds: int) -> Row:
@@ -86,19 +85,19 @@ def timed(name: str, loop: ControlLoop, command: torch.Tensor) -> Row:
     return row
 
 
-def learning_row(worlds: int, *, compiled: bool = False) -> Row:
+def learning_row(worlds: int) -> Row:
     """Return the samples per second of a training: the median iteration after the first two."""
     ends: list[float] = []
     config = PolicyTrainingConfig(
         environment=EnvironmentConfig(worlds=worlds), iterations=ITERATIONS, steps=ITERATION_STEPS,
         batch=worlds * ITERATION_STEPS // BATCHES, epochs=EPOCHS, learning_rate=1.0e-3,
-        checkpoint_every=ITERATIONS, device=wp.device_to_torch(wp.get_device()), compiled=compiled,
+        checkpoint_every=ITERATIONS, device=wp.device_to_torch(wp.get_device()),
     )  # fmt: skip
     with TemporaryDirectory() as folder:
         train_policy(config, Path(folder), report=lambda _: ends.append(time.perf_counter()))
     seconds = float(np.median(np.diff(ends[2:])))
     row: Row = {
-        "engine": "PPO, compiled" if compiled else "PPO",
+        "engine": "PPO",
         "worlds": worlds,
         "milliseconds": 1.0e3 * seconds,
         "world_steps_per_second": worlds * ITERATION_STEPS / seconds,

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 import torch
@@ -124,31 +123,6 @@ def test_a_training_that_goes_on_is_the_one_that_was_not_interrupted(tmp_path: P
     assert [point.samples for point in parts.points] == [96, 192, 288, 384]
     expected, found = weights(whole), weights(parts)
     assert all(torch.equal(found[name], value) for name, value in expected.items())
-
-
-@pytest.mark.filterwarnings("ignore:.*torch.jit:DeprecationWarning")  # of torch's own compiler
-def test_a_training_goes_on_with_networks_that_torch_compiles(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What is learned has the same names, and is written alike; here no C++ is compiled."""
-    compile_module = torch.compile
-    modes: list[str] = []
-
-    def traced(module: torch.nn.Module, mode: str) -> Any:
-        modes.append(mode)
-        return compile_module(module, backend="eager")
-
-    monkeypatch.setattr(torch, "compile", traced)
-    first = train(short_training(iterations=2), tmp_path)
-    before = weights(first)
-    after = weights(trained := train(short_training(compiled=True), tmp_path))
-    assert [point.iteration for point in trained.points] == [1, 2, 3, 4]
-    assert trained.points[:2] == first.points
-    assert after.keys() == before.keys()
-    moved = after["actor_state_dict.mlp.0.weight"] - before["actor_state_dict.mlp.0.weight"]
-    assert 0.0 < float(moved.abs().max()) < 0.1
-    PolicyNetwork(trained.runner.alg.get_policy(), 1.0)
-    assert modes == ["default", "default"]
 
 
 def test_a_finished_training_is_not_done_again(tmp_path: Path) -> None:

@@ -60,9 +60,6 @@ class PolicyTrainingConfig:
     checkpoint_every: int = 10  # Iterations from one checkpoint to the next.
     device: str = "auto"  # cpu, cuda, or auto: a GPU where torch finds one.
     threads: int = 1  # Threads of torch on the CPU.
-    compiled: bool = False
-    """Whether torch compiles actor and critic first. On a GPU that takes some 10 s, and PPO then
-    learns from a quarter more steps a second; on a CPU it needs a C++ compiler."""
 
     def __post_init__(self) -> None:
         for name in POSITIVE:
@@ -128,7 +125,6 @@ def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:
         "num_steps_per_env": config.steps,
         "save_interval": config.iterations,
         "check_for_nan": True,
-        "torch_compile_mode": "default" if config.compiled else None,
         "obs_groups": {"actor": [OBSERVED], "critic": critic},
         "actor": {**network, "distribution_cfg": actions},
         "critic": dict(network),

@@ -12,7 +12,7 @@ from tendon_newton.errors import InvalidPolicyFile
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.curve import CurvePoint, curve_table, read_curve
 
-FREE_KEYS = ("iterations", "checkpoint_every", "device", "threads", "compiled")
+FREE_KEYS = ("iterations", "checkpoint_every", "device", "threads")
 """Settings that may change when a training goes on."""
 
 
