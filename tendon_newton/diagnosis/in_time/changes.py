@@ -264,7 +264,7 @@ class Days:
         for fit in refit(self.second, [*nearest.values()], self.floors, iterations=STEPS):
             self.fits[frozenset(fit.names)] = fit
         best = min(self.fits.values(), key=lambda fit: fit.score).residual
-        self.telling = self.second.rows_alone(best) / SHARED_FORM**2
+        self.telling = self.second.rows_alone(best, self.floors) / SHARED_FORM**2
         """Rows of the second day that tell as much as one alone would [1]."""
 
     def gain(self, moved: Moved) -> float:

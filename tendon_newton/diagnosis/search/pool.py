@@ -53,13 +53,13 @@ class Pool:
     unseen: dict[tuple[frozenset[str], float], Array] = field(default_factory=dict)
     """Rows' shares of the score of parts that no number has seen, by a set's causes and score."""
 
-    alone: float = 0.0
+    alone: float = 1.0
     """Rows that err alone and tell as much as all do under the likeliest set so far [1]."""
 
     @property
     def price(self) -> float:
         """Gain in score that each number of a cause must bring [nat per row]."""
-        return min(self.dearest, NATS / self.alone) if self.alone else self.dearest
+        return min(self.dearest, NATS / self.alone)
 
     @property
     def is_late(self) -> bool:
@@ -93,7 +93,7 @@ class Pool:
                 self.pruned.pop(key, None)
         if self.fits:
             likeliest = min(self.fits.values(), key=lambda f: f.score)
-            self.alone = self.worlds.rows_alone(likeliest.residual)
+            self.alone = self.worlds.rows_alone(likeliest.residual, self.floors)
 
     def rescore(self, fit: Fit, values: Mapping[int, float]) -> bool:
         """Score all sets at the floors of one, and where it says that the step can be trusted.
@@ -209,7 +209,7 @@ class Pool:
 
     def surprise(self, fit: Fit) -> float:
         """Return how unlikely a fit is beside what is stated of its numbers [nat per row]."""
-        return surprise(self.worlds, fit) / (self.alone or self.worlds.rows_alone(fit.residual))
+        return surprise(self.worlds, fit) / self.alone
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
         """Return what a cause is worth in units of what is asked [1]; below one it is dropped.

@@ -172,7 +172,7 @@ def refit(
         counted = [
             rows_of(worlds, current[i], floors, seen=rows, coarse=step < coarse) for i in chosen
         ]
-        together = [worlds.rows_together(current[i].residual) for i in chosen]
+        together = [worlds.rows_together(current[i].residual, floors) for i in chosen]
         trials = [
             (current[i].names, values_of(worlds, current[i].columns, damped(
                 worlds, current[i], slopes[k], counted[k], part * current[i].damping, together[k],

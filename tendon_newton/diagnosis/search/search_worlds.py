@@ -143,22 +143,22 @@ class SearchWorlds:
             [np.inf if owners[c][0] in names else self.stated_at(c)[1] for c in columns]
         )
 
-    def rows_together(self, residual: Array) -> float:
+    def rows_together(self, residual: Array, floors: Floors) -> float:
         """Return how many rows tell as much as one alone would [1].
 
         Sensors err from row to row, and a model errs for a while: the share of the squared residual
-        that is not the sensors' counts once in so many rows.
+        that is not the sensors' counts once in so many rows. At a floor that is a law's own error.
         """
         noise, shares = self.study.noise, list[float]()
         for signal, own in self.where.signals:
-            quiet, size = noise.of(signal), trimmed_size(residual[own], SEEN)
-            shares.append(1.0 - (quiet / size) ** 2 if size > quiet else 0.0)
+            size = max(floors.of(signal), trimmed_size(residual[own], SEEN))
+            shares.append(1.0 - (noise.of(signal) / size) ** 2)
         rows = len(residual) / len(shares) / (BLOCK * self.where.block_count)
         return 1.0 + float(np.mean(shares)) * max(0.0, rows / INDEPENDENT - 1.0)
 
-    def rows_alone(self, residual: Array) -> float:
+    def rows_alone(self, residual: Array, floors: Floors) -> float:
         """Return how many rows that err alone would tell as much as a signal's rows do [1]."""
-        return len(residual) / len(self.where.signals) / self.rows_together(residual)
+        return len(residual) / len(self.where.signals) / self.rows_together(residual, floors)
 
     def with_stated(self, values: Mapping[int, float], names: Sequence[str]) -> dict[int, float]:
         """Return a set's free numbers, column -> value, with those that stand beside its causes.

@@ -131,7 +131,7 @@ def test_a_published_model_pays_nothing_for_its_numbers(pool: Pool, monkeypatch)
     nothing = pool.fits[frozenset()]
     chosen = started(pool, coulomb_friction=0.6, viscous_friction=1.2)
     pool.add([chosen])
-    alone = pool.worlds.rows_alone(nothing.residual)
+    alone = pool.worlds.rows_alone(nothing.residual, pool.floors)
     gain = 0.5 / alone  # [nat per row], less than one number costs
 
     def unseen(_: Pool, fit: Fit, until: float = np.inf) -> Array:
@@ -150,7 +150,7 @@ def test_what_comes_to_a_published_model_costs_itself_alone(pool, monkeypatch) -
     grown = started(pool, coulomb_friction=0.6, viscous_friction=1.2)
     published = started(pool, viscous_friction=1.2)
     pool.add([published, grown])
-    alone = pool.worlds.rows_alone(nothing.residual)
+    alone = pool.worlds.rows_alone(nothing.residual, pool.floors)
     gains = {1: 0.1 / alone, 2: 1.6 / alone}  # by causes
 
     def unseen(_: Pool, fit: Fit, until: float = np.inf) -> Array:

@@ -9,7 +9,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search import fixed_set, search_worlds
 from tendon_newton.diagnosis.search.decide.decision import special_case_or_without
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew, with_effects
-from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.floors import floors_of, least_scales, usual_form
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
     LEAST_DAMPING,
@@ -84,7 +84,7 @@ def test_a_descent_has_the_slope_of_the_score(worlds: SearchWorlds) -> None:
     (column,) = some.study.table.columns("viscous_friction")
     starts = [(("viscous_friction",), {column: value}) for value in (0.8, 0.8008)]
     here, there = start_fits(some, starts, floors)
-    rows, together = rows_of(some, here, floors), some.rows_together(here.residual)
+    rows, together = rows_of(some, here, floors), some.rows_together(here.residual, floors)
     told = [mean_loss(some, fit, rows, together) for fit in (here, there)]
     change = len(some.where.signals) * (told[1] - told[0])
     assert change == pytest.approx(there.score - here.score, rel=0.02)
@@ -143,13 +143,15 @@ def test_a_step_goes_to_the_end_of_a_valley(worlds: SearchWorlds) -> None:
 
 
 def test_a_step_that_gains_half_a_nat_is_not_the_last(worlds: SearchWorlds) -> None:
-    """It is half a thousandth per row here, and a name may cost as little."""
-    floors, columns = floors_of(worlds, ()), [worlds.study.table.columns(n)[0] for n in CAUSES]
+    """It is half a thousandth per row where laws miss nothing, and a name may cost as little."""
+    floors = least_scales(worlds.study, usual_form(worlds.study), 0.0, 1.0)
+    columns = [worlds.study.table.columns(n)[0] for n in CAUSES]
     (best,) = refit(worlds, [start(worlds, **TRUTH)], floors, iterations=12)
-    rows, together = rows_of(worlds, best, floors), worlds.rows_together(best.residual)
+    rows = rows_of(worlds, best, floors)
+    together = worlds.rows_together(best.residual, floors)
     least = mean_loss(worlds, best, rows, together)
     values = values_of(worlds, best.columns, best.place)
-    for off in np.geomspace(1.0e-4, 0.1, 60):
+    for off in np.geomspace(1.0e-5, 0.1, 80):
         moved = {**values, columns[1]: (1.0 + off) * values[columns[1]]}
         (fit,) = start_fits(worlds, [(CAUSES, moved)], floors, near=True)
         if mean_loss(worlds, fit, rows, together) - least > 5.0e-4:

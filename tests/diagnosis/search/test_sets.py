@@ -73,7 +73,13 @@ from tendon_newton.diagnosis.search.refit import (
     without,
 )
 from tendon_newton.diagnosis.search.rule import FORM_THETA, LADDER, NATS, SEARCHED
-from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, Floors, SearchWorlds, rests
+from tendon_newton.diagnosis.search.search_worlds import (
+    INDEPENDENT,
+    SEARCH_STEP,
+    Floors,
+    SearchWorlds,
+    rests,
+)
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.strategy import singles_from_stated
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
@@ -84,6 +90,7 @@ from tendon_newton.identification import testable
 from tendon_newton.identification.intervals import rows_together
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.identification.objective import BLOCK
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded, steps_and_waves
@@ -170,7 +177,7 @@ def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
         is_led=False, form=lambda usual: usual,
     )  # fmt: skip
     rows: Any = SimpleNamespace(
-        where=where, weights=lambda _: np.ones(1000), study=study, rows_alone=lambda _: 100.0,
+        where=where, weights=lambda _: np.ones(1000), study=study, rows_alone=lambda *_: 100.0,
         stated=frozenset(), spreads=lambda *_: np.zeros(0),
     )  # fmt: skip
     rows.score = partial(SearchWorlds.score, rows)
@@ -697,8 +704,21 @@ def test_a_number_of_the_price_is_paid_in_nats_by_rows_that_err_alone(worlds: Se
     assert pool.price == PRICE
     start = started(pool, viscous_friction=1.2, coulomb_friction=0.6)
     pool.add(refit(worlds, [start], pool.floors, iterations=6))
-    alone = worlds.rows_alone(pool.best().residual)
+    alone = worlds.rows_alone(pool.best().residual, pool.floors)
     assert pool.price == pytest.approx(min(PRICE, NATS / alone))
+
+
+def test_rows_share_what_a_law_may_miss_below_the_noise(worlds: SearchWorlds) -> None:
+    """Else a false cause gains ten prices where noise is left, by a tenth of its size."""
+    sharp = least_scales(worlds.study, usual_form(worlds.study), 0.0, 1.0)
+    floors = floors_of(worlds, ("coulomb_friction",))
+    quiet = 0.5 * worlds.where.sizes(sharp)
+    assert worlds.rows_together(quiet, sharp) == 1.0
+    rows = worlds.rows_alone(quiet, sharp) / worlds.where.block_count / BLOCK
+    shares = [1.0 - (sharp.of(s) / floors.of(s)) ** 2 for s, _ in worlds.where.signals]
+    told = 1.0 + np.mean(shares) * (rows / INDEPENDENT - 1.0)
+    assert worlds.rows_together(quiet, floors) == pytest.approx(told)
+    assert told > 3.0
 
 
 def test_a_model_states_tolerances_of_its_own(worlds: SearchWorlds) -> None:
@@ -1041,7 +1061,7 @@ def test_each_number_of_what_is_written_costs_the_choice_of_it(worlds, monkeypat
     pool = pool_of(worlds)
     named = started(pool, coulomb_friction=0.6)
     pool.add([named, started(pool, coulomb_friction=0.6, viscous_friction=1.2)])
-    alone = worlds.rows_alone(named.residual)
+    alone = worlds.rows_alone(named.residual, pool.floors)
     for gain, written in ((1.0, 1), (1.2, 2)):
         monkeypatch.setattr(
             Pool, "unseen_terms",

@@ -342,8 +342,8 @@ def cost_of_choice(decisive: Pool, fit: Fit) -> float:
 
     Source: Foster and George, The risk inflation criterion for multiple regression (1994).
     """
-    worlds = decisive.worlds
-    return float(np.log(len(worlds.study.table.effects))) / worlds.rows_alone(fit.residual)
+    alone = decisive.worlds.rows_alone(fit.residual, decisive.floors)
+    return float(np.log(len(decisive.worlds.study.table.effects))) / alone
 
 
 def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:
