@@ -1,7 +1,7 @@
 # One door to everything; `make help` lists it.
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test lab nightly bench docs docs-of-version
+.PHONY: help setup demo check test lab nightly bench docs docs-of-version release
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -78,3 +78,8 @@ docs-of-version: setup  ## put the site of this version beside those of others, 
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mike --quiet deploy --update-aliases \
 		$$($(BIN)/python -c "import tendon_newton; print(tendon_newton.__version__)") latest
 	$(BIN)/mike --quiet set-default latest
+
+release: setup  ## write VERSION into all files that state one, try its wheel and build its site
+	$(BIN)/python docs/release.py $(VERSION)
+	$(BIN)/python -m tests.wheel
+	$(MAKE) docs
