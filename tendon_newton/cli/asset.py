@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import InvalidAsset
 
 if TYPE_CHECKING:
     from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan, Kind
@@ -216,7 +217,6 @@ def direct_plan(config: New, kind: Kind) -> DirectPlan:
     Raises:
         InvalidAsset: A number has several values, or belongs to a finger.
     """
-    from tendon_newton.errors import InvalidAsset
     from tendon_newton.mechanisms.authoring.direct_plan import CART, DirectPlan
 
     given = {key: getattr(config, key) for key in FINGER if getattr(config, key) is not None}

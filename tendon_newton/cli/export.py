@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tendon_newton.cli.duration import TimeLeft
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.device_code.quiet import quiet_warp
+
 if TYPE_CHECKING:
     from tendon_newton.arms.arm import ArmMotion
     from tendon_newton.arms.arm_file import IdentifiedArm
@@ -41,9 +45,6 @@ class ExportConfig:
 def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
     from tendon_newton.arms.arm_file import arm_file, read_arm
-    from tendon_newton.cli.duration import TimeLeft
-    from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
     from tendon_newton.exports import find_export
     from tendon_newton.exports.arms import ARM_EXPORTS
@@ -80,8 +81,6 @@ def main(config: ExportConfig) -> None:
 
 def export_joints(config: ExportConfig, arm: IdentifiedArm, motions: tuple[ArmMotion, ...]) -> None:
     """Write the files of an arm, or of a servo alone, and say how far they stray."""
-    from tendon_newton.cli.duration import TimeLeft
-    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.exports.arms import ARM_EXPORTS
     from tendon_newton.exports.arms.arm_export import export_arm, seconds_of
 

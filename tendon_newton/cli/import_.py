@@ -20,6 +20,9 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import InvalidParameter, InvalidPlugIn
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -59,7 +62,6 @@ def main(config: ImportConfig) -> None:
     """Import, write and report."""
     from tendon_newton.data.importers import MAPPED, find_importer
     from tendon_newton.data.importers.imported import Imported
-    from tendon_newton.errors import InvalidPlugIn
 
     reader = None if config.format == MAPPED else find_importer(config.format)
     refuse_foreign_options(config)
@@ -77,7 +79,6 @@ def main(config: ImportConfig) -> None:
 def refuse_foreign_options(config: ImportConfig) -> None:
     """Refuse options that belong to another format."""
     from tendon_newton.data.importers import MAPPED
-    from tendon_newton.errors import InvalidParameter
 
     if config.format == MAPPED and config.mapping is None:
         raise InvalidParameter(
@@ -99,7 +100,6 @@ def read(config: ImportConfig, reader: Callable[[Path], object] | None) -> objec
     from tendon_newton.data.importers.mapped import read_mapped
 
     if config.mapping is not None:
-        from tendon_newton.device_code.quiet import quiet_warp
         from tendon_newton.workflows.importing import refuse_model, spool_radius
 
         quiet_warp()

@@ -13,6 +13,9 @@ from typing import Annotated
 
 import tyro
 
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.errors import InvalidParameter, look_up
+
 
 @dataclass(frozen=True, kw_only=True)
 class ServoConfig:
@@ -27,10 +30,8 @@ class ServoConfig:
 
 def main(config: ServoConfig) -> None:
     """List, show or write."""
-    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.diagnosis.diagnosed_bench import model_path
     from tendon_newton.diagnosis.known_servos import known_servo, known_servos, told, write_servo
-    from tendon_newton.errors import InvalidParameter, look_up
 
     if config.servo is None:
         print("\n".join(f"{name:10s} {told(home)}" for name, home in known_servos().items()))

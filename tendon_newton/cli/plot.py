@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import InvalidParameter
+
 if TYPE_CHECKING:
     from tendon_newton.data.recording import Array, Recording
 
@@ -37,7 +40,6 @@ def main(config: PlotConfig) -> None:
     from tendon_hardware.deployment.svg_panels import draw
     from tendon_newton.data.dataset import listed_files, load_recording
     from tendon_newton.data.files.text_file import write_text
-    from tendon_newton.errors import InvalidParameter
 
     folder = config.log.is_dir() and not (config.log / "metadata.yaml").is_file()
     if folder or (config.log.is_file() and config.log.suffix not in (".mcap", ".csv", ".db3")):
@@ -57,8 +59,6 @@ def main(config: PlotConfig) -> None:
 
 def simulated_by(model: Path, recording: "Recording") -> "tuple[Array, Array]":
     """Return the spool angles [rad] and tensions [N] of a model, shape (T, D) each."""
-    from tendon_newton.device_code.quiet import quiet_warp
-
     quiet_warp()
     from tendon_newton.diagnosis.diagnosed_bench import open_model
     from tendon_newton.mechanisms.loading import load_mechanism

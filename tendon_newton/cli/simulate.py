@@ -12,6 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from tendon_newton.cli.duration import TimeLeft
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import InvalidParameter
+
 if TYPE_CHECKING:
     from tendon_newton.data.recording import Recording
     from tendon_newton.simulation.hosts.rollout import Trajectory
@@ -44,9 +49,6 @@ class SimulateConfig:
 def main(config: SimulateConfig) -> None:
     """Simulate and write trajectories and pictures."""
     from tendon_newton.data.dataset import load_dataset
-    from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.errors import InvalidParameter
 
     if config.time_step is not None and not 1.0e-6 <= config.time_step <= 0.01:
         raise InvalidParameter(
@@ -66,7 +68,6 @@ def main(config: SimulateConfig) -> None:
     model = open_model(config.model, [load_mechanism(bench) for bench in benches])
     out = make_folder(config.out, config.dataset)
 
-    from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.simulation.simulators import find_simulator
 
     choice = find_simulator(config.solver)

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 
 from tendon_hardware.clock import MonotonicClock
-from tendon_hardware.doctor import Observation, examine, port_checks
-from tendon_hardware.doctor.examination import check_waiting
+from tendon_hardware.doctor import port_checks
+from tendon_hardware.doctor.examination import check_waiting, examine
 from tendon_hardware.doctor.load_cell_checks import check_counts, check_load_cell, check_stream
+from tendon_hardware.doctor.observation import Observation
 from tendon_hardware.doctor.port_checks import check_latency, check_port, check_search
 from tendon_hardware.doctor.servo_checks import check_health, check_rate, check_servo, check_speed
 from tendon_hardware.doctor.servo_search import (

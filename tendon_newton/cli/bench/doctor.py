@@ -26,34 +26,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import tyro
-
+from tendon_newton.cli.bench.examined_data import Asked, examine_data
 from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
 from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
-    from tendon_hardware.doctor import Observation
+    from tendon_hardware.doctor.observation import Observation
 
 EXIT_FIX = 1  # Exit code where something must be mended.
 
 
 @dataclass(frozen=True, kw_only=True)
-class Doctor:
+class Doctor(Asked):
     """Bench or dataset to examine, and registers to change first."""
 
-    dataset: tyro.conf.Positional[tuple[str, ...]] = ()
-    """Folders of datasets, or ids of LeRobotDatasets; no bench is looked at then. With --against
-    one recording of a dataset, or the dataset."""
-    mend: Path | None = None
-    """For a dataset of ours: new folder for it with all mends that no reader would do otherwise."""
-    json: bool = False  # For datasets: print findings and numbers for programs and nothing else.
     against: Path | None = None
     """Diagnosis of the bench as it was: say which of its numbers moved, and what to do."""
-    unit: str | None = None
-    """For a dataset: what its joints are in, rad, deg or percent; a percent is taken for a degree
-    where nobody says so."""
-    calibration: Path | None = None
-    """For a dataset: the arm's calibration file, which says what 100 percent are."""
     port: str | None = None  # Serial port of the servo's adapter, or virtual[:BENCH[:SEED]].
     load_cell_port: str | None = None
     """Serial port of the load cell; a virtual bench brings its own."""
@@ -73,7 +61,7 @@ def main(config: Doctor) -> None:
     if config.dataset:
         examine_datasets(config)
         return
-    from tendon_hardware.doctor import examine, ports_of
+    from tendon_hardware.doctor.examination import examine, ports_of
     from tendon_hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
 
     clock, port, cell_port = ports_of(config.port, config.load_cell_port, config.servo)
@@ -97,20 +85,11 @@ def main(config: Doctor) -> None:
 
 def examine_datasets(config: Doctor) -> None:
     """Examine datasets, and leave with code 1 where one is not sound."""
-    from tendon_newton.cli.bench.examined_data import Asked, examine_data
-
     if config.port is not None:
         raise InvalidParameter("a dataset is examined alone; --port names a bench beside it")
     if config.mend is not None and len(config.dataset) > 1:
         raise InvalidParameter("--mend writes one dataset; name one")
-    asked = Asked(
-        names=config.dataset,
-        unit=config.unit,
-        calibration=config.calibration,
-        mend=config.mend,
-        json=config.json,
-    )
-    if not examine_data(asked):
+    if not examine_data(config):
         raise SystemExit(EXIT_FIX)
 
 

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import tyro
+
 from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
 from tendon_newton.errors import InvalidParameter
 
@@ -29,11 +31,17 @@ MARKS = (OWN_FILE, "meta/info.json")  # Files by which a dataset's folder is kno
 class Asked:
     """What somebody asks of recorded data."""
 
-    names: tuple[str, ...]  # Folders, files of datasets, ids of the Hub
-    unit: str | None
-    calibration: Path | None
-    mend: Path | None
-    json: bool
+    dataset: tyro.conf.Positional[tuple[str, ...]] = ()
+    """Folders of datasets, or ids of LeRobotDatasets; no bench is looked at then. With --against
+    one recording of a dataset, or the dataset."""
+    mend: Path | None = None
+    """For a dataset of ours: new folder for it with all mends that no reader would do otherwise."""
+    json: bool = False  # For datasets: print findings and numbers for programs and nothing else.
+    unit: str | None = None
+    """For a dataset: what its joints are in, rad, deg or percent; a percent is taken for a degree
+    where nobody says so."""
+    calibration: Path | None = None
+    """For a dataset: the arm's calibration file, which says what 100 percent are."""
 
 
 def examine_data(config: Asked) -> bool:
@@ -42,7 +50,7 @@ def examine_data(config: Asked) -> bool:
     from tendon_newton.data.importers.lerobot.hub import local_folder
 
     tables: list[dict[str, Any]] = []
-    named = dict.fromkeys(folder_of(local_folder(name)) for name in config.names)
+    named = dict.fromkeys(folder_of(local_folder(name)) for name in config.dataset)
     for folder in named:
         parts = dataset_folders(folder)
         seen: dict[str, OwnDataset] = {}

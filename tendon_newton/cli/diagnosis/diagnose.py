@@ -45,6 +45,12 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 
 import tyro
 
+from tendon_newton.cli.duration import read_duration
+from tendon_newton.cli.heap import share_heap
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import InvalidModelFile, InvalidParameter
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
@@ -101,12 +107,7 @@ class DiagnoseConfig:
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
-    from tendon_newton.cli.duration import read_duration
-    from tendon_newton.cli.heap import share_heap
     from tendon_newton.data.dataset import dataset_folders
-    from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.errors import InvalidParameter
 
     start = time.monotonic()
     share_heap()
@@ -165,9 +166,6 @@ def places(out: Path, diagnosis: Diagnosis) -> list[str]:
 
 def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     """Hold the recordings against an earlier day, and tell what changed."""
-    from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.errors import InvalidParameter
-
     if any(option is not None for option in (config.hold_out, config.budget, config.arm)):
         raise InvalidParameter(
             "--against searches nothing: it takes no --hold-out, no --budget and no --arm"
@@ -194,7 +192,6 @@ def with_joints(config: DiagnoseConfig, progress: DiagnosisProgress) -> Diagnose
     Raises:
         InvalidParameter: Something else is given an option of a LeRobotDataset.
     """
-    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
     from tendon_newton.data.importers.lerobot.hub import local_folder
     from tendon_newton.data.importers.lerobot.info import INFO
@@ -221,8 +218,6 @@ def with_joints(config: DiagnoseConfig, progress: DiagnosisProgress) -> Diagnose
 
 def refuse_lerobot_options(config: DiagnoseConfig) -> None:
     """Refuse options that belong to a LeRobotDataset, and say what takes their place."""
-    from tendon_newton.errors import InvalidParameter
-
     mending = ["tendon-newton", "doctor", str(config.dataset)]
     ways = {
         "unit": "is none",
@@ -244,7 +239,6 @@ def diagnose_joints(
     until: float | None,
 ) -> None:
     """Diagnose each joint's servo, until an instant [s] about, and print what was found."""
-    from tendon_newton.data.files.output_folder import make_folder
     from tendon_newton.workflows.diagnosing_arm import (
         arm_lines,
         arm_mechanism,
@@ -336,7 +330,6 @@ class DiagnosisProgress:
 
 def limit_cores(jobs: int | None) -> None:
     """Let simulations take so many cores; all of them by default."""
-    from tendon_newton.errors import InvalidParameter
     from tendon_newton.scheduler import MOST_JOBS, THREADS_VARIABLE
 
     if jobs is None:
@@ -348,8 +341,6 @@ def limit_cores(jobs: int | None) -> None:
 
 def model_file(config: DiagnoseConfig) -> Path:
     """Return the model file to start from: the one that is named, or the dataset's own."""
-    from tendon_newton.errors import InvalidModelFile
-
     if config.model is not None:
         return config.model
     beside = config.dataset / "model.toml"
@@ -374,7 +365,6 @@ def start_model(config: DiagnoseConfig, dataset: Dataset) -> Model:
 def read_dataset(config: DiagnoseConfig) -> Dataset:
     """Read the recordings, and cut those of a dataset that holds none out."""
     from tendon_newton.data.dataset import load_dataset
-    from tendon_newton.errors import InvalidParameter
     from tendon_newton.identification.cutting import hold_out
     from tendon_newton.scheduler import core_count
 

@@ -16,6 +16,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import InvalidOutput, InvalidParameter, NothingToSeparate
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -38,10 +42,6 @@ class ExperimentConfig:
 
 def main(config: ExperimentConfig) -> None:
     """Find the run and write it."""
-    from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.errors import NothingToSeparate
-
     check(config)
     quiet_warp()
 
@@ -99,8 +99,6 @@ def main(config: ExperimentConfig) -> None:
 
 def check(config: ExperimentConfig) -> None:
     """Refuse what no run can be, before anything is loaded."""
-    from tendon_newton.errors import InvalidOutput, InvalidParameter
-
     if not 2.0 <= config.duration <= 120.0:
         raise InvalidParameter(f"--duration must be 2 to 120 s; it is {config.duration:g}")
     if not config.force_limit > 0.0:

@@ -19,6 +19,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import unknown_name
+
 if TYPE_CHECKING:
     from tendon_newton.diagnosis.accounts.account_file import Accounts
 
@@ -37,8 +40,6 @@ class ExplainConfig:
 
 def main(config: ExplainConfig) -> None:
     """Print the list, or the account of one cause."""
-    from tendon_newton.device_code.quiet import quiet_warp
-
     quiet_warp()
 
     from tendon_newton.diagnosis.accounts.account_file import read_accounts
@@ -63,7 +64,6 @@ def account(accounts: Accounts, name: str) -> str:
     from tendon_newton.diagnosis.accounts.account_words import not_tried, sentences
     from tendon_newton.diagnosis.report_words import cause_text
     from tendon_newton.effects import EFFECTS
-    from tendon_newton.errors import unknown_name
 
     cause, start = accounts.find(name), accounts.stated.start
     told: list[str] = []

@@ -28,6 +28,9 @@ from typing import TYPE_CHECKING, Any
 
 import tyro
 
+from tendon_newton.cli.bench.examined_data import show_kinds
+from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -40,11 +43,9 @@ ROUGH = 0.15  # Share of its motion that a joint's numbers leave, above which th
 
 
 @dataclass(frozen=True, kw_only=True)
-class Oscillation:
-    """The log, and how it is read and told."""
+class LogReading:
+    """How a log is read that says nothing of its bench."""
 
-    log: tyro.conf.Positional[str]
-    """Log (.csv, .mcap, .db3), folder of a bag or dataset, or id of a LeRobotDataset."""
     mapping: Path | None = None
     """File that says which of the log's columns or topics, in which unit, is which of ours
     (docs/recordings_mapping.md); for a folder it names the files too."""
@@ -52,17 +53,30 @@ class Oscillation:
     """For a LeRobotDataset: what its joints are in, rad, deg or percent."""
     calibration: Path | None = None
     """For a LeRobotDataset: the arm's calibration file, which says what 100 percent are."""
+
+    def read(self, log: str) -> ReadLog:
+        """Read a log, by its path or its id on the Hub."""
+        from tendon_newton.data.importers.lerobot import LeRobotUnits
+        from tendon_newton.data.oscillations.log_reading import read_any_log
+
+        units = LeRobotUnits(unit=self.unit, calibration=self.calibration)
+        return read_any_log(log, self.mapping, units)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oscillation(LogReading):
+    """The log, and how it is read and told."""
+
+    log: tyro.conf.Positional[str]
+    """Log (.csv, .mcap, .db3), folder of a bag or dataset, or id of a LeRobotDataset."""
     json: bool = False  # Print findings and numbers for programs and nothing else.
 
 
 def main(config: Oscillation) -> None:
     """Read, tell, print, and leave with code 1 where a joint shakes."""
-    from tendon_newton.data.importers.lerobot import LeRobotUnits
-    from tendon_newton.data.oscillations.log_reading import read_any_log
     from tendon_newton.data.oscillations.log_told import tell_log
 
-    units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
-    log = read_any_log(config.log, config.mapping, units)
+    log = config.read(config.log)
     joints = list(tell_log(log))
     if config.json:
         print(json.dumps(table_of(log, joints), indent=1))
@@ -74,8 +88,6 @@ def main(config: Oscillation) -> None:
 
 def show(log: ReadLog, joints: Sequence[JointOfLog]) -> None:
     """Print what is wrong with the log, how its joints follow, and why they shake."""
-    from tendon_newton.cli.bench.examined_data import show_kinds
-    from tendon_newton.cli.terminal import VERDICT_COLOURS, coloured
     from tendon_newton.data.importers.joint_examination import HEADINGS
     from tendon_newton.data.oscillations.log_told import shaking_lines, supply_text
 

@@ -16,10 +16,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import tyro
+
+from tendon_newton.cli.diagnosis.oscillation import LogReading
+from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
     from tendon_newton.data.wear.passport import Passport
@@ -28,33 +30,22 @@ EXIT_WEARS = 1
 
 
 @dataclass(frozen=True, kw_only=True)
-class WearLogs:
+class WearLogs(LogReading):
     """The logs, and how they are read."""
 
     logs: tyro.conf.Positional[tuple[str, ...]]
     """Logs (.csv, .mcap, .db3), folders of bags or datasets, or ids of LeRobotDatasets."""
-    mapping: Path | None = None
-    """File that says which of the logs' columns or topics, in which unit, is which of ours
-    (docs/recordings_mapping.md); for a folder it names the files too."""
-    unit: str | None = None
-    """For LeRobotDatasets: what their joints are in, rad, deg or percent."""
-    calibration: Path | None = None
-    """For LeRobotDatasets: the arm's calibration file, which says what 100 percent are."""
     json: bool = False  # Print numbers and trends for programs and nothing else.
 
 
 def main(config: WearLogs) -> None:
     """Read, fit, print, and leave with code 1 where a part wears."""
-    from tendon_newton.data.importers.lerobot import LeRobotUnits
-    from tendon_newton.data.oscillations.log_reading import read_any_log
     from tendon_newton.data.wear.days import dated
     from tendon_newton.data.wear.passport import passport_lines, passport_of
-    from tendon_newton.errors import InvalidParameter
 
     if not config.logs:
         raise InvalidParameter("LOGS must name logs of several days; none is named")
-    units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
-    logs = {name: read_any_log(name, config.mapping, units) for name in config.logs}
+    logs = {name: config.read(name) for name in config.logs}
     days = dated(logs)
     seen: list[Passport] = []
     joints = next(iter(logs.values())).joints  # which all logs share

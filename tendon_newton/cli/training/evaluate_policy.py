@@ -19,13 +19,12 @@ OUT gets evaluation.json with every number, evaluation.md with the table, and cl
 """
 
 from tendon_newton.cli.terminal import Terminal
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.workflows.options import ClimbOptions
 
 
 def main(config: ClimbOptions) -> None:
     """Evaluate, write and print the table."""
-    from tendon_newton.device_code.quiet import quiet_warp
-
     quiet_warp()
 
     from tendon_newton.workflows.climbing import compare_policies

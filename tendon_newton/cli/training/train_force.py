@@ -22,7 +22,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from tendon_train.actuator.training_config import TrainingConfig
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_train.actuator.training_config import SERVO_LIMIT, TrainingConfig
 
 if TYPE_CHECKING:
     from tendon_train.actuator.fitting.training import FittingProgress
@@ -41,10 +43,7 @@ class TrainForceConfig:
 def main(config: TrainForceConfig) -> None:
     """Train, write the network and print its errors."""
     from tendon_newton.data.dataset import load_dataset
-    from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_train.actuator.fitting.run import train_to_file
-    from tendon_train.actuator.training_config import SERVO_LIMIT
 
     dataset = load_dataset(config.dataset, require_test=False)
     out = make_folder(config.out, config.dataset)

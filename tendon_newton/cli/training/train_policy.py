@@ -30,6 +30,8 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 
 if TYPE_CHECKING:
@@ -53,9 +55,6 @@ class TrainPolicyConfig:
 
 def main(config: TrainPolicyConfig) -> None:
     """Train and write the policy."""
-    from tendon_newton.data.files.output_folder import make_folder
-    from tendon_newton.device_code.quiet import quiet_warp
-
     quiet_warp()
 
     from tendon_newton.mechanisms.asset_library import asset_files
