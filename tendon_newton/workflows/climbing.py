@@ -5,7 +5,7 @@ A run of a policy over the stairs is a climb.
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -173,42 +173,22 @@ def climbs_on_bench(
     """Let the policies climb on a bench, where there is one, and read the logs that are given."""
     logs = [(path.stem, path, policies[0]) for path in options.logs]
     if options.port is not None:
-        folder, bench = out / "deployments", asset_path(finger).stem
+        ports: Any = {field.name: getattr(options, field.name) for field in fields(BenchPorts)}
+        deployment = DeployOptions(
+            **ports,
+            bench=asset_path(finger).stem,
+            goals="stairs",
+            duration=BENCH_DURATION,
+            out=out / "deployments",
+            split="test",
+            trust=options.trust,
+        )
         for path, policy in zip(options.policies, policies, strict=True):
-            log = climbed(options, path, folder, operator, bench=bench, trust=options.trust)
+            log = drive(replace(deployment, policy=path), operator).path
+            assert log is not None
             logs.append((policy.name, log, policy))
     mechanism = load_mechanism(finger)
     return [
         climb_on_bench(name, log, step_table(log), mechanism, policy.card.spool_radius)
         for name, log, policy in logs
     ]
-
-
-def climbed(
-    ports: BenchPorts,
-    policy: Path,
-    folder: Path,
-    operator: Operator,
-    *,
-    bench: str | None = None,
-    trust: bool = False,
-) -> Path:
-    """Deploy a policy on the paper's stairs and return its log.
-
-    Args:
-        bench: Name of the bench; unless given the virtual one that the port names, or finger.
-    """
-    given: Any = {field.name: getattr(ports, field.name) for field in fields(BenchPorts)}
-    options = DeployOptions(
-        **given,
-        policy=policy,
-        bench=bench,
-        goals="stairs",
-        duration=BENCH_DURATION,
-        out=folder,
-        split="test",
-        trust=trust,
-    )
-    log = drive(options, operator).path
-    assert log is not None
-    return log

@@ -15,7 +15,7 @@ from tendon_newton.workflows.options import BenchOptions, CollectOptions
 def record(options: CollectOptions, operator: Operator) -> Collection:
     """Record what is missing, and return what came of it."""
     plan = planned(options)
-    settings = settings_of(options, seed=options.seed, command_rate=options.command_rate)
+    settings = settings_of(options)
     address = address_of(
         options, plan[0].bench, port=options.port, load_cell_rate=options.virtual_load_cell_rate
     )
@@ -24,21 +24,14 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
         return collect(address, plan, settings, options.out, operator, stop, title=title)
 
 
-def settings_of(
-    options: BenchOptions, *, seed: int, command_rate: float | None = None
-) -> CollectSettings:
-    """Return rates, loop and limits of all recordings.
-
-    Args:
-        options: They say what stands on the bench, and how far it may go.
-        command_rate: Commands per second [Hz]; 20 unless given.
-    """
+def settings_of(options: CollectOptions) -> CollectSettings:
+    """Return rates, loop and limits of all recordings."""
     return CollectSettings(
         rate=options.rate,
-        command_rate=command_rate,
+        command_rate=options.command_rate,
         loop=no_stronger(HostPositionLoop(), find_servo(options.servo)),
         limits=SafetyLimits(force=options.force_limit, temperature=options.temperature_limit),
-        seed=seed,
+        seed=options.seed,
         spool_radius=options.spool_radius,
         notes=options.notes,
     )

@@ -53,19 +53,13 @@ class BenchOptions(LoadCellOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordOptions(BenchOptions):
-    """Where recordings are made."""
+class CollectOptions(BenchOptions):
+    """What to record, where the bench is, and where the dataset goes."""
 
     port: str
     """Serial port of the servo, or virtual, or virtual::3 for unit 3 of the virtual benches."""
     virtual_load_cell_rate: int = 20
     """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CollectOptions(RecordOptions):
-    """What to record, where the bench is, and where the dataset goes."""
-
     out: Path  # Folder of the dataset; recordings are added to it.
     plan: str | None = None
     """Plan to record: paper (36 min), quick (1 min), board (7 min); without one, a single run."""

@@ -6,13 +6,6 @@ from tendon_newton.data.files.text_file import absence
 from tendon_newton.errors import InvalidPolicyFile, listed
 from tendon_newton.mechanisms.asset_library import asset_folder
 
-ENDING = ".onnx"
-
-
-def packaged_policies() -> dict[str, Path]:
-    """Return the file of each policy by its name."""
-    return {path.stem: path for path in sorted((asset_folder() / "policies").glob(f"*{ENDING}"))}
-
 
 def policy_file(given: Path) -> Path:
     """Return the file of a policy that is given as one, or by the name of a packaged one.
@@ -20,7 +13,7 @@ def policy_file(given: Path) -> Path:
     Raises:
         InvalidPolicyFile: There is no such file, nor a policy of that name.
     """
-    known = packaged_policies()
+    known = {file.stem: file for file in sorted((asset_folder() / "policies").glob("*.onnx"))}
     if given.exists():
         return given
     if str(given) in known:

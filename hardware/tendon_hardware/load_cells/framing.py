@@ -6,7 +6,8 @@ start 0, nothing reflected). Lines that begin with ``#`` inform a reader and are
 """
 
 import re
-from dataclasses import dataclass
+
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
 
 LINE = re.compile(rb"L,(\d{1,10}),(\d{1,10}),(-?\d{1,7})\*([0-9A-Fa-f]{2})")
 LONGEST_LINE = 64  # More bytes without an end of line are no line: the longest reading has 36
@@ -24,24 +25,19 @@ def crc8(data: bytes) -> int:
     return crc
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Frame:
-    """Reading of one line that came whole."""
+def decode_line(line: bytes, arrived: float) -> LoadCellReading | None:
+    """Read a line without its end; ``None`` unless all of it is as it was sent.
 
-    sequence: int  # Number of the conversion, 32 bits
-    device_time_us: int  # Microcontroller's clock [us], 32 bits
-    counts: int  # Signed 24-bit value
-
-
-def decode_line(line: bytes) -> Frame | None:
-    """Read a line without its end; ``None`` unless all of it is as it was sent."""
+    Args:
+        arrived: Arrival on the bench's clock [s].
+    """
     match = LINE.fullmatch(line)
     if match is None or int(match[4], 16) != crc8(line[: match.start(4) - 1]):
         return None
     sequence, time, counts = int(match[1]), int(match[2]), int(match[3])
     if sequence >= WORD or time >= WORD or not -0x800000 <= counts <= 0x7FFFFF:
         return None
-    return Frame(sequence=sequence, device_time_us=time, counts=counts)
+    return LoadCellReading(sequence=sequence, device_time_us=time, host_time=arrived, counts=counts)
 
 
 class LineSplitter:

@@ -89,16 +89,10 @@ class Hx711Serial:
         """Check a line; a reading that follows no other waits for one that follows it."""
         if line.startswith(b"#"):
             return []
-        frame = decode_line(line)
-        if frame is None:
+        reading = decode_line(line, instant)
+        if reading is None:
             self.counters.rejected += 1
             return []
-        reading = LoadCellReading(
-            sequence=frame.sequence,
-            device_time_us=frame.device_time_us,
-            host_time=instant,
-            counts=frame.counts,
-        )
         if self._last is None or follows(self._last, reading):
             self.counters.rejected += self._stray is not None
             self._stray = None

@@ -1,9 +1,10 @@
 """Streams of bytes with known contents."""
 
-from tendon_hardware.load_cells.framing import Frame, crc8
+from tendon_hardware.load_cells.framing import crc8
+from tendon_hardware.load_cells.load_cell_type import LoadCellReading
 
 
-def encode_frame(frame: Frame) -> bytes:
+def encode_frame(frame: LoadCellReading) -> bytes:
     """Write the line of a reading, as the firmware does."""
     body = f"L,{frame.sequence},{frame.device_time_us},{frame.counts}".encode()
     return body + b"*%02X\n" % crc8(body)
@@ -53,11 +54,12 @@ class WrittenStream:
         return pieces
 
 
-def frame(k: int, *, start: int = 0, period: float = 0.0125, counts: int = 100) -> Frame:
-    """Return the k-th frame of a regular stream."""
-    return Frame(
+def frame(k: int, *, start: int = 0, period: float = 0.0125, counts: int = 100) -> LoadCellReading:
+    """Return the k-th frame of a regular stream; its line does not say when it arrives."""
+    return LoadCellReading(
         sequence=(start + k) % 2**32,
         device_time_us=round((start + k) * period * 1e6) % 2**32,
+        host_time=0.0,
         counts=counts,
     )
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tendon_hardware.errors import LoadCellSilent, PortBusy, PortUnavailable
 from tendon_hardware.load_cells import LOAD_CELLS
 from tendon_hardware.load_cells.clock_fit import fit_clock, line_below, unwrap
-from tendon_hardware.load_cells.framing import LONGEST_LINE, Frame, LineSplitter, crc8, decode_line
+from tendon_hardware.load_cells.framing import LONGEST_LINE, LineSplitter, crc8, decode_line
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
 from tendon_hardware.load_cells.load_cell_type import LoadCellReading
 from tendon_hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
@@ -174,9 +174,10 @@ def test_a_cell_that_is_not_there_is_named() -> None:
 
 
 frames = st.builds(
-    Frame,
+    LoadCellReading,
     sequence=st.integers(0, 2**32 - 1),
     device_time_us=st.integers(0, 2**32 - 1),
+    host_time=st.just(0.0),
     counts=st.integers(-(2**23), 2**23 - 1),
 )
 
@@ -188,19 +189,19 @@ def test_the_checksum_is_the_common_crc_8() -> None:
 
 
 @given(frame=frames)
-def test_a_line_gives_back_its_reading(frame: Frame) -> None:
+def test_a_line_gives_back_its_reading(frame: LoadCellReading) -> None:
     """Every number of the format survives, and fits the longest line."""
     line = encode_frame(frame)
-    assert decode_line(line.rstrip(b"\n")) == frame
+    assert decode_line(line.rstrip(b"\n"), 0.0) == frame
     assert len(line) <= LONGEST_LINE
 
 
 @given(frame=frames, position=st.integers(0, 100), bit=st.integers(0, 7))
-def test_no_flipped_bit_passes(frame: Frame, position: int, bit: int) -> None:
+def test_no_flipped_bit_passes(frame: LoadCellReading, position: int, bit: int) -> None:
     """A CRC-8 finds every single flipped bit; the pattern finds the rest."""
     line = bytearray(encode_frame(frame).rstrip(b"\n"))
     line[position % len(line)] ^= 1 << bit
-    decoded = decode_line(bytes(line))
+    decoded = decode_line(bytes(line), 0.0)
     # a flipped bit may turn a hexadecimal digit of the checksum into its lower case
     assert decoded is None or decoded == frame
 
@@ -211,7 +212,7 @@ def test_no_bytes_raise_or_become_a_reading_with_a_wrong_checksum(pieces: list[b
     splitter = LineSplitter()
     for piece in pieces:
         for line in splitter.feed(piece):
-            frame = decode_line(line)
+            frame = decode_line(line, 0.0)
             if frame is not None:
                 assert int(line[-2:], 16) == crc8(line[:-3])
 
@@ -222,13 +223,13 @@ def test_no_bytes_raise_or_become_a_reading_with_a_wrong_checksum(pieces: list[b
 )
 def test_whole_lines_are_found_in_garbage_however_it_is_cut(soup, cuts) -> None:
     """Garbage costs the line that it stands in and no other."""
-    stream = b"".join(encode_frame(x) if isinstance(x, Frame) else x + b"\n" for x in soup)
+    stream = b"".join(x + b"\n" if isinstance(x, bytes) else encode_frame(x) for x in soup)
     splitter, found, at, turn = LineSplitter(), [], 0, 0
     while at < len(stream):
         size = cuts[turn % len(cuts)]
-        found += [decode_line(line) for line in splitter.feed(stream[at : at + size])]
+        found += [decode_line(line, 0.0) for line in splitter.feed(stream[at : at + size])]
         at, turn = at + size, turn + 1
-    sent = [x for x in soup if isinstance(x, Frame)]
+    sent = [x for x in soup if isinstance(x, LoadCellReading)]
     assert [frame for frame in found if frame in sent] == sent
 
 
@@ -239,8 +240,8 @@ def test_bytes_without_an_end_of_line_do_not_pile_up() -> None:
         assert splitter.feed(b"\x80" * 100) == []
     (line,) = splitter.feed(b"\n")
     assert len(line) <= LONGEST_LINE
-    frame = Frame(sequence=1, device_time_us=2, counts=3)
-    assert [decode_line(x) for x in splitter.feed(encode_frame(frame))] == [frame]
+    frame = LoadCellReading(sequence=1, device_time_us=2, host_time=0.0, counts=3)
+    assert [decode_line(x, 0.0) for x in splitter.feed(encode_frame(frame))] == [frame]
 
 
 @pytest.mark.parametrize(
@@ -248,7 +249,7 @@ def test_bytes_without_an_end_of_line_do_not_pile_up() -> None:
 )
 def test_numbers_that_no_converter_gives_are_refused(body: str) -> None:
     """Beyond 32 bits of clock or 24 bits of counts, even with a checksum that fits."""
-    assert decode_line(b"%s*%02X" % (body.encode(), crc8(body.encode()))) is None
+    assert decode_line(b"%s*%02X" % (body.encode(), crc8(body.encode())), 0.0) is None
 
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -280,7 +281,7 @@ def test_the_microcontroller_sends_what_the_reader_reads(tmp_path: Path) -> None
     result = subprocess.run([binary], capture_output=True, timeout=60, check=True)
     banner, *lines = result.stdout.rstrip(b"\n").split(b"\n")
     assert banner == b"# tendon load cell, HX711, gain 128"
-    frames = [decode_line(line) for line in lines]
+    frames = [decode_line(line, 0.0) for line in lines]
     assert all(frame is not None for frame in frames)
     # four conversions are thrown away until the filter has settled
     assert [f.counts for f in frames if f] == [1_000_000 * k for k in range(1, 9)] + [

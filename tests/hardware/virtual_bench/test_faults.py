@@ -97,7 +97,7 @@ def test_load_cell_lines_are_garbled_lost_and_silent() -> None:
     """Of 800 lines 5 % do not decode; in a second of silence none comes, then they go on."""
     link = Link(faults=Faults(garbled_lines=0.05))
     lines = [data.strip() for _, data in link.lines(10.0)]
-    bad = sum(decode_line(line) is None for line in lines)
+    bad = sum(decode_line(line, 0.0) is None for line in lines)
     assert bad == pytest.approx(0.05 * len(lines), abs=26)  # four standard deviations
     link.bench.set_faults(Faults(lost_lines=0.5))
     assert len(link.lines(5.0)) == pytest.approx(200, abs=45)

@@ -261,7 +261,7 @@ def readings(cell: LoadCellBoard, tensions: list[float]) -> tuple[np.ndarray, np
     for k, tension in enumerate(tensions):
         line = cell.take(tension, 1e-3 * (k + 1))
         if line:
-            frame = decode_line(line.strip())
+            frame = decode_line(line.strip(), 0.0)
             rows.append((1e-3 * (k + 1), frame.counts))
     times, counts = np.array(rows).T
     return times, counts
@@ -272,7 +272,7 @@ def test_the_stream_is_what_the_reader_expects() -> None:
     link = Link()
     splitter = LineSplitter()
     lines = splitter.feed(b"".join(line.data for line in link.bench.cell_lines(10.0)))
-    frames = [decode_line(line) for line in lines]
+    frames = [decode_line(line, 0.0) for line in lines]
     assert frames[0] is None  # the boot banner
     good = [frame for frame in frames if frame is not None]
     assert len(good) == pytest.approx(800, rel=0.025)  # the chip's oscillator: 2 %
@@ -282,7 +282,7 @@ def test_the_stream_is_what_the_reader_expects() -> None:
 def test_the_boards_clock_is_its_own() -> None:
     """Its microseconds advance with the arrivals to 100 ppm, with half a millisecond of scatter."""
     link = Link(seed=5)
-    rows = [(time, decode_line(data.strip())) for time, data in link.lines(20.0)]
+    rows = [(time, decode_line(data.strip(), 0.0)) for time, data in link.lines(20.0)]
     arrivals = np.array([time for time, frame in rows if frame is not None])
     micros = np.array([frame.device_time_us for _, frame in rows if frame is not None])
     slope = np.polyfit(arrivals, 1e-6 * micros, 1)[0]

@@ -17,7 +17,6 @@ BAUD_RATE = Register(name="Baud Rate", address=8, size=1)
 RETURN_DELAY = Register(name="Return Delay Time", address=9, size=1)  # 2 us
 DRIVE_MODE = Register(name="Drive Mode", address=10, size=1)
 OPERATING_MODE = Register(name="Operating Mode", address=11, size=1)
-HOMING_OFFSET = Register(name="Homing Offset", address=20, size=4, signed=True)
 TEMPERATURE_LIMIT = Register(name="Temperature Limit", address=31, size=1)  # 1 degC
 VOLTAGE_LIMIT_MAX = Register(name="Max Voltage Limit", address=32, size=2)
 VOLTAGE_LIMIT_MIN = Register(name="Min Voltage Limit", address=34, size=2)
