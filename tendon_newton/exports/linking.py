@@ -18,6 +18,7 @@ from tendon_newton.device_code.placeholders import Constant
 from tendon_newton.device_code.source_text import syntax_of
 from tendon_newton.device_code.templates import is_device_template, is_struct
 from tendon_newton.exports.model_law import ModelLaw
+from tendon_newton.exports.runtime import engine, facts
 
 PACKAGE = "tendon_newton"
 
@@ -40,19 +41,20 @@ class Linker:
     def program(
         self,
         docstring: str,
-        facts: Mapping[str, Any],
+        known: Mapping[str, Any],
         modules: Sequence[ModuleType],
         *,
-        given: Mapping[str, str],
         last: str,
     ) -> str:
-        """Return the text of a program.
+        """Return the text of a program that knows some facts, its folder and its memory's size.
 
-        The law is written in what the first of the modules defines. `given` holds imports that
-        stand for those of some modules, by the module's name; `last` is what the program does when
-        it is run.
+        The law is written in what the first of the modules defines; `last` is what the program does
+        when it is run.
         """
-        own = {**given, **{module.__name__: "" for module in modules}}
+        own = {module.__name__: "" for module in (facts, *modules)}
+        own[engine.__name__] = "import mujoco"
+        folder = Text("Path(__file__).resolve().parent")
+        known = {"FOLDER": folder, "MEMORY_SIZE": self._law.memory_size, **known}
         base, *bodies = [self._body(module, own) for module in modules]
         return "\n".join(
             [
@@ -60,7 +62,7 @@ class Linker:
                 *([] if self._device else ["from __future__ import annotations\n"]),
                 *sorted(self._imports),
                 "\n# ---- the model's numbers\n",
-                *(f"{name} = {literal(value)}" for name, value in facts.items()),
+                *(f"{name} = {literal(value)}" for name, value in known.items()),
                 base,
                 "\n# ---- the law of the model's servo, as it stands in the package\n\n",
                 "\n\n\n".join(self._parts),

@@ -5,10 +5,9 @@ from pathlib import Path
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.bench_file import write_bench
-from tendon_newton.exports.export_target import Coverage, Exported, ExportTarget
-from tendon_newton.exports.model_numbers import refuse_damaged
+from tendon_newton.exports.export_target import Exported, ExportTarget
+from tendon_newton.exports.model_numbers import coverage_of, refuse_damaged
 from tendon_newton.mechanisms.authoring.correction import HOMES, correct
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -19,10 +18,7 @@ BENCH_FILE = "bench.usda"
 WAY = f"our solver on {BENCH_FILE}"
 
 # A mechanism has a servo's greatest force, and not the knee below it
-COVERAGE: dict[str, Coverage] = {
-    **{name: "exact" if name in HOMES else "none" for name in EFFECTS},
-    "force_saturation": "approximate",
-}
+COVERAGE = coverage_of(tuple(HOMES), ("force_saturation",))
 
 
 def write_usd_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:

@@ -34,7 +34,6 @@ def rows_of(recording: Recording, model: Model) -> dict[str, Any]:
     rows: dict[str, Any] = {
         "t": timeline.time,
         "theta_d": timeline.command,
-        "measured": timeline.measured,
         "enabled": np.interp(timeline.time, recording.time, recording.enabled) > 0.5,
     }
     if (supply := supply_of(recording)) is not None:

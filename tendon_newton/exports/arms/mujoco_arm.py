@@ -1,6 +1,7 @@
 """An identified arm in plain MuJoCo: a file that runs alone, and a program that has its servos."""
 
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,11 @@ from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
 from tendon_newton.exports.arms.arm_target import ArmTarget, ArmWay
 from tendon_newton.exports.arms.replaying import angles_of, motion_rows
-from tendon_newton.exports.linking import Linker, Text
+from tendon_newton.exports.linking import Linker
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import coverage_of, number
 from tendon_newton.exports.mujoco.mjcf_servo import add_delay, set_affine, set_friction
-from tendon_newton.exports.runtime import arm_stepping, commands, engine, facts, jets, rows
+from tendon_newton.exports.runtime import arm_stepping, commands, jets, rows
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.authoring import mujoco_file
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
@@ -126,32 +127,32 @@ def arm_program(arm: IdentifiedArm) -> str:
     ]  # fmt: skip
     middle = middle_of(arm.arm)
     known = {
-        "FOLDER": Text("Path(__file__).resolve().parent"),
         "SERVO_ROWS": servos,
-        "MEMORY_SIZE": law.memory_size,
         "SPAN": ((middle - SWING).tolist(), (middle + SWING).tolist()),
         "PERIOD": 1.0,
         "TIME_STEP": POSITION_STEP,
     }
-    given = {facts.__name__: "", engine.__name__: "import mujoco"}
     title = f"The arm {arm.arm.mechanism.name} with its identified servos, stepped in MuJoCo."
     linker = Linker(law, device=False)
-    return linker.program(f"{title}\n\n{PREFACE}", known, RUNTIME, given=given, last="run(make)")
+    return linker.program(f"{title}\n\n{PREFACE}", known, RUNTIME, last="run(make)")
 
 
-PREFACE = """Made by tendon-newton export. It needs mujoco and numpy. In a program of your own:
+USE = """import mujoco, arm_step
 
-    import mujoco, arm_step
-
-    model = mujoco.MjModel.from_xml_path("arm.xml")
-    hook = arm_step.make_hook(model, mujoco.MjData(model))
-    hook.reset(angles)          # [rad] as the servos count, one per joint
-    hook.command[:] = command   # the same
-    hook.step()                 # in place of mujoco.mj_step
-    print(hook.read())          # what the encoders report [rad]
-
-or: python arm_step.py commands.csv --out replay.csv
+model = mujoco.MjModel.from_xml_path("arm.xml")
+model.opt.timestep = 2.0e-3
+hook = arm_step.make_hook(model, mujoco.MjData(model))
+hook.reset(angles)          # [rad] as the servos count, one per joint
+hook.command[:] = command   # the same
+hook.step()                 # in place of mujoco.mj_step
+print(hook.read())          # what the encoders report [rad]
 """
+
+PREFACE = (
+    "Made by tendon-newton export. It needs mujoco and numpy. In a program of your own:\n\n"
+    + indent(USE, "    ")
+    + "\nor: python arm_step.py commands.csv --out replay.csv\n"
+)
 
 
 def middle_of(arm: Arm) -> Array:
@@ -195,7 +196,7 @@ def model_text(model: Model) -> str:
     return "; ".join(told) or "none"
 
 
-LOADING = """```sh
+LOADING = f"""```sh
 pip install mujoco
 python arm_step.py                                     # some steps and ramps
 python arm_step.py commands.csv --out replay.csv       # columns t [s] and theta_d_0, theta_d_1 ...
@@ -204,16 +205,7 @@ python arm_step.py commands.csv --out replay.csv       # columns t [s] and theta
 In a program of your own:
 
 ```python
-import mujoco, arm_step
-
-model = mujoco.MjModel.from_xml_path("arm.xml")
-model.opt.timestep = 2.0e-3
-hook = arm_step.make_hook(model, mujoco.MjData(model))
-hook.reset(angles)          # [rad] as the servos count, one per joint
-hook.command[:] = command   # the same
-hook.step()                 # in place of mujoco.mj_step
-print(hook.read())          # what the encoders report [rad]
-```
+{USE}```
 
 `arm.xml` also runs alone, in MuJoCo and mujoco_warp: its controls are what the servos are told. A
 servo is then a spring as soft as its compliance with the damping of its lag, and dry friction that

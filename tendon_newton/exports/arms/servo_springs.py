@@ -65,15 +65,12 @@ def counted(joint: Joint, sign: float, zero: float) -> Joint:
     )  # fmt: skip
 
 
-def spring_rows(arm: IdentifiedArm) -> list[str]:
-    """Return a table of what the servos of an arm have, and what stands for it."""
+def spring_table(arm: IdentifiedArm) -> str:
+    """Return a table of what the servos of an arm have, and what stands for it, in Markdown."""
     rows = [
         f"| {s.joint.name} | {s.stiffness:.3g} N m/rad | {s.damping:.3g} N m s/rad "
         f"| {s.friction:.3g} N m | {1e3 * s.offset:.0f} mrad | {model_text(model)} |"
         for s, model in zip(servo_springs(arm), arm.models, strict=True)
     ]
-    return [
-        "| joint | stiffness | damping | dry friction | offset | servo |",
-        "|---|---|---|---|---|---|",
-        *rows,
-    ]
+    head = "| joint | stiffness | damping | dry friction | offset | servo |"
+    return "\n".join([head, "|---|---|---|---|---|---|", *rows])

@@ -16,7 +16,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.exports.arms.arm_target import ArmTarget, ArmWay
 from tendon_newton.exports.arms.newton_arm import driven_builder, replay_builder
 from tendon_newton.exports.arms.replaying import angles_of
-from tendon_newton.exports.arms.servo_springs import SPRINGS, servo_springs, spring_rows
+from tendon_newton.exports.arms.servo_springs import SPRINGS, servo_springs, spring_table
 from tendon_newton.exports.mujoco.mjcf_servo import set_affine
 from tendon_newton.exports.urdf_target import robot_text
 from tendon_newton.mechanisms.authoring.mujoco_file import TIME_STEP, newton_s_mujoco
@@ -85,11 +85,6 @@ def replay_in_newton(folder: Path, arm: IdentifiedArm, motion: ArmMotion) -> Arr
     return replay_builder(builder, springs, motion)
 
 
-def loading_text(arm: IdentifiedArm) -> str:
-    """Return how a user loads the file, and the drives that it needs."""
-    return "\n".join([LOADING, *spring_rows(arm)])
-
-
 LOADING = """`arm.urdf` has links, joints, ranges, damping and dry friction in SI units, for any
 program that reads URDF, under gravity along -z. A joint counts as its servo is told, so that a
 command is its drive's target. The encoder says the offset more.
@@ -105,5 +100,5 @@ URDF_ARM = ArmTarget(
         f"{FILE} in MuJoCo": ArmWay(coverage=SPRINGS, replay=replay_in_mujoco, floor=False),
         f"{FILE} in Newton": ArmWay(coverage=SPRINGS, replay=replay_in_newton, floor=False),
     },
-    loading=loading_text,
+    loading=lambda arm: LOADING + spring_table(arm),
 )

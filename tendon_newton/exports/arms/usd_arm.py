@@ -20,7 +20,7 @@ from tendon_newton.exports.arms.servo_springs import (
     SPRINGS,
     ServoSpring,
     servo_springs,
-    spring_rows,
+    spring_table,
 )
 from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME
 from tendon_newton.mechanisms.authoring.foreign_plan import quaternion
@@ -93,11 +93,6 @@ def replay_arm_usd(folder: Path, arm: IdentifiedArm, motion: ArmMotion) -> Array
     return replay_builder(builder, servo_springs(arm), motion)
 
 
-def loading_text(arm: IdentifiedArm) -> str:
-    """Return how a user loads the file, and what its drives have."""
-    return "\n".join([LOADING, *spring_rows(arm)])
-
-
 LOADING = """Open `arm.usda` in Isaac Sim, Newton (`ModelBuilder.add_usd`) or usdview. Joints,
 links, ranges and the tilted base's gravity are in it, and a `PhysicsDriveAPI` for each servo. A
 joint counts as its servo is told, so that a command is its drive's target. The encoder says the
@@ -109,5 +104,5 @@ offset more. Dry friction holds a joint within its servo's band, where a program
 USD_ARM = ArmTarget(
     write=write_arm_usd,
     ways={f"{FILE} in Newton": ArmWay(coverage=SPRINGS, replay=replay_arm_usd, floor=False)},
-    loading=loading_text,
+    loading=lambda arm: LOADING + spring_table(arm),
 )

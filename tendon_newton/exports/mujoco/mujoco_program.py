@@ -1,17 +1,16 @@
 """One Python file that steps an exported model: runtime, the law and the model's numbers."""
 
+from textwrap import indent
 from typing import Any
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.effects import EFFECTS
-from tendon_newton.exports.linking import Linker, Text
+from tendon_newton.exports.linking import Linker
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import number
 from tendon_newton.exports.runtime import (
     commands,
-    engine,
-    facts,
     jets,
     networks,
     resting,
@@ -50,34 +49,34 @@ def program_text(
     most = max(tendon.force_limit for tendon in mechanism.tendons)
     linker = Linker(law, device=False, numbers={"HELD": min(HELD, HOLDING * most)})
     known = {
-        "FOLDER": Text("Path(__file__).resolve().parent"),
         "PARAMETERS": law.parameters,
         "SERVO_ROWS": servos,
         "JOINT_ROWS": joint_rows(mechanism),
-        "MEMORY_SIZE": law.memory_size,
         "SPAN": span,
         "PERIOD": number(model, "sample_period_error", "scale"),
         "NETWORK": network,
         "TIME_STEP": LONGEST_STEP,
     }
-    given = {facts.__name__: "", engine.__name__: "import mujoco"}
-    return linker.program(f"{title}\n\n{PREFACE}", known, RUNTIME, given=given, last="run(make)")
+    return linker.program(f"{title}\n\n{PREFACE}", known, RUNTIME, last="run(make)")
 
 
-PREFACE = """Made by tendon-newton export. It needs mujoco and numpy, and onnxruntime for a force
-network. In a program of your own:
+USE = """import mujoco, tendon_step
 
-    import mujoco, tendon_step
-
-    model = mujoco.MjModel.from_xml_path("model.xml")
-    hook = tendon_step.make_hook(model, mujoco.MjData(model))
-    hook.reset([0.5])
-    hook.command[:] = 1.0
-    hook.step()
-    print(hook.read())
-
-or: python tendon_step.py commands.csv --out replay.csv
+model = mujoco.MjModel.from_xml_path("model.xml")
+model.opt.timestep = 1.0e-4
+hook = tendon_step.make_hook(model, mujoco.MjData(model))
+hook.reset([0.5])      # desired motor angle [rad], one per tendon
+hook.command[:] = 1.0
+hook.step()            # in place of mujoco.mj_step
+print(hook.read())     # angle [rad], speed [rad/s], force [N]
 """
+
+PREFACE = (
+    "Made by tendon-newton export. It needs mujoco and numpy, and onnxruntime for a force\n"
+    "network. In a program of your own:\n\n"
+    + indent(USE, "    ")
+    + "\nor: python tendon_step.py commands.csv --out replay.csv\n"
+)
 
 
 def servo_numbers(

@@ -21,7 +21,7 @@ from tendon_newton.exports.model_numbers import (
     refuse_damaged,
 )
 from tendon_newton.exports.mujoco.mjcf_servo import add_servo, replay_file, set_friction
-from tendon_newton.exports.mujoco.mujoco_program import program_text, servo_numbers
+from tendon_newton.exports.mujoco.mujoco_program import USE, program_text, servo_numbers
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import correct
@@ -165,16 +165,7 @@ python tendon_step.py commands.csv --out replay.csv   # columns t [s] and theta_
 In a program of your own:
 
 ```python
-import mujoco, tendon_step
-
-model = mujoco.MjModel.from_xml_path("model.xml")
-model.opt.timestep = 1.0e-4
-hook = tendon_step.make_hook(model, mujoco.MjData(model))
-hook.reset([0.5])      # desired motor angle [rad], one per tendon
-hook.command[:] = 1.0
-hook.step()            # in place of mujoco.mj_step
-print(hook.read())     # angle [rad], speed [rad/s], force [N]
-```
+{USE}```
 {alone}"""
 
 

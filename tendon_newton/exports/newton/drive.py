@@ -105,7 +105,7 @@ class TendonDrive(DriveBase):
                 setattr(joint, name, row[name])
             joints.append(joint)
             one.stiffness, one.damping = row["written"]  # what the solver does already
-            one.stop_stiffness, one.stop_damping = row["stop"]
+            one.stop_stiffness, one.stop_damping = row["stop_stiffness"], row["stop_damping"]
             one.friction, one.inertia = row["friction"], row["inertia"]
             more.append(one)
         self.joints, self.joints_more = array(joints, Joint), array(more, JointMore)

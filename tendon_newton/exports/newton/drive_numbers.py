@@ -9,9 +9,9 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.linking import Text
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import command_span, number, spool_of
+from tendon_newton.exports.mujoco.mujoco_program import joint_rows
 from tendon_newton.exports.newton.path import SWING, TendonPath
 from tendon_newton.exports.newton.prims import LONGEST_STEP
 from tendon_newton.law.spool import LEAST_ROTOR
@@ -47,27 +47,20 @@ def drive_numbers(
     free = rotor and not any(direct)  # a rotor stands between the motor and the string
     law = ModelLaw(model, free)
     return law, {
-        "FOLDER": Text("Path(__file__).resolve().parent"),
         "PARAMETERS": law.parameters,
         "SERVO_ROWS": [tendon_row(corrected, tendon, path, model) for tendon, path in rows],
         "JOINT_ROWS": [
             {
-                "name": old.name,
-                "stiffness": old.stiffness,
-                "rest": old.rest,
-                "damping": old.damping,
-                "lower": old.limits[0],
-                "upper": old.limits[1],
+                **row,
                 "written": [new.stiffness, new.damping],
-                "stop": [new.stop_stiffness, new.stop_damping],
-                "friction": old.friction,
+                "stop_stiffness": new.stop_stiffness,
+                "stop_damping": new.stop_damping,
                 "inertia": inertia,
             }
-            for old, new, inertia in zip(
-                mechanism.joints, corrected.joints, joint_inertias, strict=True
+            for row, new, inertia in zip(
+                joint_rows(mechanism), corrected.joints, joint_inertias, strict=True
             )
         ],
-        "MEMORY_SIZE": law.memory_size,
         "SPAN": command_span(mechanism),
         "PERIOD": number(model, "sample_period_error", "scale"),
         "NETWORK": network,
@@ -115,7 +108,6 @@ def tendon_row(
         "name": tendon.name,
         "factor": [float(x) for x in path.factor],
         "powers": [list(row) for row in path.powers],
-        "arm": [float(x) for x in tendon.moment_arm],
         "inertia": least_inertia(corrected, tendon),
         "rotor": rotor,
         "radius": spool_radius_of(model) or tendon.spool_radius,

@@ -16,7 +16,7 @@ from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
-from tendon_newton.exports.newton.newton_program import drive_text
+from tendon_newton.exports.newton.newton_program import USE, drive_text
 from tendon_newton.exports.newton.path import path_of
 from tendon_newton.exports.newton.prims import write_actuators
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
@@ -44,14 +44,7 @@ python tendon_drive.py commands.csv --out replay.csv   # columns t [s] and theta
 In a program of your own:
 
 ```python
-import newton, tendon_drive
-
-tendon_drive.register()                     # lets add_usd know the drive
-builder = newton.ModelBuilder()
-newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
-builder.add_usd("bench_drive.usda")
-model = builder.finalize()                  # model.actuators has the drive
-```
+{USE}```
 
 Write a tendon's desired motor angle [rad] into `control.joint_target_q` of each joint that the
 tendon drives, then call `model.actuators[0].step` and the solver with steps of 0.1 ms or less.
