@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tendon_hardware.benches.bench import Bench, open_bench
 from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
-from tendon_hardware.collection.collect_plan import free_name, mount
+from tendon_hardware.collection.collect_plan import enlist, free_name, mount
 from tendon_hardware.control.goals import FixedGoal, Goals, open_goals
 from tendon_hardware.control.keyboard import Keyboard
 from tendon_hardware.control.operator import Operator
@@ -26,7 +26,6 @@ from tendon_hardware.servos import find_servo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
-from tendon_newton.data.dataset import ListedRecording, list_recording
 from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files
@@ -257,25 +256,12 @@ def conclude(options: DeployOptions, outcome: DeployOutcome, operator: Operator)
     )
     try:
         if outcome.path is not None and outcome.rows >= ROWS_MIN and not options.dry_run:
-            enlist(options, outcome.path.name)
+            forces = options.calibration is not None or (options.port or "").startswith(WORD)
+            cell_rate = float(options.load_cell_rate) if forces else None
+            enlist(outcome.path, bench_of(options), options.split, options.rate, cell_rate)
     except TendonNewtonError as error:
         if outcome.fault is None:
             raise
         operator.tell(str(error))
     if outcome.fault is not None:
         raise outcome.fault
-
-
-def enlist(options: DeployOptions, file: str) -> None:
-    """List a log as a recording of its folder."""
-    slow = options.calibration is not None or (options.port or "").startswith("virtual")
-    entry = ListedRecording(
-        file=file,
-        bench=bench_of(options),
-        split=options.split,
-        start="first_row",
-        load_cell_rate=float(options.load_cell_rate)
-        if slow and options.load_cell_rate < 0.9 * options.rate
-        else None,
-    )
-    list_recording(options.out, entry)

@@ -28,19 +28,16 @@ class DriveAddress:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchAddress:
-    """Ports, servos and asset of a bench, real or virtual."""
+class BenchAddress(DriveAddress):
+    """Ports, servos and asset of a bench, real or virtual; with port and ID of its first servo."""
 
     bench: str  # Name under ``assets/``
     port: str  # Serial port of the servo, or ``virtual[:BENCH[:SEED[:WEAR]]]``
-    # Serial port of the load cell; a virtual bench brings its own
-    load_cell_port: str | None = None
     # Port on which a camera's program tells where a ball is; a virtual hand brings its own
     camera_port: str | None = None
     load_cell: str = "hx711_serial"  # Kind of the load cell
-    calibration: Path | None = None  # File that turns counts into newtons
     servo: str = "xc330_t288_t"  # Kind of the servo
-    identifier: int = 1  # ID of the servo on the bus
+    identifier: int = 1
     # Further servos of the same kind on the bus, in the order of the asset's tendons
     further: tuple[DriveAddress, ...] = ()
     baud: int = 1_000_000  # Rate of the bus [1/s]
@@ -82,12 +79,7 @@ class BenchAddress:
     @property
     def drives(self) -> tuple[DriveAddress, ...]:
         """All servos, the first among them."""
-        first = DriveAddress(
-            identifier=self.identifier,
-            load_cell_port=self.load_cell_port,
-            calibration=self.calibration,
-        )
-        return (first, *self.further)
+        return (self, *self.further)
 
     @property
     def virtual(self) -> bool:

@@ -17,7 +17,7 @@ from tendon_hardware.errors import ServoAlert
 from tendon_hardware.servos.base import ServoSpec
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.stop_request import StopRequest
-from tendon_newton.data.dataset import ListedRecording, list_recording, listed_files
+from tendon_newton.data.dataset import ListedRecording, Split, list_recording, listed_files
 from tendon_newton.data.files.output_folder import make_folder, releasing
 from tendon_newton.data.files.toml_file import read_toml, write_toml
 from tendon_newton.data.model_file import Model, NamedValues, write_model
@@ -174,28 +174,30 @@ def attempts(
             f"{outcome.pacing.overruns} of them because this computer was too busy."
         )
     if outcome.finished:
-        enlist(out, outcome, run, settings, calibrated=bench.drives[0].calibration is not None)
+        rate = None if bench.drives[0].calibration is None else outcome.load_cell_rate
+        enlist(outcome.path, run.bench, run.split, settings.rate, rate)
     return outcomes
 
 
-def enlist(
-    out: Path, outcome: RunOutcome, run: PlannedRun, settings: CollectSettings, *, calibrated: bool
-) -> None:
-    """Add a finished recording to the folder's ``dataset.toml``.
+def enlist(path: Path, bench: str, split: Split, rate: float, load_cell_rate: float | None) -> None:
+    """Add a recording to its folder's ``dataset.toml``.
 
     The recording starts from its first row. Gears hold the spool, so that a servo does not rest in
     the friction-free equilibrium of a command.
+
+    Args:
+        rate: Rows per second [Hz].
+        load_cell_rate: Readings per second [Hz], where they are tensions.
     """
-    rate = outcome.load_cell_rate
-    slow = calibrated and rate is not None and rate < RATE_MARGIN * settings.rate
+    slow = load_cell_rate is not None and load_cell_rate < RATE_MARGIN * rate
     entry = ListedRecording(
-        file=outcome.path.name,
-        bench=run.bench,
-        split=run.split,
+        file=path.name,
+        bench=bench,
+        split=split,
         start="first_row",
-        load_cell_rate=float(round(rate)) if slow and rate is not None else None,
+        load_cell_rate=float(round(load_cell_rate)) if load_cell_rate and slow else None,
     )
-    list_recording(out, entry)
+    list_recording(path.parent, entry)
 
 
 def free_path(out: Path, name: str) -> Path:

@@ -81,17 +81,9 @@ class LineGoals(Goals):
         if not line.strip():
             return False
         try:
-            self._value = self.read(line)
+            self._value = parse_goal(line.decode("ascii", errors="replace"))
         except InvalidGoal as error:
             self.notes += [] if self._told else [f"{error}: it is ignored, as others will be"]
             self._told = True
             return False
         return True
-
-    def read(self, line: bytes) -> float:
-        """Return the goal of a line [rad].
-
-        Raises:
-            InvalidGoal: The line holds no goal.
-        """
-        return parse_goal(line.decode("ascii", errors="replace"))

@@ -17,7 +17,7 @@ from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.base import PositionGains
 from tendon_hardware.servos.bus import Bus
 from tendon_hardware.servos.bus_servo import BusServo
-from tendon_hardware.servos.dynamixel.dynamixel_registers import TORQUE_ENABLE
+from tendon_hardware.servos.dynamixel.dynamixel_registers import TABLE
 from tendon_hardware.servos.setting_up import set_verified
 from tendon_hardware.virtual_bench import LockstepBench
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
@@ -85,7 +85,7 @@ def test_a_register_that_takes_nothing_is_named() -> None:
     """What was written is read back at once."""
     deaf = cast("Bus", SimpleNamespace(identifier=1, write=lambda *_: None, read=lambda _: (0,)))
     with pytest.raises(SettingMismatch, match=r"Torque Enable \(64\) must be 1 .* it reads 0"):
-        set_verified(deaf, TORQUE_ENABLE, 1)
+        set_verified(deaf, TABLE.torque, 1)
 
 
 def test_an_unconfigured_servo_is_not_driven() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tendon_hardware.errors import CommandNotFinite
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.base import alert_words
-from tendon_hardware.servos.dynamixel import dynamixel_registers as r
+from tendon_hardware.servos.dynamixel.dynamixel_registers import TABLE
 from tendon_hardware.servos.families import FAMILIES
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.servos.spool_angle import SpoolAngle
@@ -59,17 +59,17 @@ def test_counts_become_the_units_of_the_data_sheet(name: str) -> None:
 @given(current=st.integers(-0x8000, 0x7FFF), position=st.integers(-(2**31), 2**31 - 1))
 def test_signed_registers_keep_their_sign(current: int, position: int) -> None:
     """Two's complement in little endian, which the SDK leaves undone."""
-    assert r.PRESENT_CURRENT.decode(r.PRESENT_CURRENT.encode(current)) == current
-    assert r.PRESENT_POSITION.decode(r.PRESENT_POSITION.encode(position)) == position
-    assert r.PRESENT_CURRENT.decode(b"\xff\xff") == -1
+    assert TABLE.current.decode(TABLE.current.encode(current)) == current
+    assert TABLE.position.decode(TABLE.position.encode(position)) == position
+    assert TABLE.current.decode(b"\xff\xff") == -1
 
 
 def test_the_state_is_one_block_of_twelve_bytes() -> None:
     """Duty, current, velocity and position stand side by side from 124 to 135."""
-    assert r.TABLE.state[0].address == 124
-    for left, right in zip(r.TABLE.state, r.TABLE.state[1:], strict=False):
+    assert TABLE.state[0].address == 124
+    for left, right in zip(TABLE.state, TABLE.state[1:], strict=False):
         assert left.address + left.size == right.address
-    assert sum(register.size for register in r.TABLE.state) == 12
+    assert sum(register.size for register in TABLE.state) == 12
 
 
 def test_alerts_have_words() -> None:

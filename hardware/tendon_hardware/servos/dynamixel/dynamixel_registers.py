@@ -10,10 +10,7 @@ from tendon_hardware.servos.family import WATCHDOG_PERIOD, ControlTable, Reader,
 from tendon_hardware.servos.serial_bus.packets import Register
 
 # EEPROM: writable without torque only
-MODEL_NUMBER = Register(name="Model Number", address=0, size=2)
 FIRMWARE = Register(name="Firmware Version", address=6, size=1)
-IDENTIFIER = Register(name="ID", address=7, size=1)
-BAUD_RATE = Register(name="Baud Rate", address=8, size=1)
 RETURN_DELAY = Register(name="Return Delay Time", address=9, size=1)  # 2 us
 DRIVE_MODE = Register(name="Drive Mode", address=10, size=1)
 OPERATING_MODE = Register(name="Operating Mode", address=11, size=1)
@@ -26,46 +23,36 @@ VELOCITY_LIMIT = Register(name="Velocity Limit", address=44, size=4)
 SHUTDOWN = Register(name="Shutdown", address=63, size=1)
 
 # RAM: lost when the servo restarts
-TORQUE_ENABLE = Register(name="Torque Enable", address=64, size=1)
 LED = Register(name="LED", address=65, size=1)
-STATUS_RETURN_LEVEL = Register(name="Status Return Level", address=68, size=1)
-# what has happened; Shutdown (63) only says which of it stops the motor
-HARDWARE_ERROR = Register(name="Hardware Error Status", address=70, size=1)
 POSITION_D_GAIN = Register(name="Position D Gain", address=80, size=2)
 POSITION_I_GAIN = Register(name="Position I Gain", address=82, size=2)
 POSITION_P_GAIN = Register(name="Position P Gain", address=84, size=2)
 FEEDFORWARD_2ND = Register(name="Feedforward 2nd Gain", address=88, size=2)
 FEEDFORWARD_1ST = Register(name="Feedforward 1st Gain", address=90, size=2)
 BUS_WATCHDOG = Register(name="Bus Watchdog", address=98, size=1, signed=True)  # 20 ms; -1 tripped
-GOAL_PWM = Register(name="Goal PWM", address=100, size=2, signed=True)
 PROFILE_ACCELERATION = Register(name="Profile Acceleration", address=108, size=4)
 PROFILE_VELOCITY = Register(name="Profile Velocity", address=112, size=4)
-PRESENT_PWM = Register(name="Present PWM", address=124, size=2, signed=True)
-PRESENT_CURRENT = Register(name="Present Current", address=126, size=2, signed=True)
-PRESENT_VELOCITY = Register(name="Present Velocity", address=128, size=4, signed=True)
-PRESENT_POSITION = Register(name="Present Position", address=132, size=4, signed=True)
-PRESENT_VOLTAGE = Register(name="Present Input Voltage", address=144, size=2)
-PRESENT_TEMPERATURE = Register(name="Present Temperature", address=146, size=1)  # 1 degC
 
 RETURN_DELAY_UNIT = 2e-6  # Unit of the return delay [s]
 
 PWM_MODE = 16
 
 TABLE = ControlTable(
-    model=MODEL_NUMBER,
-    identifier=IDENTIFIER,
-    baud_rate=BAUD_RATE,
-    answers=STATUS_RETURN_LEVEL,
+    model=Register(name="Model Number", address=0, size=2),
+    identifier=Register(name="ID", address=7, size=1),
+    baud_rate=Register(name="Baud Rate", address=8, size=1),
+    answers=Register(name="Status Return Level", address=68, size=1),
     answers_all=2,
-    torque=TORQUE_ENABLE,
-    goal_duty=GOAL_PWM,
-    position=PRESENT_POSITION,
-    velocity=PRESENT_VELOCITY,
-    current=PRESENT_CURRENT,
-    duty=PRESENT_PWM,
-    voltage=PRESENT_VOLTAGE,
-    temperature=PRESENT_TEMPERATURE,
-    alerts=HARDWARE_ERROR,
+    torque=Register(name="Torque Enable", address=64, size=1),
+    goal_duty=Register(name="Goal PWM", address=100, size=2, signed=True),
+    position=Register(name="Present Position", address=132, size=4, signed=True),
+    velocity=Register(name="Present Velocity", address=128, size=4, signed=True),
+    current=Register(name="Present Current", address=126, size=2, signed=True),
+    duty=Register(name="Present PWM", address=124, size=2, signed=True),
+    voltage=Register(name="Present Input Voltage", address=144, size=2),
+    temperature=Register(name="Present Temperature", address=146, size=1),  # 1 degC
+    # what has happened; Shutdown (63) only says which of it stops the motor
+    alerts=Register(name="Hardware Error Status", address=70, size=1),
     mark=LED,  # lit while a servo is set up
     marked=1,
     watchdog=BUS_WATCHDOG,

@@ -15,10 +15,7 @@ from tendon_hardware.servos.serial_bus.packets import Register
 FIRMWARE_MAJOR = Register(name="Firmware Major Version", address=0, size=1)
 FIRMWARE_MINOR = Register(name="Firmware Minor Version", address=1, size=1)
 MODEL_NUMBER = Register(name="Model Number", address=3, size=2)
-IDENTIFIER = Register(name="ID", address=5, size=1)
-BAUD_RATE = Register(name="Baud Rate", address=6, size=1)
 RETURN_DELAY = Register(name="Return Delay Time", address=7, size=1)  # 2 us
-RESPONSE_LEVEL = Register(name="Response Status Level", address=8, size=1)
 TEMPERATURE_LIMIT = Register(name="Max Temperature Limit", address=13, size=1)  # 1 degC
 VOLTAGE_LIMIT_MAX = Register(name="Max Voltage Limit", address=14, size=1)
 VOLTAGE_LIMIT_MIN = Register(name="Min Voltage Limit", address=15, size=1)
@@ -39,18 +36,9 @@ OVERLOAD_TORQUE = Register(name="Overload Torque", address=36, size=1)  # 1 % of
 # RAM
 TORQUE_ENABLE = Register(name="Torque Enable", address=40, size=1)
 ACCELERATION = Register(name="Acceleration", address=41, size=1)  # 100 counts/s^2; 0 is none
-GOAL_PWM = Register(name="Goal Time, in PWM mode Goal PWM", address=44, size=2, sign_bit=10)
 GOAL_VELOCITY = Register(name="Goal Velocity", address=46, size=2, sign_bit=15)
 TORQUE_LIMIT = Register(name="Torque Limit", address=48, size=2)  # 0.1 % of duty
 LOCK = Register(name="Lock", address=55, size=1)
-PRESENT_POSITION = Register(name="Present Position", address=56, size=2, sign_bit=15)
-PRESENT_VELOCITY = Register(name="Present Velocity", address=58, size=2, sign_bit=15)
-# Duty of the motor, whatever its name says
-PRESENT_LOAD = Register(name="Present Load", address=60, size=2, sign_bit=10)
-PRESENT_VOLTAGE = Register(name="Present Voltage", address=62, size=1)
-PRESENT_TEMPERATURE = Register(name="Present Temperature", address=63, size=1)  # 1 degC
-STATUS = Register(name="Status", address=65, size=1)
-PRESENT_CURRENT = Register(name="Present Current", address=69, size=2, sign_bit=15)
 MAXIMUM_VELOCITY = Register(name="Maximum Velocity Limit", address=84, size=1)
 
 RETURN_DELAY_UNIT = 2e-6  # Unit of the return delay [s]
@@ -62,19 +50,20 @@ PWM_MODE = 2
 
 TABLE = ControlTable(
     model=MODEL_NUMBER,
-    identifier=IDENTIFIER,
-    baud_rate=BAUD_RATE,
-    answers=RESPONSE_LEVEL,
+    identifier=Register(name="ID", address=5, size=1),
+    baud_rate=Register(name="Baud Rate", address=6, size=1),
+    answers=Register(name="Response Status Level", address=8, size=1),
     answers_all=1,
     torque=TORQUE_ENABLE,
-    goal_duty=GOAL_PWM,
-    position=PRESENT_POSITION,
-    velocity=PRESENT_VELOCITY,
-    current=PRESENT_CURRENT,
-    duty=PRESENT_LOAD,
-    voltage=PRESENT_VOLTAGE,
-    temperature=PRESENT_TEMPERATURE,
-    alerts=STATUS,
+    goal_duty=Register(name="Goal Time, in PWM mode Goal PWM", address=44, size=2, sign_bit=10),
+    position=Register(name="Present Position", address=56, size=2, sign_bit=15),
+    velocity=Register(name="Present Velocity", address=58, size=2, sign_bit=15),
+    current=Register(name="Present Current", address=69, size=2, sign_bit=15),
+    # Duty of the motor, whatever its name says
+    duty=Register(name="Present Load", address=60, size=2, sign_bit=10),
+    voltage=Register(name="Present Voltage", address=62, size=1),
+    temperature=Register(name="Present Temperature", address=63, size=1),  # 1 degC
+    alerts=Register(name="Status", address=65, size=1),
     mark=ACCELERATION,  # profiles belong to the position mode; 0 after a restart
     marked=254,
     watchdog=None,
