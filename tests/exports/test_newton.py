@@ -16,7 +16,7 @@ from tendon_newton.exports.newton.newton_target import (
     PROGRAM_FILE,
     write_newton_target,
 )
-from tendon_newton.exports.newton.path import path_of
+from tendon_newton.exports.newton.path import columns, path_of
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -161,5 +161,5 @@ def test_a_routed_tendon_s_way_is_a_polynomial() -> None:
     ends = np.array([joint.limits for joint in mechanism.joints])
     q = ends[:, 0] + rng.random((200, len(ends))) * (ends[:, 1] - ends[:, 0])
     length = np.array([excursion(tendon, row) for row in q])
-    assert np.abs(path.at(q) - length).max() < WAYS
+    assert np.abs(columns(q, path.powers) @ path.factor - length).max() < WAYS
     assert path.stray < WAYS

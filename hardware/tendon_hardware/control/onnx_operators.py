@@ -90,8 +90,7 @@ def read_node(content: bytes) -> Node:
             "a network of plain arithmetic, without loops, branches and operators of others; this "
             f"one has {shown(operator)}"
         )
-    own = (b"",)  # an optional input that is left out
-    inputs = tuple(name for name in named[INPUT] if name not in own)
+    inputs = tuple(filter(None, named[INPUT]))  # an optional one that is left out has no name
     return Node(operator=operator, inputs=inputs, outputs=tuple(named[OUTPUT]))
 
 

@@ -92,10 +92,6 @@ class LoadCellCalibration:
         """Return the tension of counts [N]."""
         return (np.asarray(counts, dtype=np.float64) - self.tare) * self.slope
 
-    def counts(self, force: ArrayLike) -> NDArray[np.float64]:
-        """Return the counts of a tension [N]."""
-        return np.asarray(force, dtype=np.float64) / self.slope + self.tare
-
 
 SETTING_KEYS = ("cell", "gain", "rate", "gravity", "date")
 RESULT_KEYS = ("identifier", "tare", "slope", "residual", "hysteresis", "r_squared")

@@ -49,7 +49,6 @@ class ForceWatch:
         # are missing in between hide nothing.
         self.agreed: float | None = None
         self.readings = 0  # Readings in the log
-        self.silences: list[tuple[float, float]] = []  # First and last instant of each silence [s]
         self._servo = drive.servo
         self._doubt = CellDoubt(drive.calibration, drive.servo.spec, spool_radius)
         self._latest_forces: deque[float] = deque(maxlen=WINDOW)
@@ -137,7 +136,6 @@ class ForceWatch:
     def _hear(self, arrival: float, log: SessionLog | None) -> None:
         if self._silent:
             self._silent = False
-            self.silences.append((self._latest, arrival))
             self.operator.tell(f"{self._called} is back after {arrival - self._latest:.1f} s.")
             if log is not None:
                 log.event(

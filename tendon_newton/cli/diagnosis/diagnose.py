@@ -114,12 +114,12 @@ def main(config: DiagnoseConfig) -> None:
     quiet_warp(on_errors=config.json)
     budget = None if config.budget is None else read_duration(config.budget, "--budget")
     limit_cores(config.jobs)
+    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     if config.against is not None:
-        say_changes(config, config.against, start)
+        say_changes(config, config.against, progress)
         return
     if config.mended:
         raise InvalidParameter("--mended needs --against: the recordings from before the mend")
-    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     config = with_joints(config, progress)
     if folders := dataset_folders(config.dataset):
         diagnose_joints(config, folders, progress, None if budget is None else start + budget)
@@ -164,7 +164,7 @@ def places(out: Path, diagnosis: Diagnosis) -> list[str]:
     return lines
 
 
-def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
+def say_changes(config: DiagnoseConfig, against: Path, progress: DiagnosisProgress) -> None:
     """Hold the recordings against an earlier day, and tell what changed."""
     if any(option is not None for option in (config.hold_out, config.budget, config.arm)):
         raise InvalidParameter(
@@ -176,7 +176,6 @@ def say_changes(config: DiagnoseConfig, against: Path, start: float) -> None:
     from tendon_newton.workflows.diagnosing import compare_days
 
     make_folder(config.out, config.dataset, against, config.model)
-    progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
     days = compare_days(config.dataset, against, config.model, progress, config.out, config.mended)
     if config.json:
         print((config.out / "changes.json").read_text(encoding="utf-8"), end="")

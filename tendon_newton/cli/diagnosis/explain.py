@@ -72,10 +72,8 @@ def account(accounts: Accounts, name: str) -> str:
         told = [f"The model that was started from has it: {known}. More of it was looked for."]
     if cause is not None:
         told += sentences(cause)
-    elif told:
-        pass
-    elif effect_of(name) in EFFECTS:
+    elif not told:
+        if effect_of(name) not in EFFECTS:
+            raise unknown_name("cause", name, [c.name for c in accounts.causes])
         told = not_tried(name, has_force=accounts.has_force, servos=accounts.servos)
-    else:
-        raise unknown_name("cause", name, [c.name for c in accounts.causes])
     return "\n".join(textwrap.fill(sentence, WIDTH, subsequent_indent="  ") for sentence in told)

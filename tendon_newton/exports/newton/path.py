@@ -23,10 +23,6 @@ class TendonPath:
     powers: tuple[tuple[int, ...], ...]  # Power of each joint, shape (K, J)
     stray: float  # Most by which it strays from the tendon in its range [m]
 
-    def at(self, joint_position: Array) -> Array:
-        """Return the excursion [m] at joint positions of shape (N, J)."""
-        return columns(joint_position, self.powers) @ self.factor
-
 
 def columns(q: Array, powers: Sequence[tuple[int, ...]]) -> Array:
     """Return products of powers of the joints, shape (N, K)."""
