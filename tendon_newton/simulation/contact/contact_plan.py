@@ -57,7 +57,7 @@ class ContactPlan:
     def body_share(self) -> float:
         """Weight of a chain's copy of the body as a share of the body's own.
 
-        With it no mode of fingers and a body grows (tests/physics/contact/test_rounds.py).
+        With it no mode grows at 0.5 ms (tests/physics/contact/test_rounds.py).
         """
         return 2.0 / (self.abreast + 1.0)
 

@@ -63,10 +63,11 @@ from tendon_newton.simulation.kernels.control_kernels import (
 )
 from tendon_newton.simulation.tendons.routes import placed
 
-# The last of the rounds over the chains of a world in a step, counted from 0. With two rounds, no
-# mode of up to four fingers and a body of 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press
-# with up to 20 N (tests/physics/contact/test_rounds.py).
-LAST_ROUND = 1
+# Rounds over the chains of a world in a step. With two, no mode of up to four fingers and a body of
+# 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press with up to 20 N
+# (tests/physics/contact/test_rounds.py). An even number: the pushes of the last round stand where
+# the next step looks for them.
+ROUNDS = 2
 
 
 @wp.func_native("""
@@ -207,7 +208,7 @@ def step_chain(
     drive.command = mean_command(history, log, p, drive.time, h, log.count - 1)
     if wp.static(SHARES_BODY):
         drive.load = load_of_others(servo, i, lap)
-    if lap < wp.static(LAST_ROUND if SHARES_BODY else 0):
+    if lap + 1 < wp.static(ROUNDS if SHARES_BODY else 1):
         foreseen = undivided_step(mechanism, p, drive, h)
         if wp.static(SHARES_BODY):
             keep_push(mechanism, servo, drive, foreseen, h, lap)
@@ -300,7 +301,7 @@ def body_step_kernel(
         begin_step(mechanism, servo, history, given, home)
     wait_for_all()
     for substep in range(substeps):
-        for lap in range(wp.static(LAST_ROUND + 1 if SHARES_BODY else 1)):
+        for lap in range(wp.static(ROUNDS if SHARES_BODY else 1)):
             for group in range(0, chains, abreast):
                 for c in range(group + place, wp.min(group + place + own, chains)):
                     step_chain(mechanism, servo, history, home * chains + c, substep, lap, h)

@@ -9,7 +9,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.obstacles import DISSIPATION, STIFFNESS
 from tendon_newton.simulation.contact.contact_plan import ContactPlan
 from tendon_newton.simulation.dynamics.integrator import GAMMA
-from tendon_newton.simulation.kernels.body_kernels import LAST_ROUND
+from tendon_newton.simulation.kernels.body_kernels import ROUNDS
 
 STEP = 5.0e-4  # s
 DRAWS = 150
@@ -76,7 +76,7 @@ def hand_step(grasp: Grasp, state: Array) -> Array:
     q, v = state[: count + 1], state[count + 1 : 2 * count + 2]
     pushes = state[2 * count + 2 :].copy()
     places, speeds, copies = q.copy(), v.copy(), np.zeros(count)
-    for _ in range(LAST_ROUND + 1):
+    for _ in range(ROUNDS):
         for first in range(0, count, abreast):
             loads = plan(grasp).body_share * np.sum(pushes) - pushes
             for i in range(first, min(first + abreast, count)):
