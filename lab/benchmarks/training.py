@@ -15,7 +15,7 @@ import numpy as np
 import torch
 import warp as wp
 
-from lab.benchmarks.network import authors_network, fused
+from lab.benchmarks.network import Arithmetic, authors_network, fused, matrix_products
 from lab.benchmarks.timing import Row, best_time, say
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -44,7 +44,8 @@ def training(worlds_asked: Sequence[int]) -> Iterator[Row]:
     for worlds in (w for w in HAND_WORLDS if w <= most):
         yield hand_row(worlds)
     for worlds in (w for w in PPO_WORLDS if w <= most):
-        yield learning_row(worlds)
+        yield learning_row(worlds, "float32")
+        yield learning_row(worlds, "TF32")
 
 
 def network_row(worlds: int) -> Row:
@@ -85,7 +86,7 @@ def timed(name: str, loop: ControlLoop, command: torch.Tensor) -> Row:
     return row
 
 
-def learning_row(worlds: int) -> Row:
+def learning_row(worlds: int, arithmetic: Arithmetic) -> Row:
     """Return the samples per second of a training: the median iteration after the first two."""
     ends: list[float] = []
     config = PolicyTrainingConfig(
@@ -93,11 +94,11 @@ def learning_row(worlds: int) -> Row:
         batch=worlds * ITERATION_STEPS // BATCHES, epochs=EPOCHS, learning_rate=1.0e-3,
         checkpoint_every=ITERATIONS, device=wp.device_to_torch(wp.get_device()),
     )  # fmt: skip
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, matrix_products(arithmetic):
         train_policy(config, Path(folder), report=lambda _: ends.append(time.perf_counter()))
     seconds = float(np.median(np.diff(ends[2:])))
     row: Row = {
-        "engine": "PPO",
+        "engine": f"PPO, {arithmetic}",
         "worlds": worlds,
         "milliseconds": 1.0e3 * seconds,
         "world_steps_per_second": worlds * ITERATION_STEPS / seconds,

@@ -45,7 +45,7 @@ RECIPE = PolicyTrainingConfig(
     learning_rate=1.0e-3, learning_rate_end=2.0e-4,
     environment=EnvironmentConfig(
         task="turn", force="lab/studies/turning_models/stretching.toml", randomise=RANDOMISE,
-        worlds=1024, max_step=5.0e-4, history=8, episode=10.0, smooth_weight=0.003, action_clip=9.0,
+        worlds=1024, max_step=1.0e-3, history=8, episode=10.0, smooth_weight=0.003, action_clip=9.0,
         action_unit=9.0,
     ),
 )  # fmt: skip

@@ -241,8 +241,6 @@ MET_LINK: Any = constant()  # Link that carries it
 CHAINS: int = constant()  # Equal chains of a world, which meet the same obstacles
 HAS_BODY: bool = constant()  # Whether an obstacle is free to move
 SHARES_BODY: bool = constant()  # Whether several chains move it
-ABREAST: int = constant()  # Chains of a world that are stepped side by side
-BODY_SHARE: float = constant()  # Weight of a chain's copy of it as a share of its own
 BODY: int = constant()  # Which of the obstacles that is
 BODY_SHAPE: int = constant()  # Shape of the free body
 # Where its six coordinates begin: how far it has moved [m] and turned [rad] in a step

@@ -257,8 +257,7 @@ class Servo:
     # Where the free body is [m]; `v` has its speeds
     body_place: Annotated[DeviceArray[Vec3], HAS_BODY]
     body_turn: Annotated[DeviceArray[Quaternion], HAS_BODY]  # How it is turned
-    # Mean force [N] and torque [N m] of each chain on it in rounds 2, 4 ... of a step, then in
-    # rounds 1, 3 ..., shape (W K, 4)
+    # Mean force [N] and torque [N m] of each chain on it in the last step, shape (W K, 2)
     body_push: Annotated[DeviceGrid[Vec3], SHARES_BODY]
     # Where its seven coordinates begin among Newton's positions
     body_position_index: Annotated[DeviceArray[int], HAS_BODY]

@@ -44,23 +44,6 @@ class ContactPlan:
         """Whether an obstacle is free to move."""
         return self.body != FIXED
 
-    @property
-    def abreast(self) -> int:
-        """Chains of a world that are stepped side by side: half of those that share a body.
-
-        All four fingers of a hand at once learn too late of each other at 1 ms, and one after the
-        other they make a GPU wait.
-        """
-        return (self.chains + 1) // 2
-
-    @property
-    def body_share(self) -> float:
-        """Weight of a chain's copy of the body as a share of the body's own.
-
-        With it no mode grows at 0.5 ms (tests/physics/contact/test_rounds.py).
-        """
-        return 2.0 / (self.abreast + 1.0)
-
     @cached_property
     def contacts(self) -> tuple[tuple[int, int, int, int, int], ...]:
         """What each contact that may be is: capsule, obstacle, place, the obstacle's shape, link.

@@ -15,7 +15,6 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     BODY,
-    BODY_SHARE,
     CHAINS,
     FIRST_BODY,
     JOINTS,
@@ -142,22 +141,21 @@ def body_weight(mechanism: Mechanism, here: Drive) -> Vec3:
 
 @device_template
 def with_body_terms(mechanism: Mechanism, here: Drive, chain: ChainTerms) -> ChainTerms:
-    """Return mass matrix and torque of a chain and its copy of the free body."""
+    """Return mass matrix and torque of a chain and its free body."""
     mass_matrix = chain.mass_matrix
-    inertia = wp.static(BODY_SHARE) * inertia_of_body(mechanism, here.world, here.q)
+    inertia = inertia_of_body(mechanism, here.world, here.q)
     spin = turn_in(here.v)
-    weight = body_weight(mechanism, here) / real(CHAINS)
     bias = -wp.cross(spin, inertia * spin)
     for i in range(3):
         place = wp.static(FIRST_BODY) + i
-        mass_matrix[place, place] = wp.static(BODY_SHARE) * mechanism.body_mass[home_of(here.world)]
+        mass_matrix[place, place] = mechanism.body_mass[home_of(here.world)]
         for k in range(3):
             mass_matrix[wp.static(FIRST_BODY + 3) + i, wp.static(FIRST_BODY + 3) + k] = inertia[
                 i, k
             ]
     out = ChainTerms()
     out.mass_matrix = mass_matrix
-    out.torque = with_body(chain.torque, weight, bias)
+    out.torque = with_body(chain.torque, body_weight(mechanism, here), bias)
     if wp.static(SHARES_BODY):
         out.torque = out.torque + here.load
     return out

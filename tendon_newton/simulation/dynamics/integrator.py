@@ -127,15 +127,6 @@ def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Mot
 
 
 @device_template
-def undivided_step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Motion:
-    """Advance a world by h [s] past all events, and none of its memory: a step that is foreseen."""
-    begun = at_start(drive, drive.time, drive.memory)
-    start = located(mechanism, begun, drive.q, drive.v)
-    first = begin(mechanism, p, start)
-    return rosenbrock(mechanism, p, start, first.contact, first.forces, h)
-
-
-@device_template
 def divided_step(
     mechanism: Mechanism,
     p: ParameterVector,

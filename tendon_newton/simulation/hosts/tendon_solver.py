@@ -64,9 +64,9 @@ LONGEST_STEP = 5.0e-4
 # thread, with some kept in memory, are a fifth faster than the compiler's own 213 and half as many
 # threads, on one H200
 BLOCK = (128, 4)
-# Threads and blocks with a free body, whose kernel keeps 18 KB of a thread in memory. With 128
-# registers in place of 255, 4,096 of `hand_ball` take 125 ms a control step in place of 91; blocks
-# of 64 and 128 threads take as long as small ones (one H200).
+# Worlds and blocks with a free body, whose kernel keeps 20 KB of a world in memory. With 255
+# registers and small blocks, which spread over all multiprocessors, `hand_ball` makes 24,200
+# control steps a second in place of 14,100 (one H200, 8,192 worlds).
 BODY_BLOCK = (32, 8)
 
 
@@ -248,7 +248,7 @@ class TendonSolver(SolverBase):
             "body_velocity_index": velocity,
         }
         if self.chain_count > 1:
-            bodies["body_push"] = wp.zeros((self._chains, 4), dtype=types[Vec3], device=device)
+            bodies["body_push"] = wp.zeros((self._chains, 2), dtype=types[Vec3], device=device)
         return bodies
 
     def _carry_bodies(self, state: Any, chosen: wp.array) -> None:
@@ -427,12 +427,8 @@ class TendonSolver(SolverBase):
             )
         substeps = max(1, ceil(dt / self.max_step - 1.0e-6))
         states = [self._joints_of(state_in), self._joints_of(state_out)]
-        threads, own = self._chains, []
-        if self.moves_body:
-            abreast = self._code.structure.touch.abreast
-            own = [1 if self.model.device.is_cuda else abreast]
-            threads = self.world_count * abreast // own[0]
-        inputs = [*self._inputs(), *own, substeps, dt / substeps, *states]
+        inputs = [*self._inputs(), substeps, dt / substeps, *states]
+        threads = self.world_count if self.moves_body else self._chains
         self._launch("step", threads, inputs, block_dim=step_block(self._code.structure)[0])
         self._place_bodies(state_out)
 
@@ -482,14 +478,8 @@ class TendonSolver(SolverBase):
 
 
 def step_block(structure: Structure) -> tuple[int, int]:
-    """Return the threads of a CUDA block in a step, and the blocks of a multiprocessor.
-
-    All threads of a world that moves a body stand in one block.
-    """
-    if not structure.touch.moves:
-        return BLOCK
-    threads, blocks = BODY_BLOCK
-    return threads - threads % structure.touch.abreast, blocks
+    """Return the threads of a CUDA block in a step, and the blocks of a multiprocessor."""
+    return BODY_BLOCK if structure.touch.moves else BLOCK
 
 
 @cache

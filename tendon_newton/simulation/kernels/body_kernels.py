@@ -1,16 +1,9 @@
-"""Kernels of mechanisms that move a free body: each chain has a copy of it, and they agree.
+"""Kernels of mechanisms that move a free body: one thread steps all chains of a world, in turn.
 
-The body is a part of each chain that touches it. Half the chains of a world are stepped side by
-side, then the other half. Each has a copy of the body, under what the others did to it as far as
-that is known; where all know that, all copies move as the body does. The copies weigh `BODY_SHARE`
-of the body, since those that are stepped at once do not know of each other. A second round lets
-each chain know what all others do in this very step. Then the body takes up what they did to it.
-
-Source: Tonge, Benevolenski, Voroshilov, Mass splitting for jitter-free parallel rigid body
-simulation, ACM Trans. Graph. 31 (2012), for the copies.
-
-On CUDA one thread steps each of the chains that are stepped side by side, and those of a world wait
-for each other; on a CPU one thread steps all.
+The body is a part of each chain that touches it. Each of several chains is stepped with the body
+under what the others last did to it, and the body goes where the last chain leaves it: impulses in
+sequence, as engines for rigid bodies find contact forces. A second round lets the first chain know
+what the last one did.
 """
 
 from __future__ import annotations
@@ -18,9 +11,7 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
-    ABREAST,
     BODY,
-    BODY_SHARE,
     CHAINS,
     CONTACT_TABLE,
     CONTACTS,
@@ -43,6 +34,7 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.contact.contacts import WITHIN, grip_at, pose_at
 from tendon_newton.simulation.contact.free_body import (
+    body_weight,
     frame_of,
     home_of,
     inertia_of_body,
@@ -51,7 +43,7 @@ from tendon_newton.simulation.contact.free_body import (
     way_in,
     with_body,
 )
-from tendon_newton.simulation.dynamics.integrator import step, undivided_step
+from tendon_newton.simulation.dynamics.integrator import step
 from tendon_newton.simulation.kernels.acting_command import mean_command
 from tendon_newton.simulation.kernels.control_kernels import (
     FARTHEST,
@@ -65,18 +57,8 @@ from tendon_newton.simulation.tendons.routes import placed
 
 # Rounds over the chains of a world in a step. With two, no mode of up to four fingers and a body of
 # 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press with up to 20 N
-# (tests/physics/contact/test_rounds.py). An even number: the pushes of the last round stand where
-# the next step looks for them.
+# (tests/physics/contact/test_rounds.py).
 ROUNDS = 2
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    __syncthreads();
-#endif
-""")
-def wait_for_all() -> None:
-    """Let the threads of a block, which hold all chains of their worlds, wait for each other."""
 
 
 @device_template
@@ -145,39 +127,40 @@ def tell_body(servo: Servo, home: int, out: NewtonJoints) -> None:
 
 
 @device_template
-def load_of_others(servo: Servo, i: int, lap: int) -> JointVector:
-    """Return what lets a chain's copy of the body move as the body does [N, N m]."""
+def move_body(mechanism: Mechanism, servo: Servo, home: int, end: Motion) -> None:
+    """Put the body where a step has left it; its coordinates begin anew."""
+    servo.body_place[home] = servo.body_place[home] + way_in(end.q)
+    turned = quaternion_of(turn_in(end.q)) * servo.body_turn[home]
+    servo.body_turn[home] = wp.normalize(turned)
+    take_speeds(servo, home, way_in(end.v), turn_in(end.v))
+    put_body(mechanism, servo, home)
+
+
+@device_template
+def load_of_others(servo: Servo, i: int) -> JointVector:
+    """Return what the other chains of a world did to the body in their last step [N, N m]."""
     chains = int(CHAINS)
-    abreast = int(ABREAST)
     first = home_of(i) * chains
-    group = (i - first) // abreast
-    last = int(2) * (lap % int(2))
-    now = int(2) - last
-    push = -servo.body_push[i, last]
-    twist = -servo.body_push[i, last + 1]
+    push = Vec3()
+    twist = Vec3()
     for c in range(chains):
-        known = last
-        if c // abreast < group:  # already stepped in this round
-            known = now
-        push = push + wp.static(BODY_SHARE) * servo.body_push[first + c, known]
-        twist = twist + wp.static(BODY_SHARE) * servo.body_push[first + c, known + 1]
+        if first + c != i:
+            push = push + servo.body_push[first + c, 0]
+            twist = twist + servo.body_push[first + c, 1]
     return with_body(JointVector(), push, twist)
 
 
 @device_template
-def keep_push(
-    mechanism: Mechanism, servo: Servo, start: Drive, end: Motion, h: real, lap: int
-) -> None:
-    """Keep what a chain and its part of the weight did to the body, for the next round."""
+def keep_push(mechanism: Mechanism, servo: Servo, start: Drive, end: Motion, h: real) -> None:
+    """Keep what a chain did to the body: its change of momentum, less what else acted on it."""
     i = start.world
-    share = wp.static(BODY_SHARE) / h
     velocity = way_in(end.v) - way_in(start.v)
+    push = (mechanism.body_mass[home_of(i)] / h) * velocity
+    push = push - body_weight(mechanism, start) - way_in(start.load)
     before = inertia_of_body(mechanism, i, start.q) * turn_in(start.v)
     after = inertia_of_body(mechanism, i, end.q) * turn_in(end.v)
-    mass = mechanism.body_mass[home_of(i)]
-    now = int(2) * ((lap + int(1)) % int(2))
-    servo.body_push[i, now] = share * mass * velocity - way_in(start.load)
-    servo.body_push[i, now + 1] = share * (after - before) - turn_in(start.load)
+    servo.body_push[i, 0] = push
+    servo.body_push[i, 1] = (after - before) / h - turn_in(start.load)
 
 
 @device_template
@@ -193,13 +176,10 @@ def take_command(servo: Servo, history: Commands, i: int) -> None:
 
 
 @device_template
-def step_chain(
-    mechanism: Mechanism, servo: Servo, history: Commands, i: int, substep: int, lap: int, h: real
-) -> None:
-    """Step one chain by h [s] from where it is; the last round is kept, and meets events.
-
-    Its body stays as fast as it was, until it is known what all chains do to it.
-    """
+def chain_step(
+    mechanism: Mechanism, servo: Servo, history: Commands, i: int, substep: int, h: real
+) -> Motion:
+    """Step one chain and its body by h [s] from where they are."""
     log = past_of(history, i)
     p = servo.parameters[i]
     drive = servo_drive(mechanism, p, servo, i)
@@ -207,74 +187,11 @@ def step_chain(
     drive.time = servo.time[i] + real(substep) * h
     drive.command = mean_command(history, log, p, drive.time, h, log.count - 1)
     if wp.static(SHARES_BODY):
-        drive.load = load_of_others(servo, i, lap)
-    if lap + 1 < wp.static(ROUNDS if SHARES_BODY else 1):
-        foreseen = undivided_step(mechanism, p, drive, h)
-        if wp.static(SHARES_BODY):
-            keep_push(mechanism, servo, drive, foreseen, h, lap)
-    else:
-        end = step(mechanism, p, drive, h)
-        servo.q[i] = end.q
-        servo.v[i] = end.v
-        servo.memory[i] = end.memory
-        if wp.static(SHARES_BODY):
-            keep_push(mechanism, servo, drive, end, h, lap)
-            servo.v[i] = with_body(end.v, way_in(drive.v), turn_in(drive.v))
-
-
-@device_template
-def move_body(mechanism: Mechanism, servo: Servo, home: int, h: real) -> None:
-    """Put a body where a step of h [s] has left it; its coordinates begin anew."""
-    chains = int(CHAINS)
-    first = home * chains
-    q = servo.q[first]
-    velocity = way_in(servo.v[first])
-    spin = turn_in(servo.v[first])
+        drive.load = load_of_others(servo, i)
+    end = step(mechanism, p, drive, h)
     if wp.static(SHARES_BODY):
-        push = Vec3()
-        twist = Vec3()
-        way = Vec3()
-        turn = Vec3()
-        for c in range(chains):
-            push = push + servo.body_push[first + c, 0]
-            twist = twist + servo.body_push[first + c, 1]
-            way = way + way_in(servo.q[first + c])
-            turn = turn + turn_in(servo.q[first + c])
-        still = with_body(q, Vec3(), Vec3())
-        momentum = inertia_of_body(mechanism, first, still) * spin + h * twist
-        q = with_body(q, way / real(chains), turn / real(chains))
-        velocity = velocity + (h / mechanism.body_mass[home]) * push
-        spin = wp.inverse(inertia_of_body(mechanism, first, q)) * momentum
-    servo.body_place[home] = servo.body_place[home] + way_in(q)
-    turned = quaternion_of(turn_in(q)) * servo.body_turn[home]
-    servo.body_turn[home] = wp.normalize(turned)
-    take_speeds(servo, home, velocity, spin)
-    put_body(mechanism, servo, home)
-
-
-@device_template
-def begin_step(
-    mechanism: Mechanism, servo: Servo, history: Commands, given: NewtonJoints, home: int
-) -> None:
-    """Let the commands of a world in, and go on where Newton has it."""
-    chains = int(CHAINS)
-    for i in range(home * chains, (home + 1) * chains):
-        take_command(servo, history, i)
-        here = Drive()
-        here = resumed(here, servo, given, i)
-        servo.q[i] = here.q
-        servo.v[i] = here.v
-    resume_body(mechanism, servo, given, home)
-
-
-@device_template
-def end_step(servo: Servo, duration: real, out: NewtonJoints, home: int) -> None:
-    """Tell Newton where a world is after so long [s]."""
-    chains = int(CHAINS)
-    for i in range(home * chains, (home + 1) * chains):
-        servo.time[i] = servo.time[i] + duration
-        hand_over(servo, i, servo.q[i], servo.v[i], servo.memory[i], out)
-    tell_body(servo, home, out)
+        keep_push(mechanism, servo, drive, end, h)
+    return end
 
 
 @device_template
@@ -282,35 +199,39 @@ def body_step_kernel(
     mechanism: Mechanism,
     servo: Servo,
     history: Commands,
-    own: int,
     substeps: int,
     h: real,
     given: NewtonJoints,
     out: NewtonJoints,
 ) -> None:
-    """Hold the commands of worlds for some substeps of h [s].
-
-    A thread steps so many of the chains that are stepped side by side: all of them, or one.
-    """
+    """Hold the commands of a world for some substeps of h [s]."""
+    home = int(wp.tid())  # pyright: ignore[reportArgumentType]
     chains = int(CHAINS)
-    abreast = int(ABREAST)
-    first = own * int(wp.tid())  # pyright: ignore[reportArgumentType]
-    home = first // abreast
-    place = first - home * abreast
-    if place == 0:
-        begin_step(mechanism, servo, history, given, home)
-    wait_for_all()
-    for substep in range(substeps):
-        for lap in range(wp.static(ROUNDS if SHARES_BODY else 1)):
-            for group in range(0, chains, abreast):
-                for c in range(group + place, wp.min(group + place + own, chains)):
-                    step_chain(mechanism, servo, history, home * chains + c, substep, lap, h)
-                wait_for_all()
-        if place == 0:
-            move_body(mechanism, servo, home, h)
-        wait_for_all()
-    if place == 0:
-        end_step(servo, real(substeps) * h, out, home)
+    rounds = int(wp.static(ROUNDS if SHARES_BODY else 1))
+    for c in range(chains):
+        i = home * chains + c
+        take_command(servo, history, i)
+        here = Drive()
+        here = resumed(here, servo, given, i)
+        servo.q[i] = here.q
+        servo.v[i] = here.v
+    resume_body(mechanism, servo, given, home)
+    for k in range(substeps):
+        for lap in range(rounds):
+            for c in range(chains):
+                i = home * chains + c
+                end = chain_step(mechanism, servo, history, i, k, h)
+                if lap == rounds - 1:
+                    servo.q[i] = end.q
+                    servo.v[i] = end.v
+                    servo.memory[i] = end.memory
+                    if c == chains - 1:
+                        move_body(mechanism, servo, home, end)
+    for c in range(chains):
+        i = home * chains + c
+        servo.time[i] = servo.time[i] + real(substeps) * h
+        hand_over(servo, i, servo.q[i], servo.v[i], servo.memory[i], out)
+    tell_body(servo, home, out)
 
 
 @device_template

@@ -186,8 +186,6 @@ def contact_constants(structure: Structure) -> dict[Any, Any]:
         d.HAS_BODY: touch.moves,
         d.HAS_PAIRS: bool(touch.pairs),
         d.SHARES_BODY: touch.moves and touch.chains > 1,
-        d.ABREAST: touch.abreast,
-        d.BODY_SHARE: getattr(wp, structure.precision)(touch.body_share),
         **{
             has: shape in touch.shapes
             for has, shape in zip((d.HAS_SPHERE, d.HAS_BOX, d.HAS_PLANE), SHAPES, strict=True)

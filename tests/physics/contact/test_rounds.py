@@ -1,4 +1,4 @@
-"""Fingers that each have a copy of what they hold, on a line: does any of their modes grow?"""
+"""Fingers that are stepped in turn with one body, along one line: does any of their modes grow?"""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,6 @@ import pytest
 
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.obstacles import DISSIPATION, STIFFNESS
-from tendon_newton.simulation.contact.contact_plan import ContactPlan
 from tendon_newton.simulation.dynamics.integrator import GAMMA
 from tendon_newton.simulation.kernels.body_kernels import ROUNDS
 
@@ -40,15 +39,14 @@ def random_grasp(body: float, rng: np.random.Generator) -> Grasp:
 
 
 def pair_step(grasp: Grasp, i: int, q: Array, v: Array, load: float) -> tuple[Array, Array, float]:
-    """Step finger i and its copy of the body by ROS2 under a load [N].
+    """Step finger i and the body by ROS2 under a load of the others [N].
 
     Returns:
-        Places, speeds, and the mean force [N] that this finger does to the copy.
+        Places, speeds, and the mean force [N] that this finger does to the body.
     """
     k, c, h = STIFFNESS, DISSIPATION * grasp.force[i], STEP
     floor = grasp.floor if i == 0 else 0.0  # the first finger's part, as in the kernels
-    copy = grasp.body * plan(grasp).body_share
-    mass = np.diag([grasp.tip[i], copy])
+    mass = np.diag([grasp.tip[i], grasp.body])
     stiffness = np.array([[-k - grasp.drive[i], k], [k, -k - floor]])
     damping = np.array([[-c, c], [c, -c]])
     matrix = mass - GAMMA * h * damping - (GAMMA * h) ** 2 * stiffness
@@ -61,41 +59,27 @@ def pair_step(grasp: Grasp, i: int, q: Array, v: Array, load: float) -> tuple[Ar
     second = stiffness @ (q + h * slope) + damping @ later + outside
     k2 = np.linalg.solve(matrix, second - 2.0 * mass @ k1 + GAMMA * h * stiffness @ rest)
     end = v + h * (1.5 * k1 + 0.5 * k2)
-    push = copy * (end[1] - v[1]) / h - load
+    push = grasp.body * (end[1] - v[1]) / h - load
     return q + h * (1.5 * slope + 0.5 * (rest + GAMMA * h * k2)), end, push
 
 
-def plan(grasp: Grasp) -> ContactPlan:
-    """Return which fingers are stepped side by side, and with what share of the body."""
-    return ContactPlan(links=(), shapes=(), chains=len(grasp.tip))
-
-
 def hand_step(grasp: Grasp, state: Array) -> Array:
-    """Step one half of the fingers, then the other; the state has places, speeds and pushes."""
-    count, abreast = len(grasp.tip), plan(grasp).abreast
+    """Step all fingers in turn; the state has places, speeds and the last pushes."""
+    count = len(grasp.tip)
     q, v = state[: count + 1], state[count + 1 : 2 * count + 2]
     pushes = state[2 * count + 2 :].copy()
-    places, speeds, copies = q.copy(), v.copy(), np.zeros(count)
+    places, speeds = q.copy(), v.copy()
     for _ in range(ROUNDS):
-        for first in range(0, count, abreast):
-            loads = plan(grasp).body_share * np.sum(pushes) - pushes
-            for i in range(first, min(first + abreast, count)):
-                own = [i, count]
-                (places[i], copies[i]), (speeds[i], _), pushes[i] = pair_step(
-                    grasp, i, q[own], v[own], float(loads[i])
-                )
-    places[count] = np.mean(copies)
-    speeds[count] = v[count] + STEP * np.sum(pushes) / grasp.body
+        for i in range(count):
+            own = [i, count]
+            load = float(np.sum(pushes) - pushes[i])
+            places[own], speeds[own], pushes[i] = pair_step(grasp, i, q[own], v[own], load)
     return np.concatenate([places, speeds, pushes])
 
 
 @pytest.mark.parametrize("body", [0.01, 0.05, 0.2])
 def test_no_mode_of_fingers_and_a_body_grows(body: float, rng: np.random.Generator) -> None:
-    """At 0.5 ms, whatever fingers of 1 g to 30 kg weigh and press; the body alone only drifts.
-
-    A ball that rolls on a finger resists as 2/7 of its mass would: 10 g stand for one of 35 g. At
-    1 ms some modes grow, and policies for four fingers at once were trained in vain.
-    """
+    """At 0.5 ms, whatever fingers of 1 g to 30 kg weigh and press; the body alone only drifts."""
     for _ in range(DRAWS):
         grasp = random_grasp(body, rng)
         size = 3 * len(grasp.tip) + 2
