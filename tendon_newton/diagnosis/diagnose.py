@@ -246,9 +246,8 @@ def conclude(
         before, after, less, measured.plain, train.noise, interval[1]
     ):
         verdict = "partly_explained"
-    rest = verdict in ("partly_explained", "unexplained")
-    extended = dict(written.values)
-    structure = find_structure(train, extended) if rest else None
+    extended, is_left = dict(written.values), verdict in ("partly_explained", "unexplained")
+    structure = find_structure(train, extended) if is_left else None
     diagnosis = Diagnosis(
         verdict=verdict,
         wall_time_s=time.monotonic() - start,
@@ -285,8 +284,9 @@ def conclude(
             *findings.notes,
         ),
     )
-    baseline = dict(findings.baseline.values)
-    return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
+    return diagnosis, Evidence(
+        baseline=dict(findings.baseline.values), extended=extended, test=test, train=train
+    )
 
 
 def helpful(

@@ -165,24 +165,20 @@ def refit(
         chosen = [i for i, on in enumerate(active) if on]
         if not chosen:
             break
-        if jacobians is None:
-            slopes = linearise(worlds, [current[i] for i in chosen])
-        else:
-            slopes = [jacobians[i] for i in chosen]
-        counted = [
-            rows_of(worlds, current[i], floors, seen=rows, coarse=step < coarse) for i in chosen
-        ]
-        together = [worlds.rows_together(current[i].residual, floors) for i in chosen]
+        own = [current[i] for i in chosen]
+        slopes = linearise(worlds, own) if jacobians is None else [jacobians[i] for i in chosen]
+        counted = [rows_of(worlds, f, floors, seen=rows, coarse=step < coarse) for f in own]
+        together = [worlds.rows_together(f.residual, floors) for f in own]
         trials = [
-            (current[i].names, values_of(worlds, current[i].columns, damped(
-                worlds, current[i], slopes[k], counted[k], part * current[i].damping, together[k],
+            (fit.names, values_of(worlds, fit.columns, damped(
+                worlds, fit, slopes[k], counted[k], part * fit.damping, together[k],
                 hold=0.0 if holds is None else holds[i],
             )))
-            for k, i in enumerate(chosen) for part in SHARES
+            for k, (i, fit) in enumerate(zip(chosen, own, strict=True)) for part in SHARES
         ]  # fmt: skip
         moved = start_fits(worlds, trials, floors)
-        for k, i in enumerate(chosen):
-            fit, tried = current[i], moved[k * len(SHARES) : (k + 1) * len(SHARES)]
+        for k, (i, fit) in enumerate(zip(chosen, own, strict=True)):
+            tried = moved[k * len(SHARES) : (k + 1) * len(SHARES)]
             losses = [mean_loss(worlds, f, counted[k], together[k]) for f in (fit, *tried)]
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))

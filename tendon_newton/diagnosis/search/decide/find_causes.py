@@ -31,10 +31,10 @@ from tendon_newton.diagnosis.search.decide.fitted_sets import (
     probability,
     weights_of,
 )
-from tendon_newton.diagnosis.search.decide.time_limits import limits_of
+from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
 from tendon_newton.diagnosis.search.decide.told import as_told
 from tendon_newton.diagnosis.search.floors import floors_of
-from tendon_newton.diagnosis.search.pool import FOLLOWED, Allows, Pool
+from tendon_newton.diagnosis.search.pool import FOLLOWED, Pool
 from tendon_newton.diagnosis.search.prune import prune, settle
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
@@ -62,12 +62,9 @@ def find_causes(
     names: Sequence[str],
     *,
     price: float = PRICE,
-    most: int = MOST_CAUSES,
-    allows: Allows = lambda _names, _values: True,
     progress: Callable[[str], None] = lambda _: None,
     budget: float | None = None,
     pace: float | None = None,
-    log: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Find the causes of a gap.
 
@@ -77,29 +74,18 @@ def find_causes(
         model: The model to start from.
         names: Effects that may be named.
         price: Gain in score that each number of a cause must bring [nat per row].
-        most: Causes that are looked for at once.
-        allows: Whether a set of causes may be named, given its values by column.
         progress: Told, in a few words, what is being done.
         budget: Time that looking for sets and deciding on them may take [s].
         pace: Time that a candidate takes for a second of recordings [1], where it is known.
-        log: Told every set that is fitted.
     """
     limits = limits_of(budget, pace, recordings, whole=study.kinematic)
-    first = beginnings(recordings, limits.beginnings, whole=study.kinematic)
-
-    def pool_of(worlds: SearchWorlds, followed: Sequence[int]) -> Pool:
-        return Pool(
-            worlds=worlds, floors=floors_of(worlds, ()), dearest=price, price_share=PRICE_SHARE,
-            most=most, allows=allows, log=log, until=limits.searched, followed=followed,
-        )  # fmt: skip
-
-    pool = pool_of(SearchWorlds(part_of(study, first, model)), FOLLOWED)
-    chosen, whole = first, pool
+    chosen = first = beginnings(recordings, limits.beginnings, whole=study.kinematic)
+    pool = whole = pool_of(part_of(study, first, model), FOLLOWED, price, limits)
     if limits.decides_apart:
         chosen = deciding(recordings, whole=study.kinematic)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
-        worlds = SearchWorlds(study if is_all else part_of(study, chosen, model))
-        whole = pool_of(worlds, FOLLOWED[1:])
+        decisive = study if is_all else part_of(study, chosen, model)
+        whole = pool_of(decisive, FOLLOWED[1:], price, limits)
     try:
         fit = find(pool, (*study.fit_columns(model), *pool.worlds.built_columns), names, progress)
         pool.price_share, searched = 1.0, pool
@@ -125,6 +111,15 @@ def find_causes(
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
     baseline = fit_baseline(whole, study.fit_columns(model))
     return conclude_search(pool, whole, names, baseline, decided, early)
+
+
+def pool_of(study: Study, followed: Sequence[int], price: float, limits: Limits) -> Pool:
+    """Return where sets that are fitted on a study are gathered."""
+    worlds = SearchWorlds(study)
+    return Pool(
+        worlds=worlds, floors=floors_of(worlds, ()), dearest=price, price_share=PRICE_SHARE,
+        most=MOST_CAUSES, until=limits.searched, followed=followed,
+    )  # fmt: skip
 
 
 def fit_baseline(pool: Pool, fit_columns: Sequence[int]) -> Fit:
