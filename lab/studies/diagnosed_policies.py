@@ -311,8 +311,8 @@ def by_direction(
     """Return effects with the dry friction that a gear pressed by its motor has either way.
 
     A plant's file has the mean of both, which is what a diagnosis can find; see
-    `tendon_newton.data.gear_friction`. The mean alone holds a finger a tenth of a radian too far
-    closed after it was let go.
+    `quasi_static_gear`. The mean alone holds a finger a tenth of a radian too far closed after it
+    was let go.
     """
     share, dry = plant["servo"]["motor_load_friction"], dict(effects["stribeck_friction"])
     less = share * dry["coulomb_force"]

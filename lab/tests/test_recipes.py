@@ -10,8 +10,8 @@ import tyro
 
 from lab.studies.diagnosed_policies import by_direction
 from lab.studies.turning_seeds import RECIPE
+from tendon_hardware.virtual_bench.emulation.truth import quasi_static_gear
 from tendon_newton.cli.training.train_policy import TrainPolicyConfig
-from tendon_newton.data.gear_friction import quasi_static_gear
 
 
 def test_the_page_has_the_command_of_the_hand_that_comes_along() -> None:

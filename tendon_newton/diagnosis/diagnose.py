@@ -27,7 +27,7 @@ from tendon_newton.diagnosis.findings import Findings, Found
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import settings_to_try
-from tendon_newton.diagnosis.next_experiment.separating_run import separating_run
+from tendon_newton.diagnosis.next_experiment.run_design import separating_run
 from tendon_newton.diagnosis.posterior import FittedSet, Posterior
 from tendon_newton.diagnosis.report_words import HARDLY_THERE
 from tendon_newton.diagnosis.result import (

@@ -8,7 +8,7 @@ from typing import Any
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.search_spans import beginnings, deciding
+from tendon_newton.diagnosis.search.decide.extent import beginnings, deciding
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.identification.study import Study, replacements
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.first_rows import first_row
-from tendon_newton.data.checks.supply import supply_of
+from tendon_newton.data.checks.measures import supply_of
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording

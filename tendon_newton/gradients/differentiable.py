@@ -24,7 +24,7 @@ from tendon_newton.simulation.model.parameter_table import (
     force_limit_of,
     spool_radius_of,
 )
-from tendon_newton.simulation.model.supported_effects import refuse_stages
+from tendon_newton.simulation.model.stage_fields import refuse_stages
 
 if TYPE_CHECKING:
     from torch import Tensor, nn  # equations run without torch

@@ -18,9 +18,9 @@ from tendon_newton.device_code.kernel_loading import load_kernels
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidDataset, unknown_name
 from tendon_newton.identification.bench_scale import scale_of
+from tendon_newton.identification.cutting import all_segments
 from tendon_newton.identification.load_cell import first_reading, reading_stride
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.identification.segments import all_segments
 from tendon_newton.identification.signals import SIGNALS, Scales, View, compared, finite, noise_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism

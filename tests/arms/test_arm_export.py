@@ -27,7 +27,7 @@ from tendon_newton.exports.arms.mujoco_arm import (
     replay_arm_program,
     write_arm,
 )
-from tendon_newton.exports.arms.newton_arm import driven_builder
+from tendon_newton.exports.arms.servo_springs import driven_builder
 from tendon_newton.mechanisms.authoring.mujoco_file import TIME_STEP
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tests.arms import planted_arm

@@ -23,9 +23,8 @@ from tendon_newton.diagnosis import time_left as timing
 from tendon_newton.diagnosis.report_words import headline
 from tendon_newton.diagnosis.search.decide import decision
 from tendon_newton.diagnosis.search.decide import find_causes as finding
+from tendon_newton.diagnosis.search.decide.extent import SEARCHED_SECONDS, Limits, limits_of
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
-from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
-from tendon_newton.diagnosis.search.search_spans import SEARCHED_SECONDS
 from tendon_newton.diagnosis.time_left import (
     expected_times,
     finishing_time,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_newton.data.checks.supply import supply_of
+from tendon_newton.data.checks.measures import supply_of
 from tendon_newton.data.recording import Array
 from tendon_newton.simulation.hosts.rollout import row_inputs, timeline_of
 from tests.physics.runs import ROWS, run_of

@@ -63,10 +63,8 @@ def record_run(
     Raises:
         TendonNewtonError: The run could not begin: no row was recorded.
     """
-    log: SessionLog | None = None
-    session: dict[str, str] = {}
-    fault: TendonNewtonError | None = None
-    sound = False
+    log = fault = None
+    session, sound = dict[str, str](), False
     refuse_unreachable(
         DeployLimits(bench=settings.limits), reach_of(bench.drives[0]), COLLECTION_RULES
     )

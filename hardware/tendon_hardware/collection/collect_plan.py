@@ -100,8 +100,6 @@ def collect(
         TendonNewtonError: A bench cannot be opened, or a fault ended a run.
     """
     facts = shared_facts(title, address, settings)
-    if out.is_dir():
-        make_folder(out)  # before it is read; another one is made when a bench answers
     refuse_others(out, facts)
     addresses = {run.bench: replace(address, bench=run.bench) for run in plan}
     done = recorded_runs(out)
@@ -241,6 +239,8 @@ def shared_facts(title: str, address: BenchAddress, settings: CollectSettings) -
 
 def refuse_others(out: Path, facts: Mapping[str, Any]) -> None:
     """Refuse to mix recordings of another kind among those that a folder lists."""
+    if out.is_dir():
+        make_folder(out)  # before it is read; another one is made when a bench answers
     if not listed_files(out):
         return
     path = out / COLLECTION_FILE

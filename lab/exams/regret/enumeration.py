@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.decide.decision import at_bound
+from tendon_newton.diagnosis.search.decide.extent import deciding
 from tendon_newton.diagnosis.search.decide.find_causes import MOST_CAUSES, part_of
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
 from tendon_newton.diagnosis.search.rule import PRICE
-from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.diagnosis.search.small_sets import STEPS, fit_small_sets
 from tendon_newton.effects import EFFECTS

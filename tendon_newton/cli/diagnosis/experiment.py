@@ -51,13 +51,12 @@ def main(config: ExperimentConfig) -> None:
     from tendon_newton.diagnosis.next_experiment.expected_run import Forecast
     from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
     from tendon_newton.diagnosis.next_experiment.planned_runs import settings_to_try
-    from tendon_newton.diagnosis.next_experiment.run_design import design, usual_task
+    from tendon_newton.diagnosis.next_experiment.run_design import LITTLE, design, usual_task
     from tendon_newton.diagnosis.next_experiment.run_files import (
         draw_command,
         write_command,
         write_setting,
     )
-    from tendon_newton.diagnosis.next_experiment.separating_run import LITTLE
     from tendon_newton.workflows.importing import check_bench
 
     for bench in config.benches:

@@ -6,13 +6,7 @@ import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.following import expected
-from tendon_newton.data.checks.measures import (
-    names_of,
-    resolution,
-    rest_band,
-    rows_text,
-    stretches,
-)
+from tendon_newton.data.checks.measures import names_of, resolution, rest_band, rows_text, stretches
 from tendon_newton.data.checks.read_checks import AGAIN, FAR, floor_of
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 

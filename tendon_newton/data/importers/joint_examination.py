@@ -6,12 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.following import (
-    FollowedMotion,
-    Following,
-    held_rows,
-    offset_of,
-)
+from tendon_newton.data.checks.following import FollowedMotion, Following, held_rows, offset_of
 from tendon_newton.data.checks.frozen_checks import frozen_rows
 from tendon_newton.data.checks.mends import with_signs
 from tendon_newton.data.checks.read_checks import repeated_rows, unread_angles

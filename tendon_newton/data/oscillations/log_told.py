@@ -8,8 +8,8 @@ import numpy as np
 
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.frozen_checks import frozen_rows
+from tendon_newton.data.checks.measures import supply_of
 from tendon_newton.data.checks.read_checks import unread_angles
-from tendon_newton.data.checks.supply import supply_of
 from tendon_newton.data.importers.joint_examination import (
     JointExamination,
     examine_joint,

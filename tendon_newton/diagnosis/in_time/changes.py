@@ -22,9 +22,9 @@ from tendon_newton.diagnosis.in_time.walks import WALKS, walk_of
 from tendon_newton.diagnosis.posterior import SURE
 from tendon_newton.diagnosis.result import Errors, Estimate
 from tendon_newton.diagnosis.search.coordinates import sizes
+from tendon_newton.diagnosis.search.decide.extent import deciding
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
-from tendon_newton.diagnosis.search.search_spans import deciding
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, SearchWorlds
 from tendon_newton.effects import EFFECTS, are_related, law_of
 from tendon_newton.errors import unknown_name

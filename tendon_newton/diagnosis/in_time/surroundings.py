@@ -7,13 +7,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.floors import Floors
-from tendon_newton.diagnosis.search.refit import (
-    Fit,
-    linearise,
-    rows_of,
-    start_fits,
-    values_of,
-)
+from tendon_newton.diagnosis.search.refit import Fit, linearise, rows_of, start_fits, values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.identification.intervals import SHARED_FORM, half_widths, rows_together
 from tendon_newton.identification.linearisation import Linearisation, invertible

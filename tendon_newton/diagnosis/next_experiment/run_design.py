@@ -9,6 +9,7 @@ from tendon_newton.data.excitations import DESIGNED, RATE
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import DesignedCommand
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, ranked
+from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets
 from tendon_newton.diagnosis.next_experiment.planned_runs import (
     Plan,
     library_plans,
@@ -32,6 +33,10 @@ ROUNDS = ((0.4, 0.3), (0.25, 0.15))
 """Share of the numbers that move, and by how much, in each round of variants [1]."""
 SEED, TASK_SEED = 7, 8
 """Seeds of the library's runs, and of what is to be predicted unless the user says it."""
+DURATION = 12.0  # Length of a proposed run [s]
+LITTLE = 0.1  # A run that is expected to tell less tells nothing [bit]
+NO_RUN = "no run of the library does"
+"""Beginning of the proposal where no run tells the causes apart."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,3 +111,31 @@ def designed(
         setting=setting, excitation=DESIGNED, time=time, command=shape.at(time), shape=shape,
         servo=servo, servos=servos,
     )  # fmt: skip
+
+
+def separating_run(
+    question: OpenSets,
+    settings: Sequence[Setting],
+    names: Sequence[str],
+    *,
+    duration: float = DURATION,
+) -> str:
+    """Say which run tells causes apart, without a full stop.
+
+    Every set is simulated on every bench with every excitation. A set may refit its numbers within
+    what the data leave open, so that only what it cannot imitate counts.
+
+    Args:
+        question: The sets, equally likely, one for each cause.
+        settings: Benches that may be used.
+        names: The causes.
+        duration: Length of the run [s].
+    """
+    forecast = Forecast(question, usual_task(settings[0], duration))
+    found = forecast.runs(library_plans(settings, (SEED,), duration))
+    best = max(found, key=lambda expected: expected.told.names)
+    run = f"{duration:.0f} s of {best.plan.excitation.replace('_', ' ')} on bench {best.plan.place}"
+    bits = f"of {forecast.entropy:.1f} bits that tell {' from '.join(names)}, {best.told.names:.1f}"
+    if best.told.names < LITTLE:
+        return f"{NO_RUN}: {bits} are expected of the best, {run}; a further sensor may"
+    return f"record {run}: {bits} are expected"

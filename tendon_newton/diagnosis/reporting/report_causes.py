@@ -9,13 +9,7 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.report_words import cause_sentence, docstring_part, with_owner
-from tendon_newton.diagnosis.result import (
-    ActuatorFound,
-    Errors,
-    Estimate,
-    NamedEffect,
-    Rival,
-)
+from tendon_newton.diagnosis.result import ActuatorFound, Errors, Estimate, NamedEffect, Rival
 from tendon_newton.identification.signals import SIGNALS
 
 Row = dict[str, Any]  # Cells of a table's row, for the template

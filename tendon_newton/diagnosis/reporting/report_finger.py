@@ -14,14 +14,43 @@ from tendon_newton.data.recording import SERVO, Array, Indices, Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.reporting.held_out import WINDOW, Window
 from tendon_newton.diagnosis.reporting.report_figures import full_name
-from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
+from tendon_newton.mechanisms.geometry.kinematics import chain_points
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.geometry.statics import closing_path
 from tendon_newton.simulation.hosts.replay import bench_of
 
 FRAMES = 20.0  # Pictures per second [Hz]
 MARGIN = 0.08  # Room around all postures as a share of their extent [1]
 WIDTH = 300.0  # Width of a picture, in its own units
 Bones = Sequence[Array]
+
+
+class ClosingPostures:
+    """A mechanism's postures on its way along the friction-free equilibria.
+
+    The first tendon closes the mechanism.
+
+    Raises:
+        InvalidParameter: The mechanism has no equilibrium.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        path = closing_path(mechanism)
+        order = np.argsort(path.excursion)
+        self._angle = path.excursion[order] / mechanism.tendons[0].spool_radius
+        self._joints = path.joint_position[order]
+
+    def joints_at(self, motor_angle: float) -> Array:
+        """Return the joints [rad] at a motor angle [rad], shape (J,); a slack string pulls none."""
+        joints: list[Array] = [np.interp(motor_angle, self._angle, q) for q in self._joints.T]
+        return np.array(joints)
+
+    def bones(self, joint_position: Array) -> list[Array]:
+        """Return the ends of each bone at positions (J,) [rad] as x and -z [m], (2, 2)."""
+        bones = chain_points(self.mechanism, joint_position)
+        return [np.column_stack([bone[:, 0], -bone[:, 2]]) for bone in bones]
 
 
 def moving_fingers(

@@ -1,13 +1,23 @@
 """An arm whose servos are springs, in joints that count as their servos are told."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
+import newton
+import numpy as np
+from newton.solvers import SolverMuJoCo
 from scipy.spatial.transform import Rotation
 
+from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.arms.arm_file import IdentifiedArm
+from tendon_newton.data.recording import Array
 from tendon_newton.exports.arms.mujoco_arm import arm_spec, model_text
+from tendon_newton.exports.arms.replaying import angles_of
 from tendon_newton.exports.model_numbers import coverage_of, number
+from tendon_newton.mechanisms.authoring.mujoco_file import TIME_STEP
 from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.usd.usd_asset import adopt_orphans
 
 # What joints and springs say of each effect: an offset is part of where a joint counts from
 SPRINGS = coverage_of(("position_offset",), ("actuator_lag", "deadband", "backlash"))
@@ -74,3 +84,27 @@ def spring_table(arm: IdentifiedArm) -> str:
     ]
     head = "| joint | stiffness | damping | dry friction | offset | servo |"
     return "\n".join([head, "|---|---|---|---|---|---|", *rows])
+
+
+def driven_builder() -> Any:
+    """Return an empty builder that takes what files say to MuJoCo."""
+    builder = newton.ModelBuilder()
+    SolverMuJoCo.register_custom_attributes(builder)
+    return builder
+
+
+def replay_builder(builder: Any, springs: Sequence[ServoSpring], motion: ArmMotion) -> Array:
+    """Replay a motion of an arm that a builder has read, by position drives on its joints.
+
+    Returns:
+        What the encoders report [rad], shape (T, J).
+    """
+    adopt_orphans(builder, "arm")
+    model = builder.finalize(device="cpu")
+    solver: Any = SolverMuJoCo(model, disable_contacts=True, use_mujoco_cpu=True)
+    theirs = solver.mj_model
+    theirs.opt.timestep = TIME_STEP
+    called = {label.rsplit("/")[-1]: label.replace("/", "_") for label in builder.joint_label}
+    names = [called[spring.joint.name] for spring in springs]
+    offsets = np.array([spring.offset for spring in springs])
+    return angles_of(theirs, motion, names, np.ones(len(springs)), -offsets)

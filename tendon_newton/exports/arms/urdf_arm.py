@@ -14,9 +14,14 @@ from tendon_newton.arms.arm_file import IdentifiedArm
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Array
 from tendon_newton.exports.arms.arm_target import ArmTarget, ArmWay
-from tendon_newton.exports.arms.newton_arm import driven_builder, replay_builder
 from tendon_newton.exports.arms.replaying import angles_of
-from tendon_newton.exports.arms.servo_springs import SPRINGS, servo_springs, spring_table
+from tendon_newton.exports.arms.servo_springs import (
+    SPRINGS,
+    driven_builder,
+    replay_builder,
+    servo_springs,
+    spring_table,
+)
 from tendon_newton.exports.mujoco.mjcf_servo import set_affine
 from tendon_newton.exports.urdf_target import robot_text
 from tendon_newton.mechanisms.authoring.mujoco_file import TIME_STEP, newton_s_mujoco

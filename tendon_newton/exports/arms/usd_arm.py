@@ -15,10 +15,11 @@ from tendon_newton.arms.arm_file import IdentifiedArm
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Array
 from tendon_newton.exports.arms.arm_target import ArmTarget, ArmWay
-from tendon_newton.exports.arms.newton_arm import driven_builder, replay_builder
 from tendon_newton.exports.arms.servo_springs import (
     SPRINGS,
     ServoSpring,
+    driven_builder,
+    replay_builder,
     servo_springs,
     spring_table,
 )

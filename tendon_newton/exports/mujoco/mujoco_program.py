@@ -9,15 +9,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.linking import Linker
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import number
-from tendon_newton.exports.runtime import (
-    commands,
-    jets,
-    networks,
-    resting,
-    rows,
-    servos,
-    stepping,
-)
+from tendon_newton.exports.runtime import commands, jets, networks, resting, rows, servos, stepping
 from tendon_newton.law.servo import HELD
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.model.parameter_table import force_limit_of, spool_radius_of

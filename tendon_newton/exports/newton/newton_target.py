@@ -1,7 +1,9 @@
 """Export to Newton: the bench in USD with actuator prims, and a drive for what prims cannot say."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -14,11 +16,14 @@ from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import model_numbers
 from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.export_target import Exported, ExportTarget
+from tendon_newton.exports.linking import Linker
+from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
+from tendon_newton.exports.newton import drive, drive_types
 from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
-from tendon_newton.exports.newton.newton_program import USE, drive_text
 from tendon_newton.exports.newton.path import path_of
 from tendon_newton.exports.newton.prims import write_actuators
+from tendon_newton.exports.runtime import networks, rows
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import Correction, correct
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
@@ -28,6 +33,40 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
+
+# Modules of the program, in the order in which they are joined
+MODULES = (drive_types, networks, drive, rows)
+USE = """import newton, tendon_drive
+
+tendon_drive.register()                     # lets add_usd know the drive
+builder = newton.ModelBuilder()
+newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+builder.add_usd("bench_drive.usda")
+model = builder.finalize()                  # model.actuators has the drive
+"""
+
+DOCSTRING = (
+    """An identified tendon servo as a drive for Newton's actuators.
+
+Made by tendon-newton export. It needs newton 1.8 with MuJoCo and USD. The file `bench_drive.usda`
+names the drive:
+
+"""
+    + indent(USE, "    ")
+    + """
+Write the desired motor angle [rad] of a tendon into `control.joint_target_q` of each joint that the
+tendon drives. Each joint has one slot of the drive; slots of one tendon reckon the same force. In a
+loop of your own:
+
+    bench = tendon_drive.Simulation(worlds=4096)
+    bench.reset([0.5])                            # desired motor angles [rad], one per tendon
+    bench.command([1.0])
+    bench.step(100)                               # of TIME_STEP
+    print(bench.read())                           # angle [rad], speed [rad/s], force [N]
+
+or: python tendon_drive.py commands.csv --out replay.csv     (columns t [s] and theta_d [rad])
+"""
+)
 
 
 def loading_text(*, network: bool, stray: float) -> str:
@@ -160,3 +199,8 @@ def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> di
 
 
 NEWTON = ExportTarget(coverage=COVERAGE, write=write_newton_target)
+
+
+def drive_text(law: ModelLaw, known: Mapping[str, Any]) -> str:
+    """Return the Python file of a drive that knows some facts."""
+    return Linker(law, device=True).program(DOCSTRING, known, MODULES, last="run(Simulation)")

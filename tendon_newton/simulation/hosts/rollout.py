@@ -11,7 +11,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.checks.lint_checks import blocked_rows
-from tendon_newton.data.checks.supply import supply_of
+from tendon_newton.data.checks.measures import supply_of
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, DrivenBy, Indices, Recording
 from tendon_newton.data.servo_names import effect_of
@@ -40,11 +40,7 @@ from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set, kinematic_effects
-from tendon_newton.simulation.model.bench_numbers import (
-    WRITTEN,
-    BenchNumber,
-    write_by_chain,
-)
+from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_by_chain
 from tendon_newton.simulation.model.chain_copies import copies_of, refuse_copies
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (

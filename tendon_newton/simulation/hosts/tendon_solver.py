@@ -54,8 +54,8 @@ from tendon_newton.simulation.model.parameter_table import (
     spool_radius_of,
     table_of,
 )
+from tendon_newton.simulation.model.stage_fields import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.model.structure import Precision, Structure
-from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 
 # Default of `max_step` [s]: a policy's simulation, an eighth of an encoder's count off, as
 # tests/physics/test_accuracy.py measures

@@ -1,13 +1,13 @@
-"""Fields of a tendon that an effect may read in some stages alone."""
+"""What holds of some stages alone: fields that an effect may read, simulators that have them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from tendon_newton.device_code.field_check import field_uses
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import is_struct
-from tendon_newton.effects import Stage
-from tendon_newton.errors import InvalidDeviceCode
+from tendon_newton.effects import Stage, find_effect
+from tendon_newton.errors import InvalidDeviceCode, InvalidParameter
 
 # Stages in which a field of `Tendon` has its value; it is zero in the others. Every other field has
 # its value in all stages.
@@ -23,6 +23,8 @@ KNOWN_IN: dict[str, tuple[Stage, ...]] = {
     "motor_force": (Stage.SPOOL_FORCE, Stage.TENSION),
     "tension": (Stage.ENCODER,),
 }
+# Stages that are about the rows of a log, which only a rollout over a recording has
+LOG_STAGES = (Stage.PERIOD, Stage.CELL_CLOCK, Stage.CELL_LAG)
 
 
 def check_stage(hook: Callable[..., Any], stage: Stage | None) -> None:
@@ -41,3 +43,13 @@ def check_stage(hook: Callable[..., Any], stage: Stage | None) -> None:
                 f"{hook.__qualname__} asks for tendon.{use.field}, which has no value where "
                 f"{where}, but in {', '.join(s.value for s in stages)} ({use.place})"
             )
+
+
+def refuse_stages(effects: Iterable[str], stages: Iterable[Stage], simulator: str) -> None:
+    """Refuse effects that act where a simulator has no place for them."""
+    for name in effects:
+        for stage in stages:
+            if find_effect(name).hook(stage) is not None:
+                raise InvalidParameter(
+                    f"{simulator} cannot hold {name}, which acts on the {stage.value}; Rollout can"
+                )

@@ -35,8 +35,8 @@ from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import joint_places, write_joints
+from tendon_newton.simulation.model.stage_fields import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.model.structure import Structure
-from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.mujoco import mujoco_kernels
 
 # Default step [s]: the tendon's force is explicit here, and stiff friction must be met with short

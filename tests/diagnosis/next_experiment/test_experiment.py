@@ -13,7 +13,7 @@ from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.excitations import LARGEST_COMMAND
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.open_sets_file import read_open_sets
-from tendon_newton.diagnosis.next_experiment.separating_run import separating_run
+from tendon_newton.diagnosis.next_experiment.run_design import separating_run
 from tendon_newton.diagnosis.posterior import (
     Coordinate,
     FittedSet,

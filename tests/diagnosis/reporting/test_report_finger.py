@@ -13,9 +13,13 @@ from tendon_newton.data.recording_plot import recording_figure
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.reporting.held_out import WINDOW, compare, telling_windows
 from tendon_newton.diagnosis.reporting.report import write_report
-from tendon_newton.diagnosis.reporting.report_finger import FRAMES, WIDTH, moving_fingers
+from tendon_newton.diagnosis.reporting.report_finger import (
+    FRAMES,
+    WIDTH,
+    ClosingPostures,
+    moving_fingers,
+)
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism

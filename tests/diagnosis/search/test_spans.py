@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.search_spans import (
+from tendon_newton.diagnosis.search.decide.extent import (
     MOST_DECIDING,
     MOST_SECONDS,
     MOST_SPANS,

@@ -10,6 +10,7 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.virtual_bench import LockstepBench
 from tendon_hardware.virtual_bench.emulation.truth import (
     actuator_effects,
+    quasi_static_gear,
     sensor_effects,
     write_plant_file,
 )
@@ -26,7 +27,6 @@ from tendon_hardware.virtual_bench.physics.wear import (
     worn,
 )
 from tendon_hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
-from tendon_newton.data.gear_friction import quasi_static_gear
 from tendon_newton.errors import UnknownName
 
 SPEED = 0.8  # [rad/s] so fast that nothing is left of what holds at rest

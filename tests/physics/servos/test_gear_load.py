@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tendon_hardware.virtual_bench.emulation.truth import quasi_static_gear
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.gear_friction import quasi_static_gear
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS

@@ -11,12 +11,7 @@ import torch
 
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.data.recording import Array, Indices, Recording
-from tendon_train.actuator.samples.windows import (
-    Windows,
-    WindowShape,
-    extract_windows,
-    to_device,
-)
+from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows, to_device
 
 BATCH = 8192
 

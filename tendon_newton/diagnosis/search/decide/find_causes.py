@@ -24,6 +24,12 @@ from tendon_newton.diagnosis.search.decide.decision import (
     special_case_left_open,
     transfer,
 )
+from tendon_newton.diagnosis.search.decide.extent import (
+    Limits,
+    beginnings,
+    deciding,
+    limits_of,
+)
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
     found_of,
@@ -31,14 +37,12 @@ from tendon_newton.diagnosis.search.decide.fitted_sets import (
     probability,
     weights_of,
 )
-from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
 from tendon_newton.diagnosis.search.decide.told import as_told
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Pool
 from tendon_newton.diagnosis.search.prune import prune, settle
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
-from tendon_newton.diagnosis.search.search_spans import beginnings, deciding
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
 from tendon_newton.diagnosis.search.strategy import find, go_on_all_rows
 from tendon_newton.identification.study import Study
