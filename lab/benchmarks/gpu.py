@@ -13,8 +13,8 @@ the former one, and ``docs/images/cost_by_worlds.png``. A control step is 50 ms 
 times are the best of seven spans by the clock, everything warm. No engine is timed before its
 states are near the reference (`soundness`), and each runs at its largest step at which they are.
 
-Parts: ``mechanics``; the ``network`` (the authors' Transformer, 6,801 numbers); ``training``: hands
-with a ball, fingers with that network, and learning.
+Parts: ``mechanics``; the ``network`` (the authors' Transformer, 6,801 numbers). `training` times
+hands with a ball, fingers with that network, and learning.
 """
 
 import argparse
@@ -30,7 +30,6 @@ from lab.benchmarks.engines_timed.soundness import CONTROL_STEP
 from lab.benchmarks.mechanics import mechanics
 from lab.benchmarks.network import network
 from lab.benchmarks.timing import RESULTS, Row, circumstances
-from lab.benchmarks.training import training
 
 RESULT = RESULTS / "gpu.json"
 FIGURE = Path(__file__).parents[2] / "docs" / "images" / "cost_by_worlds.png"
@@ -38,9 +37,7 @@ WORLDS = (1, 64, 1024, 4096, 16384, 65536, 262144)
 PARTS: dict[str, Callable[[Sequence[int]], Iterator[Row]]] = {
     "mechanics": mechanics,
     "network": network,
-    "training": training,
 }
-DRAWN = ("mechanics", "network")  # Parts whose rows differ by engine
 
 
 def measure(
@@ -90,7 +87,7 @@ def draw(result: dict[str, Any]) -> None:
     from matplotlib import pyplot as plt
 
     figure, axes = plt.subplots(1, 2, figsize=(8, 4.5), sharey=True, layout="constrained")
-    for axis, part in zip(axes, DRAWN, strict=True):
+    for axis, part in zip(axes, PARTS, strict=True):
         rows = result.get(part, {}).get("rows", [])
         for engine in dict.fromkeys(row["engine"] for row in rows):
             points = [(r["worlds"], r["milliseconds"]) for r in rows if r["engine"] == engine]

@@ -184,6 +184,7 @@ def check_gradients(rollout: DifferentiableRollout, names: tuple[str, ...]) -> N
     places = [
         ("parameters", (0, k), f"{owner}.{p.name}", max(abs(inputs.parameters.numpy()[0, k]), 1e-2))
         for k, (owner, p) in enumerate(rollout.table.owners)
+        if p.needs in ("", *rollout.table.effects)
     ]
     for name in names:
         places += [
