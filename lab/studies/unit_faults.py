@@ -141,7 +141,7 @@ def driven(
         unit: Constants of the bench.
         befall: Called at every row with the bench and the time since the run's first [s].
     """
-    twin = LockstepBench(run.bench, unit.seed, unit=unit)
+    twin = LockstepBench(unit)
     twin.set_obstacle(run.obstacle)
     address = BenchAddress(bench=run.bench, port="virtual", lockstep=True)
     servo = bench_of(address, twin.servo_port(), twin.clock, [None], [None]).servo

@@ -32,6 +32,7 @@ from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import Faults, LockstepBench
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tendon_newton.errors import InvalidOutput
 from tests.faults import injections as on
 from tests.faults.cases import ALLOWED, SETTINGS
@@ -97,7 +98,7 @@ def full_folder(k: int) -> None:
 
 def two_from_the_start(k: int) -> None:
     """Two servos with one ID: named as that before the motor is on."""
-    bench = LockstepBench("finger", k, faults=Faults(doubled_replies=1.0))
+    bench = LockstepBench(draw_unit("finger", k), faults=Faults(doubled_replies=1.0))
     servo = BusServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock)
     with pytest.raises(SharedIdentifier, match="two answer as 1"):
         servo.open()

@@ -34,6 +34,7 @@ from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.base import ServoHealth
 from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tendon_newton.cli import main
 from tendon_newton.cli.bench.doctor import coloured
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
@@ -55,7 +56,7 @@ def ports() -> Iterator[VirtualPorts]:
 @pytest.fixture
 def bench() -> LockstepBench:
     """A bench whose clock goes on while its user waits: a search asks at many rates."""
-    return LockstepBench("finger", 2)
+    return LockstepBench(draw_unit("finger", 2))
 
 
 def quiet(text: str) -> None:
@@ -216,7 +217,7 @@ def test_a_servo_is_given_an_id_of_its_own(bench: LockstepBench) -> None:
     set_identifier(port, 1, clock, quiet)
     with pytest.raises(ServoSilent, match="asked for 253"):
         set_identifier(port, 253, clock, quiet)
-    two = LockstepBench("finger_antagonist", 0)
+    two = LockstepBench(draw_unit("finger_antagonist", 0))
     with pytest.raises(ServoSilent, match="asked for 3, and 2 answer"):
         set_identifier(two.servo_port(), 3, two.clock, quiet)
 

@@ -20,7 +20,8 @@ from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from tendon_hardware.virtual_bench import LockstepBench, VirtualPorts
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
-from tendon_hardware.virtual_bench.physics.unit import has_ball, servo_count
+from tendon_hardware.virtual_bench.physics.unit import draw_unit, has_ball, servo_count
+from tendon_hardware.virtual_bench.physics.wear import worn
 from tendon_newton.errors import InvalidParameter
 
 RETRIES = 2  # Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz
@@ -170,10 +171,8 @@ def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:
             for place, found in zip(places, calibrations, strict=True)
         ]
     if address.lockstep:
-        model = SERVO_MODELS[address.servo]
-        twin = LockstepBench(
-            address.bench, address.unit, load_cell_rate=rate, model=model, wear=address.wear
-        )
+        unit = worn(draw_unit(address.bench, address.unit, address.servo), address.wear)
+        twin = LockstepBench(unit, load_cell_rate=rate, model=SERVO_MODELS[address.servo])
         clock, controls, port = twin.clock, twin, twin.servo_port()
         camera_port = twin.camera_stream()
         cell_ports = [twin.load_cell_stream(place) for place in places]

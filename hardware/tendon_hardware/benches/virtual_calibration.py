@@ -13,6 +13,7 @@ from tendon_hardware.load_cells.calibration import (
 )
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
 from tendon_hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 
 MASSES = (0.0, 0.2, 0.5, 1.0, 2.0)
 """What is hung, up and down [kg]; the greatest is about what the servo pulls, 21 N."""
@@ -32,7 +33,7 @@ def calibrated_twins(bench: str, unit: int, rate: int) -> tuple[LoadCellCalibrat
     Args:
         rate: Readings per second [Hz].
     """
-    twin = LockstepBench(bench, unit, load_cell_rate=rate, still=True)
+    twin = LockstepBench(draw_unit(bench, unit), load_cell_rate=rate, still=True)
     cells = [
         Hx711Serial(twin.load_cell_stream(place), clock=twin.clock)
         for place in range(len(twin.servos))

@@ -72,7 +72,8 @@ def parse_wear(word: str) -> str:
 def lockstep_of(word: str, servo: str = XC330_T288_T.name) -> LockstepBench:
     """Return the bench of a word such as ``virtual:finger:3:friction``, as fast as its user."""
     bench, seed = parse_word(word)
-    return LockstepBench(bench, seed, model=SERVO_MODELS[servo], wear=parse_wear(word))
+    unit = worn(draw_unit(bench, seed, servo), parse_wear(word))
+    return LockstepBench(unit, model=SERVO_MODELS[servo])
 
 
 class VirtualPorts:

@@ -12,8 +12,7 @@ from tendon_hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
 from tendon_hardware.virtual_bench.memory.control_table import XC330_T288_T
 from tendon_hardware.virtual_bench.physics.load_cell import BANNER
 from tendon_hardware.virtual_bench.physics.obstacle import BenchObstacle, grips
-from tendon_hardware.virtual_bench.physics.unit import BenchUnit, draw_unit
-from tendon_hardware.virtual_bench.physics.wear import NEW, worn
+from tendon_hardware.virtual_bench.physics.unit import BenchUnit
 
 USB_LATENCY = 0.5e-3
 """From the servo's last bit to the host's first byte [s]: an FTDI whose latency timer is 1 ms."""
@@ -34,39 +33,32 @@ class VirtualBench:
     """Servos, load cells and plant on one clock that starts at zero.
 
     Args:
-        bench: ``spring_weak``, ``spring_strong``, ``finger``, ``finger_antagonist``, ``hand`` or
-            ``hand_ball``.
+        unit: Its constants, such as those that `draw_unit` draws.
         obstacle: Obstacle in the mechanism's way: ``free``, ``tape_roll``, ``hand`` or
             ``hand_perturbation``.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
+        model: Its servos, of the kind for which the unit was drawn.
         still: Whether nothing gives line, as while masses hang on the load cells.
-        unit: The unit itself, in place of the drawn and worn one.
     """
 
     def __init__(
         self,
-        bench: str = "finger",
-        seed: int = 0,
+        unit: BenchUnit,
         *,
         faults: Faults | None = None,
         obstacle: str = "free",
         load_cell_rate: int = 80,
         model: AnyModel = XC330_T288_T,
-        wear: str = NEW,
         still: bool = False,
-        unit: BenchUnit | None = None,
     ) -> None:
-        self.unit = unit or worn(draw_unit(bench, seed, model.name), wear)
-        self.plant = Plant(
-            self.unit, seed=seed, model=model, load_cell_rate=load_cell_rate, still=still
-        )
+        self.unit = unit
+        self.plant = Plant(unit, model=model, load_cell_rate=load_cell_rate, still=still)
         self.servos = tuple(
-            emulator_of(line, seed, place) for place, line in enumerate(self.plant.lines)
+            emulator_of(line, unit.seed, place) for place, line in enumerate(self.plant.lines)
         )
         """All servos on the bus; their IDs count from 1."""
         self.servo = self.servos[0]
-        self._seed = seed
-        self._random = random.Random(f"bench {seed}")
+        self._random = random.Random(f"bench {unit.seed}")
         self._parser = self.plant.lines[0].family.parser()
         self._cells = tuple(deque([Reply(due=0.0, data=BANNER)]) for _ in self.servos)
         self._frames: deque[Reply] = deque()
@@ -110,7 +102,7 @@ class VirtualBench:
 
     def set_obstacle(self, name: str) -> None:
         """Put something in the mechanism's way from now on."""
-        stays = grips(name, self._seed)
+        stays = grips(name, self.unit.seed)
         now = self.time
         later = tuple(
             replace(stay, start=stay.start + now if stay.start else 0.0, end=stay.end + now)

@@ -26,7 +26,8 @@ from typing import Any
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from tendon_hardware.virtual_bench.faults import FaultEvent
 from tendon_hardware.virtual_bench.memory.control_table import XC330_T288_T
-from tendon_hardware.virtual_bench.physics.wear import NEW
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
+from tendon_hardware.virtual_bench.physics.wear import NEW, worn
 from tendon_hardware.virtual_bench.served_bench import VirtualBench
 from tendon_newton.errors import TendonNewtonError
 
@@ -272,12 +273,10 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal's Ctrl-C is the parent's business
     bench = VirtualBench(
-        arguments.bench,
-        arguments.seed,
+        worn(draw_unit(arguments.bench, arguments.seed, arguments.servo), arguments.worn),
         obstacle=arguments.obstacle,
         load_cell_rate=arguments.load_cell_rate,
         model=SERVO_MODELS[arguments.servo],
-        wear=arguments.worn,
     )
     server = BenchServer(bench, arguments.folder)
     try:

@@ -171,11 +171,10 @@ def virtual(
     """Make the load cell of a virtual bench, in real time or as fast as it can be."""
     from tendon_hardware.clock import MonotonicClock
     from tendon_hardware.load_cells.hx711_serial import Hx711Serial
-    from tendon_hardware.virtual_bench import LockstepBench, open_virtual
-    from tendon_hardware.virtual_bench.process import parse_word
+    from tendon_hardware.virtual_bench.process import lockstep_of, open_virtual
 
     if config.faster_than_real_time:
-        bench = LockstepBench(*parse_word(word))
+        bench = lockstep_of(word)
         cell = Hx711Serial(bench.load_cell_stream(), clock=bench.clock)
         return cell, bench.clock, Ghost(bench.hang_mass)
     ports = stack.enter_context(open_virtual(word))

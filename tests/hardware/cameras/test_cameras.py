@@ -12,6 +12,7 @@ from tendon_hardware.clock import Clock, MonotonicClock
 from tendon_hardware.load_cells.framing import crc8
 from tendon_hardware.virtual_bench import LockstepBench, VirtualPorts
 from tendon_hardware.virtual_bench.physics.constants import HandBallConstants
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 
 Opened = Generator[tuple[Camera, Clock]]
 
@@ -19,7 +20,7 @@ Opened = Generator[tuple[Camera, Clock]]
 @contextmanager
 def in_lockstep() -> Opened:
     """The camera of a virtual hand that is as fast as its user."""
-    bench = LockstepBench("hand_ball", 0)
+    bench = LockstepBench(draw_unit("hand_ball", 0))
     yield LineCamera(bench.camera_stream(), clock=bench.clock), bench.clock
 
 
@@ -59,7 +60,7 @@ def test_a_camera_tells_what_it_saw_in_order_and_never_waits(name: str) -> None:
 @pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.slow)])
 def test_the_virtual_camera_is_as_late_and_as_noisy_as_its_unit(seed: int) -> None:
     """Thirty frames a second about the true place; 20 %: noise of 300 frames."""
-    bench = LockstepBench("hand_ball", seed)
+    bench = LockstepBench(draw_unit("hand_ball", seed))
     constants = bench.unit.mechanism
     assert isinstance(constants, HandBallConstants)
     assert 0.05 <= constants.camera_delay <= 0.1
@@ -81,7 +82,7 @@ def test_the_virtual_camera_is_as_late_and_as_noisy_as_its_unit(seed: int) -> No
 
 def test_a_ball_out_of_sight_gives_nothing() -> None:
     """A camera that saw nothing tells nothing."""
-    bench = LockstepBench("hand_ball", 0)
+    bench = LockstepBench(draw_unit("hand_ball", 0))
     camera = LineCamera(bench.camera_stream(), clock=bench.clock)
     camera.open()
     bench.clock.sleep_until(0.5)

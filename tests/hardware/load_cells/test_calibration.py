@@ -22,6 +22,7 @@ from tendon_hardware.load_cells.calibration import (
 from tendon_hardware.load_cells.calibration_session import CalibrationSession
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
 from tendon_hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
 
 MASSES = (0.0, 0.2, 0.5, 1.0, 2.0)
@@ -201,7 +202,7 @@ class Hand:
     """Hangs what it is told, up to a step at which it gives up; may hang something else."""
 
     def __init__(self, *, steps: int = 99, instead: dict[float, float] | None = None) -> None:
-        self.bench = LockstepBench("finger", 5)
+        self.bench = LockstepBench(draw_unit("finger", 5))
         self.cell = Hx711Serial(self.bench.load_cell_stream(), clock=self.bench.clock)
         self.cell.open()
         self.asked: list[str] = []

@@ -17,6 +17,7 @@ from tendon_hardware.load_cells.framing import LONGEST_LINE, LineSplitter, crc8,
 from tendon_hardware.load_cells.hx711_serial import Hx711Serial
 from tendon_hardware.load_cells.load_cell_type import LoadCellReading
 from tendon_hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, encode_frame, frame, lines
 
 
@@ -118,7 +119,9 @@ def test_every_load_cell_in_the_table_has_its_name() -> None:
 
 def test_a_bad_wire_costs_only_the_lines_that_it_breaks() -> None:
     """One line in 50 garbled and one in 50 lost, for a minute: all others arrive, once."""
-    bench = LockstepBench("finger", 2, faults=Faults(garbled_lines=0.02, lost_lines=0.02))
+    bench = LockstepBench(
+        draw_unit("finger", 2), faults=Faults(garbled_lines=0.02, lost_lines=0.02)
+    )
     cell = Hx711Serial(bench.load_cell_stream(), clock=bench.clock)
     cell.open()
     bench.clock.sleep_until(0.1)
@@ -329,7 +332,7 @@ def test_readings_are_dated_to_a_fifth_of_a_millisecond(rng, error) -> None:
 
 def test_a_virtual_cell_is_dated_by_its_true_clock() -> None:
     """Through bytes, lines and the driver: the scatter of the transport is gone."""
-    bench = LockstepBench("finger", 4)
+    bench = LockstepBench(draw_unit("finger", 4))
     cell = Hx711Serial(bench.load_cell_stream(), clock=bench.clock)
     cell.open()
     readings = []

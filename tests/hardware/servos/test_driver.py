@@ -21,6 +21,7 @@ from tendon_hardware.servos.dynamixel.dynamixel_registers import TABLE
 from tendon_hardware.servos.setting_up import set_verified
 from tendon_hardware.virtual_bench import LockstepBench
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tendon_newton.errors import InvalidParameter
 from tests.hardware.servos.virtual_servo import LOOP, VirtualServo
 
@@ -90,7 +91,7 @@ def test_a_register_that_takes_nothing_is_named() -> None:
 
 def test_an_unconfigured_servo_is_not_driven() -> None:
     """No limits, no watchdog, no motor."""
-    bench = LockstepBench("finger", 3)
+    bench = LockstepBench(draw_unit("finger", 3))
     servo = BusServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock)
     servo.open()
     with pytest.raises(SettingMismatch, match="must be configured"):
@@ -101,7 +102,7 @@ def test_an_unconfigured_servo_is_not_driven() -> None:
 def test_every_servo_in_the_table_is_driven(name: str) -> None:
     """Found, set, switched on, moved and switched off, with its own gain and limits."""
     (model,) = (m for m in SERVO_MODELS.values() if m.number == SERVOS[name].model_number)
-    bench = LockstepBench("finger", 3, model=model)
+    bench = LockstepBench(draw_unit("finger", 3, model.name), model=model)
     servo = BusServo(SERVOS[name], bench.servo_port(), clock=bench.clock)
     servo.open()
     settings = servo.configure()
@@ -146,7 +147,7 @@ def test_a_servo_that_another_program_left_is_taken_over() -> None:
 )
 def test_a_servo_that_is_not_there_is_told_by_name_or_rate(name, baud, error, said) -> None:
     """The data sheet of another model would give wrong units; at another rate nothing answers."""
-    bench = LockstepBench("finger", 3)
+    bench = LockstepBench(draw_unit("finger", 3))
     servo = BusServo(SERVOS[name], bench.servo_port(), clock=bench.clock, baud=baud)
     with pytest.raises(error, match=said):
         servo.open()

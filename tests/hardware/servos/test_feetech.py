@@ -22,6 +22,7 @@ from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.virtual_bench import Faults, LockstepBench
 from tendon_hardware.virtual_bench.memory import feetech_table as at
 from tendon_hardware.virtual_bench.memory.feetech_table import STS3215
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 from tests.hardware.servos.virtual_servo import VirtualServo
 
 LOOP = HostPositionLoop(gain=1.5, offset=0.0, duty_limit=0.6, position_range=(-1.0, 9.0))
@@ -147,7 +148,7 @@ def test_a_restart_over_the_bus_is_refused(rig: VirtualServo) -> None:
 
 def test_all_servos_on_a_bus_are_found() -> None:
     """A ping for all is answered by each in turn, through noise as well."""
-    bench = LockstepBench("finger_antagonist", 3, model=STS3215)
+    bench = LockstepBench(draw_unit("finger_antagonist", 3, STS3215.name), model=STS3215)
     port = bench.servo_port()
     assert port.setBaudRate(1_000_000)
     assert FeetechPackets(port).find_all() == {1: 777, 2: 777}

@@ -28,7 +28,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> LockstepBench:
     monkeypatch.setitem(SERVOS, "toy", replace(servo, name="toy", model_number=999, family="toys"))
     monkeypatch.setitem(EMULATED, "toys", replace(EMULATED["feetech"], models=(TOY,)))
     monkeypatch.setitem(unit.SERVOS, "toy", unit.SERVOS["sts3215"])
-    return LockstepBench("finger", 2, model=TOY)
+    return LockstepBench(unit.draw_unit("finger", 2, TOY.name), model=TOY)
 
 
 def test_a_third_family_is_found_examined_and_driven(bench: LockstepBench) -> None:

@@ -5,6 +5,7 @@ from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
 from tendon_hardware.virtual_bench.emulation.emulations import SERVO_MODELS
+from tendon_hardware.virtual_bench.physics.unit import draw_unit
 
 TICK = 0.0125  # Period of a loop at 80 Hz [s]
 LOOP = HostPositionLoop(gain=6.0, offset=0.0)
@@ -15,7 +16,7 @@ class VirtualServo:
     """A bench and its driver, configured and switched on, without duty."""
 
     def __init__(self, bench: str = "finger", servo: str = "xc330_t288_t") -> None:
-        self.bench = LockstepBench(bench, 3, model=SERVO_MODELS[servo])
+        self.bench = LockstepBench(draw_unit(bench, 3, servo), model=SERVO_MODELS[servo])
         self.clock = self.bench.clock
         self.servo = BusServo(SERVOS[servo], self.bench.servo_port(), clock=self.clock)
         self.servo.open()

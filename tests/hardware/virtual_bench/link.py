@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from tendon_hardware.virtual_bench import LockstepBench
+from tendon_hardware.virtual_bench.memory.control_table import XC330_T288_T
 from tendon_hardware.virtual_bench.physics.constants import (
     LoadCellConstants,
     ServoConstants,
@@ -14,6 +15,7 @@ from tendon_hardware.virtual_bench.physics.unit import (
     BENCHES,
     BenchUnit,
     LineConstants,
+    draw_unit,
     servo_count,
 )
 
@@ -29,7 +31,8 @@ class Link:
     def __init__(self, bench: str = "finger", seed: int = 0, **options: Any) -> None:
         from dynamixel_sdk import PacketHandler
 
-        self.bench = LockstepBench(bench, seed, **options)
+        unit = draw_unit(bench, seed, options.get("model", XC330_T288_T).name)
+        self.bench = LockstepBench(unit, **options)
         self.port = self.bench.servo_port()
         self.sdk = PacketHandler(2.0)
         assert self.port.setBaudRate(1_000_000)

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from tendon_hardware.benches.bench_address import BenchAddress
-from tendon_hardware.virtual_bench import LockstepBench
 from tendon_hardware.virtual_bench.emulation.truth import (
     actuator_effects,
     quasi_static_gear,
@@ -26,7 +25,12 @@ from tendon_hardware.virtual_bench.physics.wear import (
     planted_causes,
     worn,
 )
-from tendon_hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
+from tendon_hardware.virtual_bench.process import (
+    InvalidVirtualBench,
+    lockstep_of,
+    parse_wear,
+    parse_word,
+)
 from tendon_newton.errors import UnknownName
 
 SPEED = 0.8  # [rad/s] so fast that nothing is left of what holds at rest
@@ -106,7 +110,7 @@ def test_viscous_friction_is_what_a_model_with_the_motors_own_constants_lacks() 
 def test_a_new_unit_is_the_drawn_one(bench: str) -> None:
     """To the last bit, and it is what one gets without a word about wear."""
     assert worn(draw_unit(bench, 3), NEW) == draw_unit(bench, 3)
-    assert LockstepBench(bench, 3).unit == draw_unit(bench, 3)
+    assert lockstep_of(f"virtual:{bench}:3").unit == draw_unit(bench, 3)
 
 
 def test_a_dry_gear_has_twice_the_friction_and_nothing_else() -> None:
@@ -188,7 +192,7 @@ def test_the_word_of_a_bench_says_what_is_worn(tmp_path: Path) -> None:
     with pytest.raises(InvalidVirtualBench, match="new, friction, spool, planted"):
         parse_word("virtual:finger:7:rust")
     with pytest.raises(UnknownName, match="No wear of a virtual bench named 'rust'"):
-        LockstepBench("finger", 7, wear="rust")
-    LockstepBench("finger", 7, wear="spool").plant_file(tmp_path / "plant.toml")
+        worn(draw_unit("finger", 7), "rust")
+    lockstep_of("virtual:finger:7:spool").plant_file(tmp_path / "plant.toml")
     slack = worn(draw_unit("finger", 7), "spool").tendon.slack
     assert f"slack = {slack}" in (tmp_path / "plant.toml").read_text(encoding="utf-8")

@@ -136,7 +136,6 @@ class Plant:
         self,
         unit: BenchUnit,
         *,
-        seed: int = 0,
         model: AnyModel = XC330_T288_T,
         load_cell_rate: int = 80,
         time_step: float = TIME_STEP,
@@ -148,7 +147,7 @@ class Plant:
         self.lines = tuple(
             DriveLine(
                 constants,
-                f"{seed} {place}" if place else f"{seed}",
+                f"{unit.seed} {place}" if place else f"{unit.seed}",
                 model=model,
                 load_cell_rate=load_cell_rate,
             )
@@ -160,7 +159,7 @@ class Plant:
         self.registers, self.firmware = first.registers, first.firmware
         self.load_cell = first.load_cell
         self.mechanism = Still(len(self.lines)) if still else mechanism_of(unit)
-        self.camera = camera_of(unit, seed)  # Looks at the ball, where there is one
+        self.camera = camera_of(unit)  # Looks at the ball, where there is one
         self.obstacle = BenchObstacle()
         self.ticks = 0
         for _ in range(0 if still else REST_TICKS):
@@ -270,12 +269,12 @@ class Plant:
             self.mechanism.put_back()
 
 
-def camera_of(unit: BenchUnit, seed: int) -> BallCamera | None:
+def camera_of(unit: BenchUnit) -> BallCamera | None:
     """Return what looks at a unit's ball, where there is one."""
     constants = unit.mechanism
     if not isinstance(constants, HandBallConstants):
         return None
-    return BallCamera(constants, random.Random(f"camera {seed}"))
+    return BallCamera(constants, random.Random(f"camera {unit.seed}"))
 
 
 def mechanism_of(unit: BenchUnit) -> Slider | Finger | StringMechanism:
