@@ -10,7 +10,13 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory
+from tendon_newton.simulation.hosts.rollout import (
+    TIME_STEP,
+    Candidates,
+    Rollout,
+    Stepping,
+    Trajectory,
+)
 
 Array = NDArray[np.float64]
 GAIN = 4.2  # [N/rad]
@@ -60,9 +66,9 @@ def simulate(
     rollout = Rollout(
         load_mechanism(recording.bench),
         [recording],
-        actuator="ideal",
-        effects=kernel,
-        time_step=time_step,
+        model,
+        candidates=Candidates(effects=kernel),
+        stepping=Stepping(time_step=time_step),
     )
     return rollout.run(rollout.base_vectors(model)[None])[0][0]
 

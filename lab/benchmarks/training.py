@@ -91,7 +91,7 @@ def network_row(worlds: int) -> Row:
     """Time a whole control step of fingers that ask the Transformer."""
     learned = Model(actuator=NamedValues(name="learned", values={"spool_radius": 0.0125}))
     loop = ControlLoop(
-        load_mechanism("finger"), learned, worlds, query=fused(authors_network()),
+        load_mechanism("finger"), learned, worlds, network=fused(authors_network()),
         max_step=NETWORK_STEP, precision="float32", device=wp.get_device(),
     )  # fmt: skip
     return timed("finger, Transformer", loop, torch.full((worlds, 1), 2.0))

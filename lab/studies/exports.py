@@ -33,7 +33,7 @@ from tendon_newton.exports.departure import (
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
-from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout import Candidates, Stepping, Trajectory
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from tests.exports.models import ACTUATORS, TYPICAL, model_of
 
@@ -64,7 +64,10 @@ def truths(
 ) -> list[list[Trajectory]]:
     """Return our own simulation without effects, then with each of them, by one kernel."""
     plain = model_of(bench, actuator)
-    rollout = rollout_of(bench_of(bench, plain), runs, plain, effects=effects, time_step=TRUTH_STEP)
+    rollout = rollout_of(
+        bench_of(bench, plain), runs, plain, candidates=Candidates(effects=effects),
+        stepping=Stepping(time_step=TRUTH_STEP),
+    )  # fmt: skip
     models = [plain, *(model_of(bench, actuator, effect) for effect in effects)]
     return rollout.run(np.stack([rollout.base_vectors(model) for model in models]))
 

@@ -276,13 +276,7 @@ def conclude(
         servos=train.servos,
         start={e.cause: numbers_of(e) for e in model.effects},
         recorded=settings_of(train.wholes),
-        notes=(
-            *notes(train, test),
-            *as_built(train, written),
-            *of_each_bench(train, written),
-            *ended_at_bounds(train, findings.candidates, written.effects),
-            *findings.notes,
-        ),
+        notes=notes(train, test, findings),
     )
     return diagnosis, Evidence(
         baseline=dict(findings.baseline.values), extended=extended, test=test, train=train
@@ -560,7 +554,7 @@ def extended_model(
     return replace(study.with_fitted(model, values), effects=(*kept, *added))
 
 
-def notes(study: Study, test: Study) -> tuple[str, ...]:
+def notes(study: Study, test: Study, findings: Findings) -> tuple[str, ...]:
     """Say what a reader must know before trusting the numbers."""
     out = list(untested_sides(study))
     for view in study.views:
@@ -581,4 +575,7 @@ def notes(study: Study, test: Study) -> tuple[str, ...]:
             "error: after gaps in which the command jumped unseen, or where something solid held a "
             "servo's shaft."
         )
-    return tuple(out)
+    written = findings.written
+    bounds = ended_at_bounds(study, findings.candidates, written.effects)
+    told = (*as_built(study, written), *of_each_bench(study, written), *bounds)
+    return (*out, *told, *findings.notes)

@@ -17,12 +17,10 @@ from tendon_newton.gradients.substep_chain import gradients_of
 from tendon_newton.gradients.substep_plan import query_plan, shared_plan
 from tendon_newton.gradients.taped_run import Adjoint, Inputs, Readings, TapedRun
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout
+from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Stepping
 from tendon_newton.simulation.model.kernel_arrays import zeros
 from tendon_newton.simulation.model.parameter_table import (
     ParameterTable,
-    force_limit_of,
-    spool_radius_of,
 )
 from tendon_newton.simulation.model.stage_fields import refuse_stages
 
@@ -78,12 +76,9 @@ class DifferentiableRollout:
         self._rollout = Rollout(
             mechanism,
             recordings,
-            actuator=model.actuator.name,
-            effects=every,
+            model,
             force=None if network is None else network.source(),
-            spool_radius=spool_radius_of(model),
-            force_limit=force_limit_of(model),
-            time_step=time_step,
+            stepping=Stepping(time_step=time_step, by_chain=False),
             device=device,
         )
         self.table: ParameterTable = self._rollout.table

@@ -25,7 +25,14 @@ from tendon_newton.identification.signals import SIGNALS, Scales, View, compared
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
-from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
+from tendon_newton.simulation.hosts.rollout import (
+    TIME_STEP,
+    Candidates,
+    Rollout,
+    Stepping,
+    Trajectory,
+    rollout_groups,
+)
 from tendon_newton.simulation.hosts.timeline import Timeline
 from tendon_newton.simulation.model.bench_numbers import (
     OWNER,
@@ -142,16 +149,14 @@ class Study:
     ) -> list[tuple[Rollout, tuple[int, ...]]]:
         """Return what simulates the recordings, and which of them each does; kernels are loaded."""
         causes, shared = causes_of(effects, self.servos, independent=self.independent)
-        groups = []
+        unknown, groups = (*self.unknown, *self.tolerated, *self.lines), []
         for members in rollout_groups(self.wholes):
             rollout = rollout_of(
                 benches[self.wholes[members[0]].bench],
                 [self.wholes[i] for i in members],
                 self._model,
-                effects=causes,
-                shared=shared,
-                unknown=(*self.unknown, *self.tolerated, *self.lines),
-                time_step=self.time_step,
+                candidates=Candidates(effects=causes, shared=shared, unknown=unknown),
+                stepping=Stepping(time_step=self.time_step),
                 device=DEVICE,
             )
             groups.append((rollout, members))

@@ -27,7 +27,7 @@ from tendon_newton.errors import UnknownName
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import rollout_of
-from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout import Stepping, Trajectory
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.tendons.routes import located
 from tendon_newton.simulation.tendons.states import flow_at
@@ -76,7 +76,8 @@ def replayed(kind: str, recordings: list[Recording], network_path: Path) -> list
     """Replay recordings of one bench."""
     model = typical_model(kind, network_path)
     mechanism = load_mechanism(recordings[0].bench)
-    rollout = rollout_of(mechanism, recordings, model, time_step=5e-4, device="cpu")
+    stepping = Stepping(time_step=5e-4)
+    rollout = rollout_of(mechanism, recordings, model, stepping=stepping, device="cpu")
     return rollout.run(rollout.base_vectors(model)[None])[0]
 
 

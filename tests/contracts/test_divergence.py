@@ -14,7 +14,7 @@ from tendon_newton.diagnosis.search.search_worlds import FINER, SEARCH_STEP
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import bench_scale
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.rollout import Rollout
+from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Stepping
 from tests.effect_bench import GAIN, commanded
 
 BENCHES = ("finger", "finger_routed", "thumb", "spring_weak", "spring_strong", "pendulum")
@@ -75,8 +75,9 @@ def runs_of(recording: Recording, time_step: float) -> Rollout:
     """Return the kernel of the whole catalogue, its ranges those of the bench."""
     mechanism = load_mechanism(recording.bench)
     rollout = Rollout(
-        mechanism, [recording], actuator="ideal", effects=tuple(EFFECTS), time_step=time_step
-    )
+        mechanism, [recording], IDEAL, candidates=Candidates(effects=tuple(EFFECTS)),
+        stepping=Stepping(time_step=time_step),
+    )  # fmt: skip
     scale = bench_scale([mechanism], [recording], IDEAL)
     rollout.table = replace(rollout.table, scale=scale)
     return rollout

@@ -11,7 +11,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
 from tendon_newton.errors import InvalidModelFile, UnknownName
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Trajectory
 from tendon_newton.simulation.model.structure import in_catalogue_order
 from tests.effect_bench import GAIN, commanded, simulate, steps_and_waves
 
@@ -37,18 +37,21 @@ def clear_values(effect: type[Effect]) -> list[float]:
     ]
 
 
+IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
+
+
 @pytest.fixture(scope="module")
 def finger() -> Rollout:
     """One finger in the kernel that holds the whole catalogue."""
     recording = commanded(steps_and_waves(), "finger")
-    return Rollout(load_mechanism("finger"), [recording], actuator="ideal", effects=tuple(EFFECTS))
+    every = Candidates(effects=tuple(EFFECTS))
+    return Rollout(load_mechanism("finger"), [recording], IDEAL, candidates=every)
 
 
 @pytest.fixture(scope="module")
 def null_vector(finger: Rollout) -> np.ndarray:
     """Every effect switched off."""
-    model = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
-    return finger.base_vectors(model)[0]
+    return finger.base_vectors(IDEAL)[0]
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, command_range, departure, replayed
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
+from tendon_newton.simulation.hosts.rollout import Candidates
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from tests.physics.runs import run_of
 
@@ -136,5 +137,5 @@ def strays_of(folder: Path, target: str, way: str, bench: str, model: Model) -> 
     plain = len(mechanism.tendons) == 1 and len(mechanism.joints) < 3
     # kernels of all effects compile once, those of a model's own for each model
     effects = tuple(EFFECTS) if model.effects and plain else None
-    ours = rollout_of(mechanism, [run], model, effects=effects)
+    ours = rollout_of(mechanism, [run], model, candidates=Candidates(effects=effects))
     return departure(mechanism, theirs, ours.run(ours.base_vectors(model)[None])[0])

@@ -21,7 +21,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.rules.mechanism_rules import arm_errors, range_positions
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import rollout_of
-from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout import Stepping, Trajectory
 from tests.physics.runs import run_of
 from tests.proposed import proposed
 
@@ -135,7 +135,7 @@ def pushed(path: str, goal: float, rows: int, drive: dict[str, float]) -> Trajec
     name = Path(path).stem
     run = run_of(np.full(rows, goal), bench=name, rate=1000.0, start="first_row")
     model = Model(actuator=NamedValues(name="pd_torque", values=drive))
-    rollout = rollout_of(load_mechanism(path), [run], model, time_step=2.5e-4)
+    rollout = rollout_of(load_mechanism(path), [run], model, stepping=Stepping(time_step=2.5e-4))
     return rollout.run(rollout.base_vectors(model)[None])[0][0]
 
 

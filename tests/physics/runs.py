@@ -12,7 +12,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.hosts.rollout import Rollout, Stepping, Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 
 GAIN = 4.2  # N/rad
@@ -100,10 +100,8 @@ def simulate(
     rollout = Rollout(
         mechanism or load_mechanism(recordings[0].bench),
         recordings,
-        actuator=model.actuator.name,
-        effects=[effect.name for effect in model.effects],
-        spool_radius=float(model.actuator.values["spool_radius"]),
-        time_step=time_step,
+        model,
+        stepping=Stepping(time_step=time_step),
         device="cpu",
     )
     if joint_friction is not None:

@@ -42,7 +42,7 @@ def servo_loop(worlds: int = WORLDS) -> ControlLoop:
 def learned_loop(worlds: int = WORLDS) -> ControlLoop:
     """Return fingers on learned servos with a lag, friction and a delay."""
     model = learned_model(hold=networks.HOLD, **networks.EFFECTS)
-    return ControlLoop(load_mechanism("finger"), model, worlds, query=force_query(), device="cpu")
+    return ControlLoop(load_mechanism("finger"), model, worlds, network=force_query(), device="cpu")
 
 
 LOOPS = {"ideal": ideal_loop, "pwm_servo": servo_loop, "learned": learned_loop}
@@ -229,7 +229,7 @@ def test_what_makes_no_sense_is_refused() -> None:
             learned_model(),
             1,
             rate=80.0,
-            query=force_query(),
+            network=force_query(),
             device="cpu",
         )
     with pytest.raises(InvalidParameter, match="control rate must be"):

@@ -12,12 +12,14 @@ import warp as wp
 
 from tendon_newton.data.model_file import load_model
 from tendon_newton.simulation.hosts.replay import rollout_of
+from tendon_newton.simulation.hosts.rollout import Candidates
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.physics.runs import run_of
 
 model = load_model("examples/hidden_friction/model.toml")
 run = run_of([[0.0], [0.5]], bench="spring_weak")  # one joint, compiled soonest
-rollout = rollout_of(load_mechanism(run.bench), [run], model, effects=["coulomb_friction"])
+own = Candidates(effects=["coulomb_friction"])
+rollout = rollout_of(load_mechanism(run.bench), [run], model, candidates=own)
 """
 REPLAY = "rollout.run(rollout.base_vectors(model)[None])"
 OTHER_WAY_ROUND = "wp.load_module(rollout.kernels.rollout.module)\n" + REPLAY

@@ -94,7 +94,7 @@ def looped(bench: str, command: Array, model: Model) -> Books:
             jumps = np.arange(len(command))  # a staircase: each answer is held for a row
     step = STEPS["tendon"]
     mechanism = load_mechanism(bench)
-    loop = ControlLoop(mechanism, model, 1, rate=ROWS, max_step=step, query=query, device="cpu")
+    loop = ControlLoop(mechanism, model, 1, rate=ROWS, max_step=step, network=query, device="cpu")
     commands = torch.tensor(command, dtype=torch.float32).reshape(-1, 1, 1)
     reading = loop.reset(commands[0])
     rows = np.zeros((len(command), 3))

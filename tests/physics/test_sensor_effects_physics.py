@@ -10,7 +10,7 @@ from tendon_newton.data.recording import Array, Indices
 from tendon_newton.effects import EFFECTS
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.force_source import Equation
-from tendon_newton.simulation.hosts.rollout import Rollout
+from tendon_newton.simulation.hosts.rollout import Candidates, Rollout
 from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
 
 CELL = [name for name in EFFECTS if name.startswith("load_cell")]
@@ -113,8 +113,8 @@ def test_a_run_in_three_launches_is_one_run() -> None:
         rollout = Rollout(
             load_mechanism("spring_weak"),
             recordings,
-            actuator="ideal",
-            effects=tuple(EFFECTS),
+            model,
+            candidates=Candidates(effects=tuple(EFFECTS)),
             force=force,
         )
         found.append(rollout.run(rollout.base_vectors(model)[None])[0][0])
@@ -126,10 +126,9 @@ def test_a_run_in_three_launches_is_one_run() -> None:
 def test_a_signal_alone_is_what_it_was_among_all() -> None:
     """Who asks for the force gets no other signal, and the same force."""
     recordings = [commanded(steps_and_waves())]
-    rollout = Rollout(
-        load_mechanism("spring_weak"), recordings, actuator="ideal", effects=[*EFFECTS]
-    )
     model = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}), effects=())
+    every = Candidates(effects=tuple(EFFECTS))
+    rollout = Rollout(load_mechanism("spring_weak"), recordings, model, candidates=every)
     vectors = rollout.base_vectors(model)[None]
     alone = rollout.run_rows(vectors, signals=("force",))
     assert list(alone) == ["force"]

@@ -82,10 +82,8 @@ class ControlLoop:
         max_step: Longest substep [s].
         precision: Scalar inside the kernels; what goes in and out is float32.
         effects: Further effects at null, whose numbers may be set later.
-        delay_steps: Commands kept per world; a `command_delay` may not be longer than they last.
-        query: The force network of a `learned` actuator, in place of the model's file.
-        network: How the file's network runs: as its TorchScript module, or as the kernels compiled
-            from its weights.
+        network: How the network of a `learned` actuator's file runs: as its TorchScript module, or
+            as the kernels compiled from its weights; or a network in place of the file's.
         device: Warp device, such as ``cpu`` or ``cuda:0``.
     """
 
@@ -99,9 +97,7 @@ class ControlLoop:
         max_step: float = LONGEST_STEP,
         precision: Precision = "float64",
         effects: Sequence[str] = (),
-        delay_steps: int = 64,
-        query: ForceQuery | None = None,
-        network: NetworkForm = "fused",
+        network: NetworkForm | ForceQuery = "fused",
         device: Any = None,
     ) -> None:
         if not 0.1 <= rate <= 10_000.0:
@@ -115,8 +111,10 @@ class ControlLoop:
         self.mechanism_name = mechanism.name
         self._newton: Any = build_model(bench, world_count, device=device)
         self.device = self._newton.device
+        query: ForceQuery | None = None
         if find_actuator(model.actuator.name).held:
-            query = query or open_query(model, network, self.device)
+            by_file = isinstance(network, str)
+            query = open_query(model, network, self.device) if by_file else network
             model = with_hold(model, query.hold)
         self.solver = TendonSolver(
             self._newton,
@@ -124,7 +122,6 @@ class ControlLoop:
             max_step=max_step,
             precision=precision,
             effects=effects,
-            history=delay_steps,
             update_bodies=False,
         )
         self.held: HeldForce | None = None

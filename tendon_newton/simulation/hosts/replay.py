@@ -12,13 +12,15 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.force_source import ForceSource
-from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
-from tendon_newton.simulation.model.bench_numbers import BenchNumber, without_estimates
-from tendon_newton.simulation.model.parameter_table import (
-    force_limit_of,
-    spool_radius_of,
-    stiffness_of,
+from tendon_newton.simulation.hosts.rollout import (
+    TIME_STEP,
+    Candidates,
+    Rollout,
+    Stepping,
+    Trajectory,
+    rollout_groups,
 )
+from tendon_newton.simulation.model.bench_numbers import without_estimates
 from tendon_newton.simulation.model.stated_size import check_size
 
 
@@ -39,39 +41,22 @@ def rollout_of(
     recordings: Sequence[Recording],
     model: Model,
     *,
-    effects: Sequence[str] | None = None,
-    shared: Sequence[str] = (),
-    unknown: Sequence[BenchNumber] = (),
-    time_step: float = TIME_STEP,
+    candidates: Candidates | None = None,
     network: str = "torchscript",
     trust: bool = False,
-    free_spools: bool = True,
+    stepping: Stepping | None = None,
     device: Any = None,
 ) -> Rollout:
     """Return the rollout of a model, with its force network where it has one.
 
-    `effects` are those that the kernels hold, also of one servo; by default those of the model. A
-    force network runs as ``torchscript`` or ``fused``. Other arguments are those of `Rollout`.
+    A force network runs as ``torchscript`` or ``fused``. Other arguments are those of `Rollout`.
     """
-    effects = [effect.cause for effect in model.effects] if effects is None else effects
-    radius = spool_radius_of(model)
     held = find_actuator(model.actuator.name).held and recordings[0].command is not None
+    force = network_source(model, network, device, trust=trust) if held else None
     return Rollout(
-        mechanism,
-        recordings,
-        actuator=model.actuator.name,
-        effects=effects,
-        shared=shared,
-        force=network_source(model, network, device, trust=trust) if held else None,
-        by_chain=not held,
-        spool_radius=radius,
-        force_limit=force_limit_of(model),
-        stiffness=stiffness_of(model),
-        unknown=unknown,
-        time_step=time_step,
-        free_spools=free_spools,
+        mechanism, recordings, model, candidates=candidates, force=force, stepping=stepping,
         device=device,
-    )
+    )  # fmt: skip
 
 
 def network_source(model: Model, form: str, device: Any, *, trust: bool) -> ForceSource:
@@ -105,9 +90,9 @@ class Replay:
                 bench_of(recordings[members[0]].bench, model),
                 [recordings[i] for i in members],
                 model,
-                time_step=time_step,
                 network=network,
                 trust=trust,
+                stepping=Stepping(time_step=time_step),
             )
             self._rollouts[members] = rollout, rollout.base_vectors(model)[None]
 

@@ -50,7 +50,12 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     read_topology,
     spools_are_free,
 )
-from tendon_newton.simulation.model.parameter_table import table_of
+from tendon_newton.simulation.model.parameter_table import (
+    force_limit_of,
+    spool_radius_of,
+    stiffness_of,
+    table_of,
+)
 from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.tendons.measured_force import acts, has_spring
 
@@ -98,27 +103,41 @@ class Trajectory:
     """Joint angles [rad] or travels [m], shape (T, J)."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Candidates:
+    """What candidate models may differ in, beside the numbers of the actuator."""
+
+    effects: Sequence[str] | None = None
+    """Effects that the kernels hold, and effects of one servo, such as ``gain_error of servo 1``; a
+    candidate may leave any of them out. Those of the model where none are named."""
+    shared: Sequence[str] = ()
+    """Effects among those of single servos that candidates may also give to all at once."""
+    unknown: Sequence[BenchNumber] = ()  # Numbers of this and other benches
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stepping:
+    """How worlds are stepped."""
+
+    time_step: float = TIME_STEP  # Longest step [s]; each row's interval is divided evenly
+    # Whether spools of servos with a rotor move on their own while their string is slack or
+    # stretches; else a rotor is only inertia at its mechanism
+    free_spools: bool = True
+    # Whether kernels see each of K equal chains of a mechanism, such as a hand's, as one of its
+    # own, as long as no network is asked for them together
+    by_chain: bool = True
+
+
 class Rollout:
     """Kernels and arrays for N models times R recordings, W = N R worlds.
 
     Args:
         mechanism: The bench that all recordings were made on.
         recordings: R recordings, all with commands or all without.
-        actuator: Kind of the actuator.
-        effects: Effects that the kernels hold, and effects of one servo, such as ``gain_error of
-            servo 1``; a model may leave any of them out.
-        shared: Effects among those of single servos that candidates may also give to all at once.
-        spool_radius: Spool radius [m] in place of the asset's.
-        force_limit: Greatest force of the motors [N] in place of the asset's.
-        unknown: Numbers of this and other benches that candidates may replace.
+        model: Kind of the actuator, and the servo's numbers that no candidate changes.
+        candidates: What the models may differ in.
         force: Where the actuator's force comes from; by default its equation.
-        by_chain: Whether the kernels see each of K equal chains of a mechanism, such as a hand's,
-            as one of its own.
-        stiffness: Force by which the servo answers a turn of its shaft [N/rad]; it matters only
-            between rows without commands.
-        time_step: Longest step [s]; each row's interval is divided evenly.
-        free_spools: Whether spools of servos with a rotor move on their own while their string is
-            slack or stretches; else a rotor is only inertia at its mechanism.
+        stepping: How their worlds are stepped.
         device: Warp device.
     """
 
@@ -126,93 +145,84 @@ class Rollout:
         self,
         mechanism: Mechanism,
         recordings: Sequence[Recording],
+        model: Model,
         *,
-        actuator: str,
-        effects: Sequence[str] = (),
-        shared: Sequence[str] = (),
-        spool_radius: float | None = None,
-        force_limit: float | None = None,
-        stiffness: float = 0.0,
-        unknown: Sequence[BenchNumber] = (),
+        candidates: Candidates | None = None,
         force: ForceSource | None = None,
-        by_chain: bool = False,
-        time_step: float = TIME_STEP,
-        free_spools: bool = True,
+        stepping: Stepping | None = None,
         device: Any = None,
     ) -> None:
+        actuator, stiffness = model.actuator.name, stiffness_of(model)
+        candidates, stepping = candidates or Candidates(), stepping or Stepping()
         mechanism.refuse_moving_obstacle("Rollout")
+        refuse_drive(mechanism, recordings, actuator)
         self.recordings = tuple(recordings)
-        self._benches = [override_mechanism(mechanism, r.bench_overrides) for r in recordings]
+        overrides = [recording.bench_overrides for recording in recordings]
+        self._benches = [override_mechanism(mechanism, own) for own in overrides]
         self.driven_by: DrivenBy = drive_of(recordings)
         """Without commands the path under a load, or the measured force, drives the mechanism."""
         self._kinematic = find_actuator(actuator).kinematic
-        if self._kinematic:
-            refuse_load(mechanism, self.recordings, actuator)
-        if (self.driven_by == "path") != find_actuator(actuator).leads:
-            raise InvalidRecording(
-                f"{recordings[0].name}: a path under a load (joint_load, 0 where nothing loads the "
-                "joint, without theta_d) and the actuator 'measured_path' go together; it is "
-                f"driven by {self.driven_by}, with {actuator!r}"
-            )
-        self._has_spring = tuple(has_spring(mechanism, r.bench_overrides) for r in recordings)
+        self._has_spring = tuple(has_spring(mechanism, own) for own in overrides)
         self.force = force or Equation()
         """Where the actuator's force comes from."""
         self.timelines = tuple(
             self.force.timeline(timeline_of(recording, stiffness if spring else 0.0, actuator))
             for recording, spring in zip(recordings, self._has_spring, strict=True)
         )
-        self._unknown = tuple(unknown)
-        own = [number.is_of(recordings[0].bench) for number in unknown]
+        self._unknown = tuple(candidates.unknown)
+        own = [number.is_of(recordings[0].bench) for number in self._unknown]
         self._is_own = np.array(own, dtype=bool)
-        self.time_step = time_step
-        model = build_model(
-            mechanism,
-            len(recordings),
-            overrides=[r.bench_overrides for r in recordings],
-            device=device,
-        )
-        set_servos(model, spool_radius=spool_radius, force_limit=force_limit)
+        self.time_step = stepping.time_step
+        worlds = build_model(mechanism, len(recordings), overrides=overrides, device=device)
+        self.device = worlds.device
+        set_servos(worlds, model)
         if self.driven_by == "force":
-            release_limits(model)
-        whole, divided = read_topology(model), copies_of(model)
+            release_limits(worlds)
+        self._assemble(worlds, model, candidates, stepping)
+        self.numbers = fill_mechanism(worlds, self.kernels)
+        """The bench's numbers, one world per recording."""
+        self.commands = self._fill_commands()
+        """The recordings' inputs, one after the other."""
+        self._first = starts_of(self._chains.rows)
+        if self._kinematic:
+            given = [(r.joint_load, np.zeros(len(r.time))) for r in self.recordings]
+            self.load([none if load is None else load for load, none in given])
+
+    def _assemble(
+        self, worlds: Any, model: Model, candidates: Candidates, stepping: Stepping
+    ) -> None:
+        """Decide what the kernels are, and where numbers of models and rows stand for them."""
+        own = [effect.cause for effect in model.effects]
+        whole, divided = read_topology(worlds), copies_of(worlds)
         self.table = table_of(
-            actuator, effects, len(mechanism.tendons), shared=tuple(shared),
-            independent=divided.independent,
-            bench=tuple(number.parameter for number in unknown),
+            model.actuator.name, own if candidates.effects is None else candidates.effects,
+            whole.tendon_count, shared=tuple(candidates.shared), independent=divided.independent,
+            bench=tuple(number.parameter for number in self._unknown),
         )  # fmt: skip
+        by_chain = stepping.by_chain and not self.force.is_network
         if self.table.by_servo and not by_chain:
             refuse_copies(divided, self.table.by_servo)
         topology, copies = (divided.topology, divided.count) if by_chain else (whole, 1)
         counts = np.array([len(timeline.time) for timeline in self.timelines])
         self._chains = ChainLayout(count=copies, rows=counts)
+        frees = stepping.free_spools and self.driven_by == "command"
         self.kernels: KernelSet = kernel_set(
             Structure(
                 **vars(topology),
-                actuator=actuator,
+                actuator=self.table.actuator,
                 effects=self.table.effects,
                 by_servo=self.table.of_chain(copies).by_servo,
-                planar=plane_of(model, whole) is not None,
+                planar=plane_of(worlds, whole) is not None,
                 driven_by=self.driven_by,
-                free_spool=(
-                    free_spools and self.driven_by == "command" and spools_are_free(model, actuator)
-                ),
+                free_spool=frees and spools_are_free(worlds, self.table.actuator),
             )
         )
         if self.kernels.structure.holds_force != self.force.is_network:
             raise InvalidParameter(
-                f"a {actuator!r} actuator needs the force of "
+                f"a {self.table.actuator!r} actuator needs the force of "
                 f"{'a network' if self.kernels.structure.holds_force else 'its equation'}; "
                 f"it was given {type(self.force).__name__}"
             )
-        self.device = model.device
-        self.numbers = fill_mechanism(model, self.kernels)
-        """The bench's numbers, one world per recording."""
-        self.commands = self._fill_commands()
-        """The recordings' inputs, one after the other."""
-        self._first = starts_of(counts)
-        if self._kinematic:
-            given = [(r.joint_load, np.zeros(len(r.time))) for r in self.recordings]
-            self.load([none if load is None else load for load, none in given])
 
     def base_vectors(self, model: Model) -> Array:
         """Return a model's parameter vector for each recording, shape (R, P)."""
@@ -530,14 +540,13 @@ def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
     return voltage[source], enabled.astype(np.float64)[source]
 
 
-def set_servos(model: Any, **numbers: float | None) -> None:
-    """Write what is stated of the servos of all tendons that are wound: `spool_radius` and kin."""
-    tendon = model.tendon
-    for name, value in numbers.items():
-        array = getattr(tendon, name)
+def set_servos(worlds: Any, model: Model) -> None:
+    """Write what a model states of the servos of all tendons that are wound."""
+    own, wound = worlds.tendon, worlds.tendon.direct.numpy() <= 0
+    radius, limit = spool_radius_of(model), force_limit_of(model)
+    for array, value in ((own.spool_radius, radius), (own.force_limit, limit)):
         if value is not None:
-            own = np.where(tendon.direct.numpy() > 0, array.numpy(), value)
-            array.assign(own.astype(np.float32))
+            array.assign(np.where(wound, value, array.numpy()).astype(np.float32))
 
 
 def release_limits(model: Any) -> None:
@@ -545,6 +554,19 @@ def release_limits(model: Any) -> None:
     tendon = model.tendon
     tendon.force_limit.fill_(PUSH_FORCE)
     tendon.direct.fill_(1)
+
+
+def refuse_drive(mechanism: Mechanism, recordings: Sequence[Recording], actuator: str) -> None:
+    """Refuse a mechanism that an actuator cannot move, and recordings that it cannot follow."""
+    kind, driven_by = find_actuator(actuator), drive_of(recordings)
+    if kind.kinematic:
+        refuse_load(mechanism, recordings, actuator)
+    if (driven_by == "path") != kind.leads:
+        raise InvalidRecording(
+            f"{recordings[0].name}: a path under a load (joint_load, 0 where nothing loads the "
+            "joint, without theta_d) and the actuator 'measured_path' go together; it is "
+            f"driven by {driven_by}, with {actuator!r}"
+        )
 
 
 def refuse_load(mechanism: Mechanism, recordings: Sequence[Recording], actuator: str) -> None:

@@ -49,17 +49,15 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     read_topology,
     spools_are_free,
 )
-from tendon_newton.simulation.model.parameter_table import (
-    force_limit_of,
-    spool_radius_of,
-    table_of,
-)
+from tendon_newton.simulation.model.parameter_table import table_of
 from tendon_newton.simulation.model.stage_fields import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.model.structure import Precision, Structure
 
 # Default of `max_step` [s]: a policy's simulation, an eighth of an encoder's count off, as
 # tests/physics/test_accuracy.py measures
 LONGEST_STEP = 5.0e-4
+# Control steps for which past commands are kept; a `command_delay` may not be longer
+HISTORY = 64
 # Worlds of a CUDA block in a step, and blocks that a multiprocessor has room for: 128 registers a
 # thread, with some kept in memory, are a fifth faster than the compiler's own 213 and half as many
 # threads, on one H200
@@ -91,8 +89,6 @@ class TendonSolver(SolverBase):
         description: Actuator and effects.
         max_step: Longest substep [s].
         precision: Scalar inside the kernels; Newton's arrays are float32.
-        history: Control steps for which past commands are kept; a `command_delay` may not be
-            longer.
         effects: Further effects at null, whose numbers may be set later.
         update_bodies: Whether a step also writes `body_q` and `body_qd`, which viewers show.
     """
@@ -104,7 +100,6 @@ class TendonSolver(SolverBase):
         *,
         max_step: float = LONGEST_STEP,
         precision: Precision = "float64",
-        history: int = 64,
         effects: Sequence[str] = (),
         update_bodies: bool = True,
     ) -> None:
@@ -130,11 +125,7 @@ class TendonSolver(SolverBase):
         refuse_stages(self.table.effects, LOG_STAGES, "TendonSolver")
         self.max_step = max_step
         self.update_bodies = update_bodies
-        set_servos(
-            model,
-            spool_radius=spool_radius_of(description),
-            force_limit=force_limit_of(description),
-        )
+        set_servos(model, description)
         self._code, self._kernel_of = control_kernel_set(
             Structure(
                 **vars(topology),
@@ -149,7 +140,7 @@ class TendonSolver(SolverBase):
         self._mechanism = fill_mechanism(model, self._code)
         self.moves_body = topology.touch.moves
         """Whether an obstacle is free to move."""
-        self._history_length = history if self._code.structure.uses(Stage.CLOCK) else 1
+        self._history_length = HISTORY if self._code.structure.uses(Stage.CLOCK) else 1
         vectors = of_world.kernel_vectors(of_world.vector(description), self.chain_count)
         self._make_arrays(np.tile(vectors, (self.world_count, 1)))
 

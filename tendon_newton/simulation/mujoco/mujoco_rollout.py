@@ -30,7 +30,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.launch import Launch
 from tendon_newton.simulation.hosts.replay import rollout_of
-from tendon_newton.simulation.hosts.rollout import SIGNALS, Trajectory
+from tendon_newton.simulation.hosts.rollout import SIGNALS, Stepping, Trajectory
 from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
@@ -86,10 +86,9 @@ class MujocoRollout:
             mechanism,
             recordings,
             model,
-            time_step=time_step,
             network=network,
             trust=trust,
-            free_spools=False,
+            stepping=Stepping(time_step=time_step, free_spools=False),
             device=device,
         )
         self._holds_force = self._rollout.kernels.structure.holds_force

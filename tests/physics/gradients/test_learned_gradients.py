@@ -13,7 +13,7 @@ from tendon_newton.gradients.network_course import TapedNetwork
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.network_source import NetworkSource
-from tendon_newton.simulation.hosts.rollout import Rollout
+from tendon_newton.simulation.hosts.rollout import Rollout, Stepping
 from tests.conftest import SEED
 from tests.physics.gradients.test_gradients import loss_of, random_seeds, two_runs
 from tests.physics.learned.networks import (
@@ -25,7 +25,7 @@ from tests.physics.learned.networks import (
     force_query,
     learned_model,
 )
-from tests.physics.runs import RADIUS, ROWS
+from tests.physics.runs import ROWS
 
 STEP = 5.0e-4  # s
 RUN_ROWS = int(1.5 * ROWS) + 1
@@ -156,17 +156,16 @@ def test_many_substeps_at_once_give_the_same(rollout, seeds, monkeypatch) -> Non
 
 def test_a_taped_run_is_a_replay(rollout: DifferentiableRollout) -> None:
     """The differentiable loop is the simulator's own, up to the float32 of the other's network."""
+    model = learned_model(hold=HOLD, **EFFECTS)
     replay = Rollout(
         load_mechanism("finger"),
         rollout.recordings,
-        actuator="learned",
+        model,
         force=NetworkSource(force_query()),
-        effects=list(EFFECTS),
-        spool_radius=RADIUS,
-        time_step=STEP,
+        stepping=Stepping(time_step=STEP),
         device="cpu",
     )
-    runs = replay.run(replay.base_vectors(learned_model(hold=HOLD, **EFFECTS))[None])[0]
+    runs = replay.run(replay.base_vectors(model)[None])[0]
     read = rollout.forward()
     expected = np.concatenate([run.motor_position for run in runs])
     assert read.motor_position.numpy() == pytest.approx(expected, abs=1e-5)

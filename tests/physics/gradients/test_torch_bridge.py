@@ -50,7 +50,7 @@ def follow(model: Model, device: str, steps: int = 20) -> torch.Tensor:
     if model.actuator.name == "learned":
         query = force_query()
         query.module.to(device)
-    loop = ControlLoop(load_mechanism("finger"), model, 8, query=query, device=device)
+    loop = ControlLoop(load_mechanism("finger"), model, 8, network=query, device=device)
     generator = torch.Generator().manual_seed(SEED)
     commands = (1.0 + 3.0 * torch.rand(steps, 8, 1, generator=generator)).to(device)
     loop.reset(commands[0])

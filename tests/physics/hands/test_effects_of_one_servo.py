@@ -17,7 +17,7 @@ from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import replay
-from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Trajectory
 from tendon_newton.simulation.model.bench_numbers import BenchNumber
 
 ROWS, RATE = 120, 80.0
@@ -73,8 +73,8 @@ def test_the_same_at_each_servo_is_the_same_at_all(actuator, causes) -> None:
     """To the last bit; and one servo's alone is neither that nor nothing."""
     names = [*causes, *(name_of(name, d) for name, d in product(causes, (0, 1)))]
     rollout = Rollout(
-        load_mechanism("finger_antagonist"), [recording()], actuator=actuator.name,
-        effects=names, shared=list(causes), device="cpu",
+        load_mechanism("finger_antagonist"), [recording()], Model(actuator=actuator),
+        candidates=Candidates(effects=names, shared=list(causes)), device="cpu",
     )  # fmt: skip
     models = [Model(actuator=actuator)]
     for name, values in causes.items():
@@ -165,14 +165,14 @@ def test_an_effect_of_one_finger_of_a_hand_is_that_of_such_a_finger_alone() -> N
     names = [*causes, *(name_of(name, d) for name, d in product(causes, range(4)))]
     whole = recording("hand")
     hand = Rollout(
-        load_mechanism("hand"), [whole], actuator="ideal", effects=names, shared=list(causes),
-        by_chain=True, device="cpu",
+        load_mechanism("hand"), [whole], Model(actuator=IDEAL),
+        candidates=Candidates(effects=names, shared=list(causes)), device="cpu",
     )  # fmt: skip
     assert hand.kernels.structure.joint_count == 3
     finger = Rollout(
         load_mechanism("finger_routed"),
         [one_servo(whole, d) for d in range(4)],
-        actuator="ideal", effects=list(causes), device="cpu",
+        Model(actuator=IDEAL), candidates=Candidates(effects=list(causes)), device="cpu",
     )  # fmt: skip
     assert finger.kernels.structure == hand.kernels.structure
     sets: list[tuple[NamedValues, ...]] = [()]
@@ -208,8 +208,8 @@ def test_numbers_of_a_hands_joints_may_differ_in_one_finger() -> None:
         for j in range(12)
     ]
     rollout = Rollout(
-        load_mechanism("hand"), [recording("hand")], actuator="ideal", unknown=numbers,
-        by_chain=True, device="cpu",
+        load_mechanism("hand"), [recording("hand")], Model(actuator=IDEAL),
+        candidates=Candidates(unknown=numbers), device="cpu",
     )  # fmt: skip
     base = rollout.base_vectors(Model(actuator=IDEAL))
     heavy = base.copy()

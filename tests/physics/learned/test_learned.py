@@ -18,7 +18,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.query_rows import query_table, with_queries
-from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.hosts.rollout import Rollout, Stepping, Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
 from tendon_newton.simulation.simulators import SIMULATORS, find_simulator
 from tests.physics.learned.networks import (
@@ -39,17 +39,16 @@ STRIDE = round(ROWS / RATE)
 
 def replay(recordings: list[Recording], **effects: dict[str, float]) -> list[Trajectory]:
     """Replay with the network of `force_query`."""
+    model = learned_model(**effects)
     rollout = Rollout(
         load_mechanism("finger"),
         recordings,
-        actuator="learned",
+        model,
         force=NetworkSource(force_query()),
-        effects=list(effects),
-        spool_radius=RADIUS,
-        time_step=5e-4,
+        stepping=Stepping(time_step=5e-4),
         device="cpu",
     )
-    return rollout.run(rollout.base_vectors(learned_model(**effects))[None])[0]
+    return rollout.run(rollout.base_vectors(model)[None])[0]
 
 
 def windows_of(recording: Recording, run: Trajectory) -> torch.Tensor:
@@ -116,10 +115,9 @@ def motor_run(recording: Recording, hold: HoldLaw, strength: float) -> Trajector
     rollout = Rollout(
         load_mechanism("finger"),
         [recording],
-        actuator="learned",
+        model,
         force=NetworkSource(query),
-        spool_radius=RADIUS,
-        time_step=5e-4,
+        stepping=Stepping(time_step=5e-4),
         device="cpu",
     )
     return rollout.run(rollout.base_vectors(model)[None])[0][0]
@@ -148,7 +146,7 @@ def test_a_model_file_may_say_how_the_force_answers() -> None:
     """Its numbers stand before the card's: with zeros the force is held, as in the paper."""
     query = force_query(hold=HOLD)
     for model, damping in ((learned_model(), HOLD.damping), (learned_model(hold=PLAIN_HOLD), 0.0)):
-        loop = ControlLoop(load_mechanism("finger"), model, 1, query=query, device="cpu")
+        loop = ControlLoop(load_mechanism("finger"), model, 1, network=query, device="cpu")
         assert float(loop.numbers("learned", "hold_damping")) == damping
 
 
@@ -164,7 +162,7 @@ def test_a_control_loop_is_a_replay(recordings: list[Recording]) -> None:
     command = recordings[0].command[::STRIDE]
     expected = replay([run_of(command, rate=RATE)], **EFFECTS)[0]
     loop = ControlLoop(
-        load_mechanism("finger"), learned_model(**EFFECTS), 1, query=force_query(), device="cpu"
+        load_mechanism("finger"), learned_model(**EFFECTS), 1, network=force_query(), device="cpu"
     )
     tensors = torch.tensor(command, dtype=torch.float32)[:, None]
     loop.reset(tensors[0])
@@ -201,7 +199,7 @@ def test_lost_rows_change_nothing_while_the_command_rests(recordings: list[Recor
 def test_effects_on_the_error_change_what_the_network_is_shown() -> None:
     """A gain error of 0.5 halves the error that the network sees, and nothing else."""
     loop = ControlLoop(
-        load_mechanism("finger"), learned_model(**EFFECTS), 1, query=force_query(), device="cpu"
+        load_mechanism("finger"), learned_model(**EFFECTS), 1, network=force_query(), device="cpu"
     )
     loop.numbers("gain_error", "scale").fill_(0.5)
     posture = torch.tensor([[0.3, 0.2]])
@@ -217,7 +215,7 @@ def test_the_servo_gives_no_more_than_it_can_and_a_string_never_pushes(bias, for
     query = force_query()
     query.module.force_mean.fill_(bias)
     loop = ControlLoop(
-        load_mechanism("finger"), learned_model(**EFFECTS), 1, query=query, device="cpu"
+        load_mechanism("finger"), learned_model(**EFFECTS), 1, network=query, device="cpu"
     )
     loop.numbers("coulomb_friction", "force").fill_(0.0)
     loop.reset(torch.tensor([[2.0]]))
@@ -274,6 +272,6 @@ def test_a_model_without_its_file_is_refused(tmp_path, capsys, recordings) -> No
 def test_a_network_is_never_left_out_silently(recordings: list[Recording]) -> None:
     """A rollout that asks no network would hold no force at all."""
     with pytest.raises(InvalidParameter, match="needs the force of a network"):
-        Rollout(load_mechanism("finger"), recordings, actuator="learned", device="cpu")
+        Rollout(load_mechanism("finger"), recordings, learned_model(), device="cpu")
     with pytest.raises(InvalidParameter, match="needs the force of a network"):
         DifferentiableRollout(load_mechanism("finger"), recordings, learned_model(), device="cpu")

@@ -20,7 +20,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
-from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Trajectory
 from tests.effect_bench import GAIN, Chosen, commanded, run, simulate
 from tests.physics.runs import run_of
 
@@ -81,9 +81,8 @@ def simulated(recordings: Sequence[Recording], effects: Chosen) -> list[Trajecto
         actuator=NamedValues(name="ideal", values={"gain": GAIN}),
         effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
     )
-    rollout = Rollout(
-        load_mechanism("pendulum"), recordings, actuator="ideal", effects=tuple(EFFECTS)
-    )
+    every = Candidates(effects=tuple(EFFECTS))
+    rollout = Rollout(load_mechanism("pendulum"), recordings, model, candidates=every)
     return rollout.run(rollout.base_vectors(model)[None])[0]
 
 

@@ -12,6 +12,7 @@ from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnos
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of
+from tendon_newton.simulation.hosts.rollout import Candidates, Stepping
 from tests.planted.answers import ANSWER, answer_of
 from tests.planted.owners.plant import GAIN, ROW_RATE, Faults, Finger, Run, simulate
 from tests.planted.owners.sets import (
@@ -71,8 +72,8 @@ def check_agreement(bench: Bench, planted: Sequence[Planted]) -> None:
         load_mechanism(bench.name),
         [recording],
         models[0],
-        effects=[effect.cause for _, own in planted for effect in own],
-        time_step=2.5e-4,
+        candidates=Candidates(effects=[effect.cause for _, own in planted for effect in own]),
+        stepping=Stepping(time_step=2.5e-4),
     )
     found = rollout.run(np.stack([rollout.base_vectors(model) for model in models]))
     for motion, (own,) in zip(motions, found, strict=True):

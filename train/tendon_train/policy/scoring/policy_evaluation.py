@@ -143,7 +143,6 @@ def make_worlds(config: EnvironmentConfig, seed: int) -> tuple[ControlLoop, Mech
         max_step=config.max_step,
         precision="float64",
         effects=effects_of(ranges),
-        network="fused",
         device="cpu",
     )
     others = torch.ones(config.worlds, dtype=torch.bool)

@@ -240,7 +240,6 @@ class FingerEnvironment(VecEnv):
             max_step=config.max_step,
             precision=config.precision,
             effects=effects,
-            network="fused",
             device=str(wp.device_from_torch(self.device)),
         )
 
