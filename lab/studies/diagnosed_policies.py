@@ -52,7 +52,7 @@ from tendon_newton.identification.study import Study as Fitted
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.scheduler import THREADS_VARIABLE
 from tendon_newton.workflows.climbing import stair_levels
-from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_newton.workflows.options import policy_file
 from tendon_train.actuator.training_config import TrainingConfig
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig

@@ -35,8 +35,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.scheduler import JobOptions, completed
 from tendon_newton.workflows.climbing import BENCH_DURATION
 from tendon_newton.workflows.deployment import bench_address, free_log, goals_of, settings_of
-from tendon_newton.workflows.options import DeployOptions
-from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_newton.workflows.options import DeployOptions, policy_file
 from tendon_train.policy.scoring.bench_climb import climb_on_bench
 from tendon_train.policy.scoring.evaluation_scores import score
 from tendon_train.policy.scoring.policy_evaluation import Climb, reachable_error

@@ -153,11 +153,7 @@ def replayed(
 
 
 def with_and_without(
-    model: Model,
-    recordings: Sequence[Recording],
-    effects: Sequence[str],
-    *,
-    trust: bool = False,
+    model: Model, recordings: Sequence[Recording], effects: Sequence[str], *, trust: bool = False
 ) -> tuple[list[Trajectory], dict[str, list[Trajectory]]]:
     """Return our own simulation of recordings, and what it is without each of some effects.
 

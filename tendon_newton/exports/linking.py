@@ -39,12 +39,7 @@ class Linker:
         self._imports: set[str] = set()
 
     def program(
-        self,
-        docstring: str,
-        known: Mapping[str, Any],
-        modules: Sequence[ModuleType],
-        *,
-        last: str,
+        self, docstring: str, known: Mapping[str, Any], modules: Sequence[ModuleType], *, last: str
     ) -> str:
         """Return the text of a program that knows some facts, its folder and its memory's size.
 

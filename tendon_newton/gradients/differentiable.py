@@ -19,9 +19,7 @@ from tendon_newton.gradients.taped_run import Adjoint, Inputs, Readings, TapedRu
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Stepping
 from tendon_newton.simulation.model.kernel_arrays import zeros
-from tendon_newton.simulation.model.parameter_table import (
-    ParameterTable,
-)
+from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tendon_newton.simulation.model.stage_fields import refuse_stages
 
 if TYPE_CHECKING:

@@ -117,6 +117,19 @@ def measured_force(view: View) -> Array | None:
     return force.T if force is not None and compares_force(view.recording) else None
 
 
+def median_noise(
+    measured: Callable[[View], Array | None], noise: Callable[[View, Array], float]
+) -> Callable[[Sequence[View]], float | None]:
+    """Return what takes the median noise of all components that views have; None without any."""
+
+    def found(views: Sequence[View]) -> float | None:
+        rows = [(view, own) for view in views if (own := measured(view)) is not None]
+        every = [noise(view, part) for view, own in rows for part in own]
+        return float(np.median(every)) if every else None
+
+    return found
+
+
 def joints_of(view: View, kind: JointKind) -> list[int]:
     """Return the joints of a kind; none but where a command drives and encoders are on all."""
     read, joints = view.recording.joint_position, view.mechanism.joints
@@ -138,11 +151,8 @@ def at_joints(kind: JointKind, words: str, unit: str) -> Signal:
         joints, read = joints_of(view, kind), view.recording.joint_position
         return read.T[joints] if joints and read is not None else None
 
-    def noise(views: Sequence[View]) -> float | None:
-        found = [encoder_noise(gear(view.mechanism) * own) / gear(view.mechanism)
-                 for view in views if (read := measured(view)) is not None
-                 for own in read]  # fmt: skip
-        return float(np.median(found)) if found else None
+    def noise(view: View, own: Array) -> float:
+        return encoder_noise(gear(view.mechanism) * own) / gear(view.mechanism)
 
     return Signal(
         words=words,
@@ -153,7 +163,7 @@ def at_joints(kind: JointKind, words: str, unit: str) -> Signal:
         simulated=lambda view, rows: finite(
             np.moveaxis(rows["joints"][..., joints_of(view, kind)], 2, 1)
         ),
-        noise=noise,
+        noise=median_noise(measured, noise),
         form=lambda usual, view: usual.theta / gear(view.mechanism),
         zero=np.inf,
     )
@@ -166,23 +176,11 @@ def measured_tip(view: View) -> Array | None:
     return None if tip is None or unseen else tip.T
 
 
-def tip_noise(views: Sequence[View]) -> float | None:
-    """Return the noise of what sees the tip [m], None where nothing does."""
-    seen = [own for view in views if (tip := measured_tip(view)) is not None for own in tip]
-    return float(np.median([difference_noise(own) for own in seen])) if seen else None
-
-
 def measured_current(view: View) -> Array | None:
     """Return the current of the only motor's winding [A], shape (1, T)."""
     own = view.recording
     is_motors = own.current_in == "winding" and own.driven_by == "command" and view.draw is not None
     return own.current[None, :] if own.current is not None and is_motors else None
-
-
-def current_noise(views: Sequence[View]) -> float | None:
-    """Return the noise of a current [A], None where none is compared."""
-    found = [encoder_noise(own[0]) for view in views if (own := measured_current(view)) is not None]
-    return float(np.median(found)) if found else None
 
 
 def measured_voltage(view: View) -> Array | None:
@@ -192,20 +190,17 @@ def measured_voltage(view: View) -> Array | None:
     return own[None, :] if own is not None and is_motors and np.ptp(own) > 0.0 else None
 
 
-def voltage_noise(views: Sequence[View]) -> float | None:
-    """Return the noise of a supply [V], None where none is compared: what is not its motor's doing.
+def voltage_noise(view: View, own: Array) -> float:
+    """Return the noise of a supply [V], shape (T,): what is not its motor's doing.
 
     What it gives way follows from the position error, less than in proportion. Counts, late
     readings and what others draw from it do not.
     """
-    found = list[float]()
-    for view in views:
-        own, run = measured_voltage(view), view.recording
-        if own is not None and run.command is not None:
-            doing = np.abs(run.command - run.motor_position) ** np.arange(3)
-            left = own[0] - doing @ np.linalg.lstsq(doing, own[0])[0]
-            found.append(max(float(left.std()), resolution(own[0]) / float(np.sqrt(12.0))))
-    return float(np.median(found)) if found else None
+    command = view.recording.command
+    assert command is not None  # by `measured_voltage`
+    doing = np.abs(command - view.recording.motor_position) ** np.arange(3)
+    left = own - doing @ np.linalg.lstsq(doing, own)[0]
+    return max(float(left.std()), resolution(own) / float(np.sqrt(12.0)))
 
 
 def voltage_form(usual: Scales, view: View) -> float:
@@ -258,7 +253,7 @@ SIGNALS: dict[str, Signal] = {
         rollout=lambda _: "tip",
         measured=measured_tip,
         simulated=lambda _, rows: finite(np.moveaxis(rows["tip"], 2, 1)),
-        noise=tip_noise,
+        noise=median_noise(measured_tip, lambda _, own: difference_noise(own)),
         form=lambda usual, view: reach(view.mechanism) * usual.theta,
         zero=np.inf,
     ),
@@ -269,7 +264,7 @@ SIGNALS: dict[str, Signal] = {
         rollout=lambda _: "current",
         measured=measured_current,
         simulated=of_servo("current"),
-        noise=current_noise,
+        noise=median_noise(measured_current, lambda _, own: encoder_noise(own)),
         form=lambda usual, view: usual.force * (view.draw or 0.0),
         zero=np.inf,
     ),
@@ -280,7 +275,7 @@ SIGNALS: dict[str, Signal] = {
         rollout=lambda _: "voltage",
         measured=measured_voltage,
         simulated=lambda _, rows: finite(1.0 - rows["voltage"][:, None, :, 1]),
-        noise=voltage_noise,
+        noise=median_noise(measured_voltage, voltage_noise),
         form=voltage_form,
         relative=True,
     ),

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, OF_BENCH
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.data.servo_names import name_of
@@ -37,6 +37,7 @@ from tendon_newton.simulation.hosts.timeline import Timeline
 from tendon_newton.simulation.model.bench_numbers import (
     OWNER,
     RADIUS,
+    BenchNumber,
     line_numbers,
     tolerated_numbers,
     unknown_numbers,
@@ -125,15 +126,13 @@ class Study:
         self.time_step = time_step  # Step of its simulations unless another is asked for [s]
         self.unknown = like.unknown if like else unknown_numbers(model, benches, self.wholes)
         """Numbers of benches that the model declares unknown."""
-        if like is not None:
-            self.tolerated = like.tolerated
-        else:
-            self.tolerated = tolerated_numbers(model, benches, self.wholes) if tolerant else ()
+        own = tolerated_numbers(model, benches, self.wholes) if tolerant else ()
+        self.tolerated = like.tolerated if like else own
         """Numbers of benches that may differ a little from what is stated."""
-        self.lines = like.lines if like else ()
+        own = line_numbers(model, benches, self.wholes) if tolerant and self.servos == 1 else ()
+        self.lines = like.lines if like else own
         """How many times as much of an effect a further bench has as the first."""
-        if like is None and tolerant and self.servos == 1:
-            self.lines = line_numbers(model, benches, self.wholes)
+        self._bench_numbers = (*self.unknown, *self.tolerated, *self.lines)
         self._groups = self._rollouts(benches, effects)
         self.mechanisms = [benches[self.wholes[own[0]].bench] for _, own in self._groups]
         self.table = replace(self._groups[-1][0].table, scale=self.scale)
@@ -149,13 +148,14 @@ class Study:
     ) -> list[tuple[Rollout, tuple[int, ...]]]:
         """Return what simulates the recordings, and which of them each does; kernels are loaded."""
         causes, shared = causes_of(effects, self.servos, independent=self.independent)
-        unknown, groups = (*self.unknown, *self.tolerated, *self.lines), []
+        freely = Candidates(effects=causes, shared=shared, unknown=self._bench_numbers)
+        groups = []
         for members in rollout_groups(self.wholes):
             rollout = rollout_of(
                 benches[self.wholes[members[0]].bench],
                 [self.wholes[i] for i in members],
                 self._model,
-                candidates=Candidates(effects=causes, shared=shared, unknown=unknown),
+                candidates=freely,
                 stepping=Stepping(time_step=self.time_step),
                 device=DEVICE,
             )
@@ -285,16 +285,14 @@ class Study:
     @property
     def tolerated_columns(self) -> tuple[int, ...]:
         """Places of the numbers of benches that may differ a little from what is stated."""
-        names = {number.name for number in self.tolerated}
-        return tuple(
-            column
-            for column, (owner, parameter) in enumerate(self.table.owners)
-            if owner == OWNER and parameter.name in names
-        )
+        return self._columns_of(self.tolerated)
 
     def line_columns(self, effects: Collection[str]) -> tuple[int, ...]:
         """Return the places of what further benches have of some effects."""
-        names = {number.name for number in self.lines if number.key in effects}
+        return self._columns_of([number for number in self.lines if number.key in effects])
+
+    def _columns_of(self, numbers: Sequence[BenchNumber]) -> tuple[int, ...]:
+        names = {number.name for number in numbers}
         return tuple(
             column
             for column, (owner, parameter) in enumerate(self.table.owners)
@@ -311,16 +309,11 @@ class Study:
         }
         bench = {owners[c][1].name: values[c] for c in columns if owners[c][0] == OWNER}
         actuator |= {RADIUS: bench[RADIUS]} if RADIUS in bench else {}
-        known = (*self.unknown, *self.tolerated, *self.lines)
-        numbers = [number for number in known if number.name in bench]
+        numbers = [number for number in self._bench_numbers if number.name in bench]
         return replace(
             model,
-            actuator=NamedValues(
-                name=model.actuator.name, values={**model.actuator.values, **actuator}
-            ),
-            bench_overrides=with_estimates(model, numbers, bench)
-            if bench
-            else model.bench_overrides,
+            actuator=replace(model.actuator, values={**model.actuator.values, **actuator}),
+            bench_overrides=with_estimates(model, numbers, bench),
         )
 
     def parameter(self, column: int) -> Parameter:

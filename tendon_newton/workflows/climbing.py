@@ -24,8 +24,7 @@ from tendon_newton.errors import InvalidParameter, listed
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_files, asset_path
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.deployment import drive
-from tendon_newton.workflows.options import BenchPorts, ClimbOptions, DeployOptions
-from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_newton.workflows.options import BenchPorts, ClimbOptions, DeployOptions, policy_file
 from tendon_newton.workflows.turning_comparison import compare_turning
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.scoring.bench_climb import climb_on_bench

@@ -30,8 +30,7 @@ from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files
 from tendon_newton.workflows.collection import address_of
-from tendon_newton.workflows.options import DeployOptions
-from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_newton.workflows.options import DeployOptions, policy_file
 
 JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
@@ -200,9 +199,7 @@ def settings_of(options: DeployOptions, policy: Policy | None) -> DeploySettings
     limits = limits_for(
         spec,
         SafetyLimits(
-            force=options.force_limit,
-            temperature=options.temperature_limit,
-            position=(low, high),
+            force=options.force_limit, temperature=options.temperature_limit, position=(low, high)
         ),
         clip=JOG_RANGE[1] if policy is None else policy.card.action_clip,
         load_cell_rate=float(options.load_cell_rate),

@@ -1,4 +1,4 @@
-"""Options of what drives a bench, each declared once; verbs show them on the command line."""
+"""Options of what drives a bench, each declared once; verbs show them. Files of named policies."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,6 +7,9 @@ from typing import Annotated, Literal
 import tyro
 
 from tendon_newton.data.cards.policy_observation import SERVO_RATE
+from tendon_newton.data.files.text_file import absence
+from tendon_newton.errors import InvalidPolicyFile, listed
+from tendon_newton.mechanisms.asset_library import asset_folder
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,3 +137,20 @@ class ClimbOptions(BenchPorts):
     logs: tuple[Path, ...] = ()
     """Logs of deployments on stairs, to be compared too; the first policy's bench is assumed."""
     plots: bool = True  # Whether to draw the figure.
+
+
+def policy_file(given: Path) -> Path:
+    """Return the file of a policy that is given as one, or by the name of a packaged one.
+
+    Raises:
+        InvalidPolicyFile: There is no such file, nor a policy of that name.
+    """
+    known = {file.stem: file for file in sorted((asset_folder() / "policies").glob("*.onnx"))}
+    if given.exists():
+        return given
+    if str(given) in known:
+        return known[str(given)]
+    raise InvalidPolicyFile(
+        f"{given}: a policy is an ONNX or TorchScript file that train-policy writes; "
+        f"{absence(given)}. Policies that come along, by name: {listed(known)}"
+    )

@@ -75,10 +75,7 @@ class Rest:
 
 
 def still_driven(
-    drives: Sequence[BenchDrive],
-    clock: Clock,
-    tell: Callable[[str], None],
-    farthest: float = -inf,
+    drives: Sequence[BenchDrive], clock: Clock, tell: Callable[[str], None], farthest: float = -inf
 ) -> MotorStillDriven | None:
     """Watch motors that were just switched off; tell and return what shows that one pulls on.
 

@@ -21,7 +21,7 @@ class ServoSpec:
     position_unit: float  # Size of one count of position [rad]
     velocity_unit: float  # Size of one count of velocity [rad/s]
     current_unit: float  # Size of one count of current [A]
-    voltage_unit: float  # Size of one count of supply voltage [V]
+    voltage_unit: float = 0.1  # Size of one count of supply voltage [V]
     duty_counts: int  # Counts of full duty, 100 % of the supply voltage
     supply_voltage: float  # Voltage at which torque and speed hold [V]
     supply_range: tuple[float, float]  # Least and greatest supply voltage [V]
@@ -33,7 +33,7 @@ class ServoSpec:
     # while gear and firmware keep the speed without load below it
     free_speed: float
     current_limit: float  # Greatest value of Current Limit (38) [A]
-    temperature_limit: float  # Temperature at which it shuts down [degC]
+    temperature_limit: float = 70.0  # Temperature at which it shuts down [degC]
     position_gain: int  # Gain of the firmware's position loop after a restart, in its own unit
     # Rotor behind the gear, seen from the spool [kg m2]; no data sheet says it. This is the order
     # of a small one behind 288:1.

@@ -13,7 +13,6 @@ SPEC = ServoSpec(
     position_unit=2.0 * pi / 4096,  # 0.088 degrees
     velocity_unit=0.229 * 2.0 * pi / 60.0,  # 0.229 rev/min
     current_unit=1e-3,
-    voltage_unit=0.1,
     duty_counts=885,  # 0.113 % each
     supply_voltage=11.1,
     supply_range=(6.5, 12.0),
@@ -22,6 +21,5 @@ SPEC = ServoSpec(
     no_load_speed=65.0 * 2.0 * pi / 60.0,  # 65 rev/min
     free_speed=11.1 / 1.43,  # supply by torque constant: 9.0 V at 52 rev/min
     current_limit=0.910,
-    temperature_limit=70.0,
     position_gain=900,
 )

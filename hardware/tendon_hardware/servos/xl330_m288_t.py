@@ -13,7 +13,6 @@ SPEC = ServoSpec(
     position_unit=2.0 * pi / 4096,  # 0.088 degrees
     velocity_unit=0.229 * 2.0 * pi / 60.0,  # 0.229 rev/min
     current_unit=1e-3,
-    voltage_unit=0.1,
     duty_counts=885,  # 0.113 % each
     supply_voltage=5.0,
     supply_range=(3.7, 6.0),
@@ -22,7 +21,6 @@ SPEC = ServoSpec(
     no_load_speed=103.0 * 2.0 * pi / 60.0,  # 103 rev/min
     free_speed=5.0 / 0.286,  # the least torque constant of Rhoban/bam's fits
     current_limit=1.750,
-    temperature_limit=70.0,
     position_gain=400,
     gear_yield=0.8,  # more than the data sheet: fits of Rhoban/bam and their friction under load
 )

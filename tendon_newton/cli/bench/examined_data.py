@@ -217,11 +217,7 @@ def examine_own(config: Asked, folder: Path, kept: dict[str, OwnDataset]) -> dic
         elif any(one.safe for one in wrong):
             words = ["tendon-newton", "doctor", str(folder), "--mend", f"{folder}_mended"]
             print(f"next: {shlex.join(words)}")
-    return {
-        "format": "own",
-        "sound": not wrong,
-        "findings": [asdict(one) for one in findings],
-    }
+    return {"format": "own", "sound": not wrong, "findings": [asdict(one) for one in findings]}
 
 
 def against_stated(folder: Path, recordings: Sequence[Recording]) -> Sequence[Finding]:

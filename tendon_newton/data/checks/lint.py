@@ -82,9 +82,7 @@ CHECKS: tuple[Check, ...] = (
 
 
 def lint_recording(
-    recording: Recording,
-    limits: Mapping[str, float] | None = None,
-    bench: BenchFacts | None = None,
+    recording: Recording, limits: Mapping[str, float] | None = None, bench: BenchFacts | None = None
 ) -> tuple[Finding, ...]:
     """Run every check on one recording; what a mend would change misleads no later check.
 

@@ -31,9 +31,7 @@ MOTION_ROWS = 4000
 LEAST_EPISODES = 3  # Episodes of which most may follow where one does not
 
 
-def follow_most(
-    episodes: Mapping[str, FollowedMotion],
-) -> tuple[Following | None, list[Finding]]:
+def follow_most(episodes: Mapping[str, FollowedMotion]) -> tuple[Following | None, list[Finding]]:
     """Tell how a joint follows; where a few of its episodes alone do not, say so without them."""
     fitted = moving(list(episodes.values()))
     following = follow(fitted) if fitted else None

@@ -51,11 +51,7 @@ ROS_SUFFIXES = (".mcap", ".db3")
 
 
 def read_mapped(
-    folder: Path,
-    mapping_file: Path,
-    spool_radius: Callable[[str], float],
-    *,
-    mend: bool = False,
+    folder: Path, mapping_file: Path, spool_radius: Callable[[str], float], *, mend: bool = False
 ) -> Imported:
     """Read every log of a folder that a mapping file's pattern matches.
 

@@ -74,11 +74,7 @@ def evenly(time: Array, command: Array, angle: Array) -> Evenly:
     held = np.maximum(np.searchsorted(time, grid + 1e-3 * step, side="right") - 1, 0)
     drawn = np.interp(grid, time, angle)
     return Evenly(
-        step=step,
-        command=command[held],
-        angle=drawn,
-        count=resolution(angle),
-        start=float(time[0]),
+        step=step, command=command[held], angle=drawn, count=resolution(angle), start=float(time[0])
     )
 
 

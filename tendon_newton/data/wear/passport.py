@@ -64,11 +64,7 @@ def passport_of(joint: str, place: int, days: Sequence[Day]) -> Passport:
     if len(used) >= LEAST_DAYS:
         trends = trends_of(np.array([day.day for day in used]), fits)
     return Passport(
-        joint=joint,
-        days=tuple(used),
-        fits=tuple(fits),
-        silent=tuple(silent),
-        trends=tuple(trends),
+        joint=joint, days=tuple(used), fits=tuple(fits), silent=tuple(silent), trends=tuple(trends)
     )
 
 

@@ -94,13 +94,7 @@ def unknown_numbers(
         found = []
         for bench, mechanism in benches.items():
             values = start_values(key, bench, mechanism, recordings)
-            found += [
-                BenchNumber(
-                    bench=bench, key=key, joint=joint, value=value,
-                    name=name_of(key, bench, joint, mechanism, benches),
-                )
-                for joint, value in enumerate(values)
-            ]  # fmt: skip
+            found += numbers_of_joints(key, bench, benches, values)
         if not found:
             why = next((w for m in benches.values() if (w := refusal_of(m, key))), "")
             raise InvalidModelFile(
@@ -121,18 +115,21 @@ def spool_number(model: Model, benches: Mapping[str, Mechanism]) -> BenchNumber:
     return BenchNumber(bench="", key=RADIUS, joint=0, value=value, name=RADIUS)
 
 
-def name_of(
-    key: str, bench: str, joint: int, mechanism: Mechanism, benches: Mapping[str, Mechanism]
-) -> str:
-    """Return a number's name: its key, with bench and joint where there are several.
+def numbers_of_joints(
+    key: str, bench: str, benches: Mapping[str, Mechanism], values: Sequence[float]
+) -> list[BenchNumber]:
+    """Return a number for each joint of a bench; names have bench and joint where several are.
 
     Joints of the same name, such as those of a hand's fingers, are counted from 0.
     """
-    own = mechanism.joint_names[joint]
-    alike = [j for j, other in enumerate(mechanism.joint_names) if other == own]
-    own += f"_{alike.index(joint)}" * (len(alike) > 1)
-    name = key if len(mechanism.joints) == 1 else f"{key}_{own}"
-    return name if len(benches) == 1 else f"{bench}.{name}"
+    out, joints = [], benches[bench].joint_names
+    for joint, value in enumerate(values):
+        alike = [j for j, other in enumerate(joints) if other == joints[joint]]
+        own = joints[joint] + f"_{alike.index(joint)}" * (len(alike) > 1)
+        name = key if len(joints) == 1 else f"{key}_{own}"
+        name = name if len(benches) == 1 else f"{bench}.{name}"
+        out.append(BenchNumber(bench=bench, key=key, joint=joint, value=value, name=name))
+    return out
 
 
 def tolerated_numbers(
@@ -153,13 +150,9 @@ def tolerated_numbers(
             if set(values) & {0.0, BY_DEFINITION}:
                 continue
             out += [
-                BenchNumber(
-                    bench=bench, key=key, joint=joint, value=value, reach=1.0 + TOLERANCE,
-                    tolerance=0.5 * TOLERANCE,
-                    name=name_of(key, bench, joint, mechanism, benches),
-                )
-                for joint, value in enumerate(values)
-            ]  # fmt: skip
+                replace(number, reach=1.0 + TOLERANCE, tolerance=0.5 * TOLERANCE)
+                for number in numbers_of_joints(key, bench, benches, values)
+            ]
     return tuple(out)
 
 
@@ -240,8 +233,7 @@ def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
         return tuple(ends) if np.isfinite(ends).all() else ()
     if key == "mass":
         return tuple(joint.mass - joint.arm_mass for joint in mechanism.joints)
-    values = [getattr(joint, key) for joint in mechanism.joints]
-    return tuple(values)
+    return tuple(getattr(joint, key) for joint in mechanism.joints)
 
 
 def without_estimates(recording: Recording, model: Model) -> Recording:

@@ -33,10 +33,7 @@ class Episode:
 
 
 def read_episodes(
-    folder: Path,
-    rows: LeRobotRows,
-    joints: Mapping[JointPlace, float],
-    least: int = LEAST_ROWS,
+    folder: Path, rows: LeRobotRows, joints: Mapping[JointPlace, float], least: int = LEAST_ROWS
 ) -> tuple[list[Episode], dict[int, str]]:
     """Make a recording of each episode.
 

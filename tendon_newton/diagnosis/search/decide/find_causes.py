@@ -24,12 +24,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     special_case_left_open,
     transfer,
 )
-from tendon_newton.diagnosis.search.decide.extent import (
-    Limits,
-    beginnings,
-    deciding,
-    limits_of,
-)
+from tendon_newton.diagnosis.search.decide.extent import Limits, beginnings, deciding, limits_of
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
     as_likely,
     found_of,

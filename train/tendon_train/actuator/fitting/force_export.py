@@ -31,11 +31,7 @@ class ExportedNetwork:
 
 
 def export_network(
-    out: Path,
-    network: ForceNetwork,
-    config: TrainingConfig,
-    dataset: Dataset,
-    data: ForceData,
+    out: Path, network: ForceNetwork, config: TrainingConfig, dataset: Dataset, data: ForceData
 ) -> ExportedNetwork:
     """Measure a network on the test recordings and write it with its card."""
     # imported here, so that a machine without Warp can train: actuators load it
@@ -55,10 +51,7 @@ def export_network(
 
 
 def make_card(
-    network: ForceNetwork,
-    config: TrainingConfig,
-    dataset: Dataset,
-    data: ForceData,
+    network: ForceNetwork, config: TrainingConfig, dataset: Dataset, data: ForceData
 ) -> ForceNetworkCard:
     """Say what a network takes and gives, and where it comes from."""
     low, high = data.fit.inputs.min(axis=0), data.fit.inputs.max(axis=0)
