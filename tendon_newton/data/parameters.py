@@ -96,6 +96,7 @@ class Parameter:
     optional: bool = False  # Whether a model may leave it out, and so at its null
     # Effect without which it does nothing; it acts only where a spool moves on its own
     needs: str = ""
+    of: str = ""  # Unit of what a scale multiplies, where that has a time in it
     # Standard deviation by which a sound bench differs from what drawing, data sheet or
     # calibration state: a share of what is stated where that cannot be zero, else [unit].
     # Zero where nothing states it.
@@ -118,6 +119,11 @@ class Parameter:
     def since(self, source: str) -> Parameter:
         """Return it with the source of its range."""
         return replace(self, source=source)
+
+    @property
+    def time_power(self) -> int:
+        """Power of time that it has where forces are measured."""
+        return TIME_POWERS.get(self.of or self.unit, 0)
 
     @property
     def widest(self) -> tuple[float, float]:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.posterior import Coordinate
@@ -193,7 +192,7 @@ class SearchWorlds:
         if self._clock in values:
             scale = (values[self._clock] / self.study.base_value(self._clock)) ** way
             for c in values.keys() - self.stated:
-                out[c] *= scale ** TIME_POWERS.get(self.study.parameter(c).unit, 0)
+                out[c] *= scale ** self.study.parameter(c).time_power
         return out
 
     def finest(self, model: Mapping[int, float]) -> Array:

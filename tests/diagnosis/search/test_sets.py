@@ -564,10 +564,22 @@ def test_without_a_wrong_clock_times_are_the_logs_own() -> None:
     )
 
 
+def test_a_wrong_clock_changes_nothing_beside_all_that_resists_motion() -> None:
+    """Seconds a tenth too long make a mechanism lighter by a fifth, and less damped by a tenth."""
+    names = ("inertia_error", "joint_damping_error", "sample_period_error")
+    study = Study([log(0)], ideal_model(), names, time_step=STEP)
+    worlds = SearchWorlds(study)
+    inertia, damping, clock = (study.table.columns(name)[0] for name in names)
+    own, wrong = {inertia: 2.0, damping: 3.0}, {inertia: 2.0, damping: 3.0, clock: 1.1}
+    assert worlds.in_seconds(wrong) == pytest.approx({inertia: 2.42, damping: 3.3, clock: 1.1})
+    right, late, lighter = worlds.residuals([own, wrong, {**own, inertia: 1.8}])
+    assert np.abs(late - right).max() < 0.05 * np.abs(lighter - right).max()
+
+
 def test_every_unit_with_a_time_in_it_has_its_power() -> None:
     """A unit that is missing would keep its number where a wrong clock goes; so on a shaft."""
     laws = [*EFFECTS.values(), *ACTUATORS.values()]
-    units = {p.unit for law in laws for p in law.parameters} | set(ON_A_SHAFT.values())
+    units = {p.of or p.unit for law in laws for p in law.parameters} | set(ON_A_SHAFT.values())
     timed = {unit for unit in units if {"s", "s2"} & set(re.split("[ /]", unit))}
     assert "rad/s2" in timed
     assert timed <= set(TIME_POWERS)
