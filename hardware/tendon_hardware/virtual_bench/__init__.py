@@ -1,6 +1,6 @@
 """A bench that is not there: a servo and a load cell behind real serial protocols.
 
-``open_virtual`` starts one as a process with two ports; ``LockstepBench`` runs one faster than
+``open_virtual`` starts one as a process with two ports; ``lockstep_of`` runs one faster than
 real time.
 """
 

@@ -20,8 +20,12 @@ from tendon_newton.exports.linking import Linker
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.newton import drive, drive_types
-from tendon_newton.exports.newton.drive_numbers import drive_numbers, longest_step, own_joints
-from tendon_newton.exports.newton.path import path_of
+from tendon_newton.exports.newton.drive_numbers import (
+    drive_numbers,
+    longest_step,
+    own_joints,
+    path_of,
+)
 from tendon_newton.exports.newton.prims import write_actuators
 from tendon_newton.exports.runtime import networks, rows
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
