@@ -68,12 +68,91 @@ def at_rest(tendon: Tendon, p: ParameterVector, bench: DriveBench) -> Kept:
 
 
 @device_template
+def freely_answered(
+    tendon: Tendon, here: Tendon, p: ParameterVector, before: Kept, now: Kept, bench: DriveBench
+) -> DriveAnswer:
+    """Return what a drive gives and remembers whose spool moves on its own.
+
+    The tendon here is as its spool is; what is remembered now has its memory, command and time.
+    """
+    out = DriveAnswer()
+    kept = now
+    rate = before.wound_rate
+    lead = before.wound - tendon.length
+    out.tension = string_tension(lead, rate - tendon.velocity, p, bench)
+    kept.wound_rate = spool_speed(here, p, out.tension, bench)
+    kept.wound = before.wound + bench.step * kept.wound_rate
+    out.spool_change = (kept.wound_rate - rate) / bench.step
+    way = real(1.0)
+    if rate + kept.wound_rate < real(0.0):  # what rests begins to slide in this step
+        way = real(-1.0)
+    sliding = on_side(here, way)
+    flow = servo_flow(sliding, p)
+    sliding.error = tendon.command - flow.angle[0]
+    gear = gear_line(out.tension, sliding, p)
+    out.tension_gain = gear[1]
+    if gear[1] == real(0.0) and lead >= real(0.0):  # inside a gap the string is all that moves
+        out.tension = real(0.0)
+        kept.wound_rate = tendon.velocity
+        kept.wound = tendon.length + bench.step * tendon.velocity
+    given = Jet(out.tension, real(0.0), real(0.0))
+    inward = transmission_effects(given, on_side(here, real(1.0)), p)
+    outward = transmission_effects(given, on_side(here, real(-1.0)), p)
+    half = real(0.5) * (outward[0] - inward[0])
+    bend = rebent(before, inward[0], half, bench)
+    kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)
+    kept.bend = bent_on(bend, tendon.velocity, half, bench.inertia, bench.step)
+    out.pull = inward[0] + kept.share * (outward[0] - inward[0])
+    kept.pull = out.pull
+    least_gain = passed_share(given, inward, on_side(here, real(1.0)), p)
+    most_gain = passed_share(given, outward, on_side(here, real(-1.0)), p)
+    out.pull_gain = least_gain + kept.share * (most_gain - least_gain)
+    out.kept = kept
+    return out
+
+
+@device_template
+def tightly_answered(
+    tendon: Tendon, here: Tendon, p: ParameterVector, before: Kept, now: Kept,
+    acceleration: real, bench: DriveBench,
+) -> DriveAnswer:  # fmt: skip
+    """Return the same of one whose spool follows its string, which accelerates at a rate [m/s2]."""
+    out = DriveAnswer()
+    kept = now
+    least = tendon_flow(on_side(here, real(1.0)), p)
+    most = tendon_flow(on_side(here, real(-1.0)), p)
+    inward = least.pull
+    outward = most.pull
+    half = real(0.5) * (outward[0] - inward[0])
+    bend = rebent(before, inward[0], half, bench)
+    kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)
+    kept.bend = bent_on(bend, tendon.velocity, half, bench.inertia, bench.step)
+    cell = least.tension + (most.tension - least.tension) * kept.share
+    kept.outrun = outrun_by(before.outrun, tendon, p, bench)
+    held = held_back(kept.outrun, tendon, p, bench)
+    out.pull = inward[0] + kept.share * (outward[0] - inward[0]) - held
+    out.tension = cell[0] - held
+    if tendon.least_tension == real(0.0):
+        out.pull = wp.max(out.pull, real(0.0))
+        out.tension = wp.max(out.tension, real(0.0))
+    kept.pull = out.pull
+    out.tension_gain = least.tension_gain
+    if wp.static(HAS_ROTOR):
+        # the joint's own armature is all of the rotor
+        gain = least.pull_gain + kept.share * (most.pull_gain - least.pull_gain)
+        out.pull = out.pull + (real(1.0) - gain) * bench.rotor * acceleration
+        cell_gain = kept.share * (most.tension_gain - least.tension_gain)
+        out.tension_gain = least.tension_gain + cell_gain
+    out.kept = kept
+    return out
+
+
+@device_template
 def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: DriveBench) -> DriveAnswer:
     """Return what a drive gives from now on, and what it remembers then.
 
     The tendon is under the new command; its memory is the one before.
     """
-    out = DriveAnswer()
     here = tendon
     rate = tendon.velocity
     if wp.static(FREE_SPOOL):
@@ -97,61 +176,9 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: DriveBench
     kept.time = before.time + bench.step
     kept.count = before.count + 1
     if wp.static(FREE_SPOOL):
-        lead = before.wound - tendon.length
-        out.tension = string_tension(lead, rate - tendon.velocity, p, bench)
-        kept.wound_rate = spool_speed(here, p, out.tension, bench)
-        kept.wound = before.wound + bench.step * kept.wound_rate
-        out.spool_change = (kept.wound_rate - rate) / bench.step
-        way = real(1.0)
-        if rate + kept.wound_rate < real(0.0):  # what rests begins to slide in this step
-            way = real(-1.0)
-        sliding = on_side(here, way)
-        flow = servo_flow(sliding, p)
-        sliding.error = tendon.command - flow.angle[0]
-        gear = gear_line(out.tension, sliding, p)
-        out.tension_gain = gear[1]
-        if gear[1] == real(0.0) and lead >= real(0.0):  # inside a gap the string is all that moves
-            out.tension = real(0.0)
-            kept.wound_rate = tendon.velocity
-            kept.wound = tendon.length + bench.step * tendon.velocity
-        given = Jet(out.tension, real(0.0), real(0.0))
-        inward = transmission_effects(given, on_side(here, real(1.0)), p)
-        outward = transmission_effects(given, on_side(here, real(-1.0)), p)
-        half = real(0.5) * (outward[0] - inward[0])
-        bend = rebent(before, inward[0], half, bench)
-        kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)
-        kept.bend = bent_on(bend, tendon.velocity, half, bench.inertia, bench.step)
-        out.pull = inward[0] + kept.share * (outward[0] - inward[0])
-        kept.pull = out.pull
-        least_gain = passed_share(given, inward, on_side(here, real(1.0)), p)
-        most_gain = passed_share(given, outward, on_side(here, real(-1.0)), p)
-        out.pull_gain = least_gain + kept.share * (most_gain - least_gain)
+        out = freely_answered(tendon, here, p, before, kept, bench)
     else:
-        least = tendon_flow(on_side(here, real(1.0)), p)
-        most = tendon_flow(on_side(here, real(-1.0)), p)
-        inward = least.pull
-        outward = most.pull
-        half = real(0.5) * (outward[0] - inward[0])
-        bend = rebent(before, inward[0], half, bench)
-        kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)
-        kept.bend = bent_on(bend, tendon.velocity, half, bench.inertia, bench.step)
-        cell = least.tension + (most.tension - least.tension) * kept.share
-        kept.outrun = outrun_by(before.outrun, tendon, p, bench)
-        held = held_back(kept.outrun, tendon, p, bench)
-        out.pull = inward[0] + kept.share * (outward[0] - inward[0]) - held
-        out.tension = cell[0] - held
-        if tendon.least_tension == real(0.0):
-            out.pull = wp.max(out.pull, real(0.0))
-            out.tension = wp.max(out.tension, real(0.0))
-        kept.pull = out.pull
-        out.tension_gain = least.tension_gain
-        if wp.static(HAS_ROTOR):
-            # the joint's own armature is all of the rotor
-            gain = least.pull_gain + kept.share * (most.pull_gain - least.pull_gain)
-            out.pull = out.pull + (real(1.0) - gain) * bench.rotor * past.acceleration
-            cell_gain = kept.share * (most.tension_gain - least.tension_gain)
-            out.tension_gain = least.tension_gain + cell_gain
-    out.kept = kept
+        out = tightly_answered(tendon, here, p, before, kept, past.acceleration, bench)
     return reported(out, here, p)
 
 
