@@ -1,4 +1,4 @@
-"""The Transformer's fused kernel for CUDA: a warp takes servos through the network."""
+"""The Transformer's fused kernel for CUDA: a warp takes a servo through the network."""
 
 from functools import cache
 from pathlib import Path
@@ -9,24 +9,26 @@ import warp as wp
 from tendon_newton.actuators.networks.fused_weights import Shape
 
 LANES = 32  # Threads of a CUDA warp
-WARPS = 4  # Warps of a block
-TOGETHER = 2  # Servos that a warp takes at once: what a weight costs to load is shared by them
+WARPS = 8  # Warps of a block
 BLOCK = WARPS * LANES  # Threads of a block
 # Most blocks for each multiprocessor; a block reads the weights once, and then takes servos by the
 # stride of all blocks. Three are resident; eight leave none of them idle at the end (one H200).
-BLOCKS_PER_PROCESSOR = 8
+BLOCKS_PER_PROCESSOR, RESIDENT = 8, 3
+LEAST_ARCHITECTURE = 80  # Of a GPU whose tensor cores take parts of single precision
+MOST_FEED = 64  # Units between the layers that leave room in a block's shared memory
 SOURCE = Path(__file__).with_name("fused_transformer.cuh")
 
 
-def fits_cuda_kernel(shape: Shape) -> bool:
-    """Tell whether a Transformer has sizes that the CUDA kernel takes."""
+def fits_cuda_kernel(shape: Shape, architecture: int) -> bool:
+    """Tell whether a Transformer has sizes that the CUDA kernel takes, and a GPU what it needs."""
     window, width, heads, feed, _, _ = shape
-    return window <= LANES and width == LANES // 2 and heads * 4 == width and feed % 2 == 0
+    sizes = window <= LANES and width == LANES // 2 and heads * 4 == width
+    return sizes and feed % 8 == 0 and feed <= MOST_FEED and architecture >= LEAST_ARCHITECTURE
 
 
 def block_count(servos: int, processors: int) -> int:
     """Return how many blocks share so many servos on so many multiprocessors."""
-    needed = -(-servos // (WARPS * TOGETHER))
+    needed = -(-servos // WARPS)
     return min(needed, BLOCKS_PER_PROCESSOR * processors)
 
 
@@ -42,7 +44,6 @@ def transformer_on_cuda(shape: Shape) -> wp.Kernel:
         "FEED": feed,
         "CAUSAL": int(causal),
         "WARPS": WARPS,
-        "TOGETHER": TOGETHER,
         **{f"AT_{name.upper()}": place for name, place in places},
     }
     lines = [f"constexpr int {name} = {value};" for name, value in constants.items()]
@@ -70,4 +71,7 @@ def transformer_on_cuda(shape: Shape) -> wp.Kernel:
         through_network(ring, newest, count, weights, limit, force)
 
     decorator: Any = wp.kernel
-    return decorator(transformer_cuda_kernel, module="unique", enable_backward=False)
+    return decorator(
+        transformer_cuda_kernel, module="unique", enable_backward=False,
+        launch_bounds=(BLOCK, RESIDENT),
+    )  # fmt: skip

@@ -53,7 +53,7 @@ class FusedQuery:
     def __init__(self, module: Any, *, rate: float, limit: float, device: Any) -> None:
         weights = fused_weights(module)
         self._device = wp.get_device(device)
-        on_cuda = self._device.is_cuda and fits_cuda_kernel(weights.shape)
+        on_cuda = self._device.is_cuda and fits_cuda_kernel(weights.shape, self._device.arch)
         self._cuda_kernel = transformer_on_cuda(weights.shape) if on_cuda else None
         self._shape = weights.shape
         self._values = wp.array(weights.values, device=self._device)

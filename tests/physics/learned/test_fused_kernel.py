@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from tendon_newton.actuators.networks.artifact import load_network, write_network
+from tendon_newton.actuators.networks.fused_cuda import fits_cuda_kernel
 from tendon_newton.actuators.networks.fused_query import FusedQuery, forces_of
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.query import open_query
@@ -68,6 +69,18 @@ def test_a_loop_with_the_fused_kernel_is_one_with_the_module(tmp_path: Path) -> 
         loop.reset(commands[0])
         read[form] = torch.stack([loop.step(c).motor_position.clone() for c in commands])
     torch.testing.assert_close(read["fused"], read["torchscript"], rtol=0.0, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("feed", "architecture", "fits"),
+    [(64, 80, True), (64, 75, False), (128, 90, False), (60, 90, False)],
+)
+def test_the_kernel_on_cuda_is_for_what_it_has_room_and_cores(
+    feed: int, architecture: int, fits: bool
+) -> None:
+    """Wider layers and older GPUs run as torch's matrix products."""
+    shape = (30, 16, 4, feed, True, ())
+    assert fits_cuda_kernel(shape, architecture) == fits
 
 
 @pytest.mark.gpu
