@@ -14,8 +14,10 @@ import os
 import subprocess
 import sys
 import time
+from inspect import signature
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import torch
@@ -90,8 +92,10 @@ def asked(tree: Path, row: str, worlds: int) -> Row:
 def network_row(worlds: int) -> Row:
     """Time a whole control step of fingers that ask the Transformer."""
     learned = Model(actuator=NamedValues(name="learned", values={"spool_radius": 0.0125}))
+    name = "query" if "query" in signature(ControlLoop).parameters else "network"  # Older: `query`
+    given: dict[str, Any] = {name: fused(authors_network())}
     loop = ControlLoop(
-        load_mechanism("finger"), learned, worlds, network=fused(authors_network()),
+        load_mechanism("finger"), learned, worlds, **given,
         max_step=NETWORK_STEP, precision="float32", device=wp.get_device(),
     )  # fmt: skip
     return timed("finger, Transformer", loop, torch.full((worlds, 1), 2.0))

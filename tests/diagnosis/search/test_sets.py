@@ -41,6 +41,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     new_name,
     rivals_of,
     room,
+    searched_further,
     special_case_left_open,
     special_case_or_without,
     with_predictor,
@@ -961,6 +962,21 @@ def test_what_is_written_grows_by_what_no_set_had(worlds: SearchWorlds) -> None:
     assert found.fit is named
 
 
+def test_no_set_that_was_fitted_is_ahead_of_the_answer_by_a_price(worlds: SearchWorlds) -> None:
+    """The search goes on from a better one, to what neither had; from none it does not."""
+    pool = pool_of(worlds)
+    poor, better = started(pool, coulomb_friction=0.5), started(pool, viscous_friction=1.2)
+    pool.add([started(pool), poor, better])
+    decided = Decided(fit=poor)
+    found = searched_further(pool, decided, CATALOGUE)
+    assert set(found.fit.names) == {"coulomb_friction", "viscous_friction"}
+    assert searched_further(pool, found, CATALOGUE) is found
+    fresh, refusal = pool_of(worlds), Refusal(gain=0.0)
+    fresh.add([poor, better])
+    refused = Decided(fit=poor, refused={"viscous_friction": refusal})
+    assert searched_further(fresh, refused, CATALOGUE) is refused
+
+
 def test_who_promises_less_than_its_cost_is_not_looked_at_again(worlds: SearchWorlds) -> None:
     """What is missing promises more, and the true set misses nothing."""
     pool = pool_of(worlds)
@@ -993,7 +1009,7 @@ def test_a_set_that_may_come_close_is_followed_into_a_class(worlds, monkeypatch)
     assert len(pool.fits) == 1
 
 
-@pytest.mark.parametrize("step", ["followed_to_end", "with_predictor"])
+@pytest.mark.parametrize("step", ["followed_to_end", "with_predictor", "searched_further"])
 def test_a_decision_takes_each_step(step, worlds, monkeypatch) -> None:
     """Where something is left: names of planted sets hardly change without one of them."""
 

@@ -23,6 +23,7 @@ from tendon_newton.diagnosis.search.prune import (
     follow_near,
     leave_out,
     prune,
+    settle,
     simplest,
 )
 from tendon_newton.diagnosis.search.refit import (
@@ -36,7 +37,7 @@ from tendon_newton.diagnosis.search.refit import (
 from tendon_newton.diagnosis.search.rule import LADDER, SURE
 from tendon_newton.diagnosis.search.search_worlds import Floors
 from tendon_newton.diagnosis.search.starts import Start, new_starts, starts_of_relative
-from tendon_newton.diagnosis.search.strategy import follow
+from tendon_newton.diagnosis.search.strategy import follow, grow
 from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.diagnosis.search.unseen_parts import terms
 from tendon_newton.effects import are_confused, are_one_friction, are_related, special_cases
@@ -164,7 +165,39 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decide
         decisive, decided.fit, anywhere=True, usual=not decided.fit.names
     ):
         return decided
-    return with_predictor(decisive, decided, plain, names)
+    grown = with_predictor(decisive, decided, plain, names)
+    further = searched_further(decisive, grown, names)
+    return grown if further is grown else with_predictor(decisive, further, plain, names)
+
+
+def searched_further(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
+    """Return what the search finds from the best set, where that is ahead of an answer by a price.
+
+    Rivals, plain models and what predicts best lead to sets that no survey had promised. What they
+    lead to, its numbers paid for, must predict parts no worse that no number has seen.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The answer.
+        names: Effects that may be named.
+    """
+
+    def ahead(fit: Fit) -> bool:
+        return decisive.cost(decided.fit) - decisive.cost(fit) >= decisive.price
+
+    def unseen(fit: Fit) -> float:
+        return predicted(decisive, fit) + decisive.price * decisive.numbers(fit)
+
+    best = decisive.best()
+    known = {*decided.fit.names, *decided.refused}
+    if decisive.is_late or known.issuperset(best.names) or not ahead(best):
+        return decided
+    found = tested(decisive, settle(decisive, grow(decisive, names, lambda _: None), names), names)
+    if found.undecided or not ahead(found.fit):
+        return decided
+    if unseen(found.fit) > unseen(decided.fit):
+        return decided
+    return replace(found, refused={**decided.refused, **found.refused}, plain=decided.plain)
 
 
 def leaves_nothing_at_any_step(
