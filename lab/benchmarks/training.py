@@ -61,6 +61,8 @@ def main() -> None:
     parser.add_argument("--commit", help="its commit, where it has no history")
     parser.add_argument("--out", type=Path, default=RESULTS / "training.json")
     chosen = parser.parse_args()
+    if not (chosen.before / "tendon_newton").is_dir():
+        parser.error(f"--before asks for a clone of an older commit; {chosen.before} is none")
     before = chosen.commit or commit(chosen.before)
     result = {**circumstances("python -m lab.benchmarks.training --before OLD"), "before": before}
     rows: list[Row] = []

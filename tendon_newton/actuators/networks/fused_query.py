@@ -110,7 +110,7 @@ def fused_or_module(file: NetworkFile, device: Any) -> ForceQuery:
         return module
     fused.hold = card.hold
     if wp.get_device(device).is_cuda and not fused.has_cuda_kernel:
-        LOG.info("%s: layers this wide run faster as torch's matrix products on a GPU", file.path)
+        LOG.info("%s: the CUDA kernel takes other sizes, or a newer GPU: torch runs it", file.path)
         return module
     history = random_history(file, device)
     difference = float(np.abs(forces_of(fused, history) - forces_of(module, history)).max())

@@ -1,7 +1,8 @@
 """All sets of causes that were fitted, and the best of them."""
 
+import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,9 +24,8 @@ from tendon_newton.identification.signals import SIGNALS, Scales
 
 FOLLOWED = (12, 6, 3)
 """Sets that are followed ever further, after one look and after each two steps of their refit."""
-Log = Callable[[str], None]
-Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
 RENEWED = 4  # Steps of a refit at other floors: what they hid was not fitted
+LOG = logging.getLogger(__name__)
 
 
 @dataclass
@@ -38,9 +38,6 @@ class Pool:
     most: int  # Causes that are looked for at once
     followed: Sequence[int] = FOLLOWED  # Sets that are followed, see `FOLLOWED`
     price_share: float = 1.0  # Share of the price that is asked while the search is on [1]
-    log: Log = lambda _: None
-    allows: Allows = lambda _names, _values: True
-    """Whether a set may be named, given its values by column."""
     until: float = np.inf
     """Instant of the monotonic clock after which nothing further is looked for [s]."""
     fits: dict[frozenset[str], Fit] = field(default_factory=dict)
@@ -84,8 +81,6 @@ class Pool:
         for fit in fits:
             key = frozenset(fit.names)
             if any(are_related(one, other) for one in key for other in key):
-                continue
-            if not self.allows(fit.names, values_of(self.worlds, fit.columns, fit.place)):
                 continue
             if key not in self.fits or fit.score < self.fits[key].score:
                 # no slopes, soon those of another place, and no residuals simulated beside its own
@@ -249,6 +244,11 @@ class Pool:
         Rows at which something acts at times count in their tails.
         """
         return fit.score - QUIET * len(self.worlds.where.signals)
+
+    def log(self, text: str, *fits: Fit) -> None:
+        """Tell whoever debugs a search a text with fits in the places of its `%s`."""
+        if LOG.isEnabledFor(logging.DEBUG):
+            LOG.debug(text, *map(self.describe, fits))
 
     def describe(self, fit: Fit) -> str:
         """Say a fit in one line."""

@@ -35,7 +35,7 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
     gain = np.inf
     while True:
         fit = prune(pool, fit)
-        pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
+        pool.log(f"pruned: %s; {pool.worlds.count} simulated", fit)
         is_end = not fit.names or frozenset(fit.names) in settled or gain < pool.price
         if is_end or pool.is_late:
             return fit

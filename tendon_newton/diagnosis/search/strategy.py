@@ -64,7 +64,7 @@ def grow(
     """
     current = pool.best()
     for step in range(ROUNDS):
-        pool.log(f"round {step}: {pool.describe(current)}; {pool.worlds.count} simulated")
+        pool.log(f"round {step}: %s; {pool.worlds.count} simulated", current)
         if pool.leaves_nothing(current, anywhere=anywhere) or pool.is_late:
             break
         if current.names:
@@ -214,6 +214,6 @@ def follow(
         coarse = 0
     fits.sort(key=pool.cost)
     for fit in fits:
-        pool.log(f"    {pool.describe(fit)}")
+        pool.log("    %s", fit)
     pool.add(fits)
     return fits

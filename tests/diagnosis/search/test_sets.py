@@ -367,7 +367,7 @@ def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(monkeypatc
     monkeypatch.setattr(pruning, "simplest", lambda *_: more)
     pool: Any = SimpleNamespace(
         worlds=SimpleNamespace(count=0), is_late=False, best=lambda: more, price=PRICE,
-        cost=lambda fit: float(len(fit.names)), log=lambda _: None, describe=str,
+        cost=lambda fit: float(len(fit.names)), log=lambda *_: None,
         renew=lambda fit: fit,
     )  # fmt: skip
 
@@ -975,6 +975,23 @@ def test_no_set_that_was_fitted_is_ahead_of_the_answer_by_a_price(worlds: Search
     fresh.add([poor, better])
     refused = Decided(fit=poor, refused={"viscous_friction": refusal})
     assert searched_further(fresh, refused, CATALOGUE) is refused
+
+
+@pytest.mark.parametrize("lost", ["ahead by less than a price", "unseen parts", "no time"])
+def test_a_search_does_not_go_on_for_nothing(lost: str, worlds, monkeypatch) -> None:
+    """A set that predicts worse than its numbers cost is left, and so is one that hardly leads."""
+    pool = pool_of(worlds)
+    poor, better = started(pool, coulomb_friction=0.5), started(pool, viscous_friction=1.2)
+    pool.add([started(pool), poor, better])
+    if lost == "unseen parts":
+        monkeypatch.setattr(decision, "predicted", lambda *_: 0.0)
+    elif lost == "no time":
+        pool.until = 0.0
+    else:
+        pool.fits[frozenset(poor.names)] = poor = replace(poor, score=better.score + 0.5 * PRICE)
+        monkeypatch.setattr(decision, "grow", pytest.fail)
+    decided = Decided(fit=poor)
+    assert searched_further(pool, decided, CATALOGUE) is decided
 
 
 def test_who_promises_less_than_its_cost_is_not_looked_at_again(worlds: SearchWorlds) -> None:

@@ -7,10 +7,16 @@ from typing import Literal
 import numpy as np
 import pytest
 import torch
+import warp as wp
 
 from tendon_newton.actuators.networks.artifact import load_network, write_network
-from tendon_newton.actuators.networks.fused_cuda import fits_cuda_kernel
+from tendon_newton.actuators.networks.fused_cuda import (
+    LEAST_ARCHITECTURE,
+    fits_cuda_kernel,
+    transformer_on_cuda,
+)
 from tendon_newton.actuators.networks.fused_query import FusedQuery, forces_of
+from tendon_newton.actuators.networks.fused_weights import fused_weights
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.query import open_query
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
@@ -81,6 +87,16 @@ def test_the_kernel_on_cuda_is_for_what_it_has_room_and_cores(
     """Wider layers and older GPUs run as torch's matrix products."""
     shape = (30, 16, 4, feed, True, ())
     assert fits_cuda_kernel(shape, architecture) == fits
+
+
+@pytest.mark.parametrize("of_set", ["paper", "authors"])
+def test_the_kernel_on_cuda_compiles_for_the_oldest_gpu(of_set: str, tmp_path: Path) -> None:
+    """No GPU is needed for it: its text, its instructions and a block's shared memory are right."""
+    kernel = transformer_on_cuda(fused_weights(force_network(of_set=of_set)).shape)
+    wp.compile_aot_module(
+        kernel.module, arch=LEAST_ARCHITECTURE, module_dir=str(tmp_path), use_ptx=False
+    )
+    assert list(tmp_path.glob("*.cubin"))
 
 
 @pytest.mark.gpu
