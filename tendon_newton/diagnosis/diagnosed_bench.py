@@ -10,14 +10,8 @@ from pathlib import Path
 
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import Model, load_model
-from tendon_newton.diagnosis.diagnosis_file import diagnosis_table
-from tendon_newton.diagnosis.known_servos import (
-    ANSWER,
-    MODEL,
-    known_servo,
-    known_servos,
-    servo_alone,
-)
+from tendon_newton.diagnosis.diagnosis_file import ANSWER, MODEL, diagnosis_table
+from tendon_newton.diagnosis.known_servos import known_servo, known_servos, servo_alone
 from tendon_newton.errors import InvalidParameter, listed, unknown_name
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
@@ -48,9 +42,11 @@ def open_model(path: str | Path, benches: Collection[Mechanism]) -> Model:
         TendonNewtonError: The file is damaged or missing.
     """
     path = Path(path)
-    refuse_other_bench(path, [bench.name for bench in benches])
-    model = load_model(model_path(path))
-    return model if known_servo(path) is None else servo_alone(model, common_spool(path, benches))
+    home = known_servo(path)
+    if home is None:
+        refuse_other_bench(path, [bench.name for bench in benches])
+        return load_model(model_path(path))
+    return servo_alone(load_model(home / MODEL), common_spool(path, benches))
 
 
 def common_spool(path: Path, benches: Collection[Mechanism]) -> float:
@@ -88,8 +84,9 @@ def recorded_rows(path: Path) -> list[CheckedTable]:
     """
     if known_servo(path) is not None:
         return []
-    file = model_path(path).with_name(ANSWER)
-    if model_path(path).name != MODEL or not file.is_file():
+    model = model_path(path)
+    file = model.with_name(ANSWER)
+    if model.name != MODEL or not file.is_file():
         return []
     table = diagnosis_table(file)
     return table.tables("recorded") if "recorded" in table else []

@@ -9,6 +9,8 @@ from tendon_newton.data.files.together import refuse_mix
 from tendon_newton.diagnosis.result import SCHEMA, Errors, Estimate, Verdict
 from tendon_newton.errors import InvalidDiagnosis
 
+MODEL, ANSWER = "model.toml", "diagnosis.json"
+"""Files of an answer."""
 PROMISE = "a diagnosis is a JSON file"
 
 

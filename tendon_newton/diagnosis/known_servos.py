@@ -17,6 +17,7 @@ from tendon_newton.data.files.together import KEY as HASHES
 from tendon_newton.data.files.together import together
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.data.parameters import BenchScale
+from tendon_newton.diagnosis.diagnosis_file import ANSWER, MODEL, PROMISE
 from tendon_newton.diagnosis.posterior import ENDING
 from tendon_newton.effects import EFFECTS, law_of
 from tendon_newton.errors import InvalidDiagnosis, InvalidModelFile, InvalidParameter
@@ -24,7 +25,7 @@ from tendon_newton.mechanisms.asset_library import asset_folders
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 FOLDER = "servos"
-MODEL, ANSWER, EVIDENCE = "model.toml", "diagnosis.json", "evidence.json"
+EVIDENCE = "evidence.json"
 
 
 def known_servos() -> dict[str, Path]:
@@ -88,7 +89,7 @@ def write_servo(home: Path, out: Path, *, gain: float | None, supply: float | No
     worlds = Path(ANSWER).with_suffix(ENDING).name
     beside = {file: (home / file).read_text(encoding="utf-8") for file in (EVIDENCE, worlds)
               if (home / file).is_file()}  # fmt: skip
-    answer = read_checked(home / ANSWER, InvalidDiagnosis, "a diagnosis is a JSON file").values
+    answer = read_checked(home / ANSWER, InvalidDiagnosis, PROMISE).values
     with together():  # without the hash of the model as it was
         write_model(out / MODEL, replace(model, actuator=replace(model.actuator, values=values)))
         write_json(out / ANSWER, {key: value for key, value in answer.items() if key != HASHES})

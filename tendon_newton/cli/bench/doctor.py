@@ -104,7 +104,7 @@ def hold_against(config: Doctor, against: Path) -> None:
     quiet_warp()
 
     from tendon_newton.diagnosis.in_time.changes_report import answer_lines, steps_of
-    from tendon_newton.workflows.diagnosing import compare_days
+    from tendon_newton.workflows.comparing_days import compare_days
 
     days = compare_days(Path(config.dataset[0]), against, None, show)
     clear()

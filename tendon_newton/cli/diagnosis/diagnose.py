@@ -107,23 +107,42 @@ class DiagnoseConfig:
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
-    from tendon_newton.data.dataset import dataset_folders
-
     start = time.monotonic()
     share_heap()
     quiet_warp(on_errors=config.json)
-    budget = None if config.budget is None else read_duration(config.budget, "--budget")
     limit_cores(config.jobs)
     progress = DiagnosisProgress(sys.stderr if config.json else sys.stdout, start)
-    if config.against is not None:
+    until = None if config.budget is None else start + read_duration(config.budget, "--budget")
+    if config.against is None:
+        find_causes_in(config, progress, until)
+    else:
         say_changes(config, config.against, progress)
-        return
+
+
+def find_causes_in(
+    config: DiagnoseConfig, progress: DiagnosisProgress, until: float | None
+) -> None:
+    """Diagnose a dataset, or each joint of an arm, until an instant [s] about."""
+    from tendon_newton.data.dataset import dataset_folders
+
     if config.mended:
         raise InvalidParameter("--mended needs --against: the recordings from before the mend")
-    config = with_joints(config, progress)
-    if folders := dataset_folders(config.dataset):
-        diagnose_joints(config, folders, progress, None if budget is None else start + budget)
+    lerobot, folders = lerobot_folder(config.dataset), dataset_folders(config.dataset)
+    if lerobot is None:
+        refuse_lerobot_options(config)
+    if lerobot is None and not folders:
+        diagnose_dataset(config, progress, until)
         return
+    if lerobot is not None:
+        config = with_joints(config, lerobot, progress)
+        folders = dataset_folders(config.dataset)
+    diagnose_joints(config, folders, progress, until)
+
+
+def diagnose_dataset(
+    config: DiagnoseConfig, progress: DiagnosisProgress, until: float | None
+) -> None:
+    """Diagnose a dataset, until an instant [s] about, and print what was found."""
     if config.arm is not None:
         raise InvalidParameter(
             f"--arm needs a folder with a dataset of each joint; {config.dataset} has none in it"
@@ -139,8 +158,7 @@ def main(config: DiagnoseConfig) -> None:
     progress.show_findings(dataset)
     progress.show(stated_gains(dataset.train, model))
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
-    if budget is not None:
-        budget = max(0.0, budget - (time.monotonic() - start))
+    budget = None if until is None else max(0.0, until - time.monotonic())
     diagnosis = diagnose_into(out, dataset, model, origin, progress=progress, budget=budget)
     if config.json:
         print((out / "diagnosis.json").read_text(encoding="utf-8"), end="")
@@ -173,7 +191,7 @@ def say_changes(config: DiagnoseConfig, against: Path, progress: DiagnosisProgre
     refuse_lerobot_options(config)
 
     from tendon_newton.diagnosis.in_time.changes_report import answer_lines
-    from tendon_newton.workflows.diagnosing import compare_days
+    from tendon_newton.workflows.comparing_days import compare_days
 
     make_folder(config.out, config.dataset, against, config.model)
     days = compare_days(config.dataset, against, config.model, progress, config.out, config.mended)
@@ -185,21 +203,20 @@ def say_changes(config: DiagnoseConfig, against: Path, progress: DiagnosisProgre
     print(f"  model of today  {config.out / 'model.toml'}")
 
 
-def with_joints(config: DiagnoseConfig, progress: DiagnosisProgress) -> DiagnoseConfig:
-    """Import a LeRobotDataset beside the results, and ask for its joints; others stay as they are.
-
-    Raises:
-        InvalidParameter: Something else is given an option of a LeRobotDataset.
-    """
-    from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
+def lerobot_folder(dataset: Path) -> Path | None:
+    """Return the folder of a LeRobotDataset, which may be named by its id; None for another."""
     from tendon_newton.data.importers.lerobot.hub import local_folder
     from tendon_newton.data.importers.lerobot.info import INFO
 
-    folder = local_folder(str(config.dataset))
-    if not (folder / INFO).is_file():
-        refuse_lerobot_options(config)
-        return config
+    folder = local_folder(str(dataset))
+    return folder if (folder / INFO).is_file() else None
 
+
+def with_joints(
+    config: DiagnoseConfig, folder: Path, progress: DiagnosisProgress
+) -> DiagnoseConfig:
+    """Import a LeRobotDataset beside the results, and ask for its joints."""
+    from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
     from tendon_newton.workflows.importing import admit, mend, write_parts
 
     out = make_folder(config.out, folder, config.model) / RECORDINGS

@@ -9,11 +9,14 @@ from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, diagnosis_table, state_diagnosis
+from tendon_newton.diagnosis.diagnosis_file import (
+    ANSWER,
+    StatedDiagnosis,
+    diagnosis_table,
+    state_diagnosis,
+)
 from tendon_newton.diagnosis.explanation import Estimate
 from tendon_newton.diagnosis.result import Criterion
-
-FILE = "diagnosis.json"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +69,7 @@ def read_accounts(path: Path) -> Accounts:
     Raises:
         InvalidDiagnosis: The file is no diagnosis, or says nothing of what was tried.
     """
-    return state_accounts(diagnosis_table(path / FILE if path.is_dir() else path))
+    return state_accounts(diagnosis_table(path / ANSWER if path.is_dir() else path))
 
 
 def state_accounts(table: CheckedTable) -> Accounts:

@@ -8,14 +8,18 @@ from tendon_newton.data.bench_overrides import read_bench_overrides
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.diagnosis_file import StatedCause, diagnosis_table, state_diagnosis
+from tendon_newton.diagnosis.diagnosis_file import (
+    ANSWER,
+    MODEL,
+    StatedCause,
+    diagnosis_table,
+    state_diagnosis,
+)
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likeliest
 from tendon_newton.diagnosis.posterior import Posterior, read_posterior
 from tendon_newton.errors import InvalidDiagnosis, NothingToSeparate, TendonNewtonError, listed
 from tendon_newton.identification.noise_floor import NoiseFloor
-
-FILE = "diagnosis.json"
 
 
 def read_open_sets(folder: Path) -> tuple[OpenSets, tuple[Setting, ...]]:
@@ -28,12 +32,12 @@ def read_open_sets(folder: Path) -> tuple[OpenSets, tuple[Setting, ...]]:
         NothingToSeparate: One set is left, or none.
         InvalidDiagnosis: A file is broken.
     """
-    path = folder / FILE
+    path = folder / ANSWER
     table = diagnosis_table(path)
     stated, settings = state_diagnosis(table), read_recorded(table)
     question = OpenSets(
         posterior=likeliest(as_told(read_posterior(path), stated.effects)),
-        model=load_model(folder / "model.toml"),
+        model=load_model(folder / MODEL),
         noise=table.value("noise_floor", NoiseFloor),
         scale=read_scale(table),
     )
