@@ -27,6 +27,7 @@ from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import write_csv
 from tendon_newton.data.formats.mapped_column import read_topic_mapping
+from tendon_newton.data.formats.rosbag import METADATA_FILE
 from tendon_newton.data.recording import FREE, Recording
 from tendon_newton.data.recording_plot import overview_figure
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, listed, shown
@@ -306,7 +307,11 @@ def refuse_other_folder(path: Path) -> None:
         )
     refuse_lerobot(path)
     folder, files = (path, path.iterdir()) if path.is_dir() else (path.parent, [path])
-    logs = (file for file in files if file.suffix in LOG_SUFFIXES and file.is_file())
+    logs = (
+        file
+        for file in files
+        if (file.suffix in LOG_SUFFIXES and file.is_file()) or (file / METADATA_FILE).is_file()
+    )
     if log := next(logs, None):
         words = ["tendon-newton", "import", "mapped", f"{folder}", "--mapping", "mapping.toml"]
         came = f"this one holds logs ({log.name})" if folder == path else "this is a log"

@@ -40,11 +40,11 @@ FOUR = {"bench": "hand"} | {name: np.tile(TWO[name], 2) for name in SIGNALS}
 NARROW: dict[str, Any] = {name: TWO[name][:, :1] for name in SIGNALS}
 
 
-def diagnose(tmp_path: Path, train: Recording, test: Recording) -> int:
-    """Diagnose two recordings from the command line; return its exit status."""
+def answer(verb: str, tmp_path: Path, train: Recording, test: Recording) -> int:
+    """Diagnose or simulate two recordings from the command line; return its exit status."""
     write_dataset(tmp_path / "data", [train], [test])
     words = ["--model", str(model(tmp_path / "model.toml")), "--out", str(tmp_path / "out")]
-    return main(["diagnose", str(tmp_path / "data"), *words])
+    return main([verb, str(tmp_path / "data"), *words])
 
 
 @pytest.mark.parametrize("several", ["train", "test"])
@@ -55,7 +55,7 @@ def test_recordings_with_different_numbers_of_tendons_are_refused(
     train, test = (
         recording(f"{name}.csv", **(TWO if name == several else {})) for name in ("train", "test")
     )
-    assert diagnose(tmp_path, train, test) == 2
+    assert answer("diagnose", tmp_path, train, test) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "test.csv: recordings to be diagnosed or fitted together have as many servos" in line
     assert {"finger_antagonist has 2", "finger has 1"} == {
@@ -64,10 +64,11 @@ def test_recordings_with_different_numbers_of_tendons_are_refused(
     }  # fmt: skip
 
 
-def test_a_recording_of_one_of_two_servos_is_refused(tmp_path, capsys) -> None:
+@pytest.mark.parametrize("verb", ["diagnose", "simulate"])
+def test_a_recording_of_one_of_two_servos_is_refused(verb, tmp_path, capsys) -> None:
     """Half of a bench is no recording of it."""
     train, test = (recording(f"{name}.csv", **(TWO | NARROW)) for name in ("train", "test"))
-    assert diagnose(tmp_path, train, test) == 2
+    assert answer(verb, tmp_path, train, test) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith("has the servos of its bench; finger_antagonist has 2, and this one 1")
 

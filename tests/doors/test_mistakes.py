@@ -16,6 +16,8 @@ from tendon_newton.data.dataset import write_dataset
 from tests.bad_input.damage import swap, text
 from tests.diagnosis.test_diagnosed_bench import diagnosis
 from tests.importers.logs import dataset, model, recording
+from tests.importers.test_rosbag import MAPPING as TOPICS
+from tests.importers.test_rosbag import Bag
 from tests.proposed import proposed
 
 Change = Callable[[Path], object]
@@ -60,6 +62,14 @@ def thumbs(folder: Path) -> None:
     path.write_text(path.read_text().replace('"finger"', '"thumb"'))
 
 
+def bagged(folder: Path) -> None:
+    """Have a folder of ROS 2 bags for the logs."""
+    shutil.rmtree(folder / "raw")
+    (folder / "raw").mkdir()
+    Bag(stamped=False).write(folder / "raw" / "bag_1")
+    (folder / "mapping.toml").write_text(f'bench = "finger"\nclock = "log"\n{TOPICS}')
+
+
 @dataclass(frozen=True, kw_only=True)
 class Mistake:
     """What somebody types, after what somebody did, and what is said."""
@@ -89,6 +99,14 @@ MISTAKES: dict[str, Mistake] = {
         said=("this one holds logs", "tendon-newton import mapped raw")),
     "a raw log": Mistake(words="diagnose raw/run_1.csv --out new", said=("this is a log",)),
     "a raw log to be drawn": Mistake(words="plot raw/run_1.csv", said=("by import mapped",)),
+    "a raw log of semicolons to be drawn": Mistake(words="plot raw/run_1.csv",
+        said=("line 1 has none", "by import mapped"), change=text("raw/run_1.csv", "t;goal;q\n")),
+    "bags to be examined": Mistake(words="doctor raw", change=bagged,
+        said=("this one holds logs (bag_1)", "tendon-newton import mapped raw")),
+    "nothing to be examined": Mistake(words="doctor nowhere",
+        said=("nowhere: a dataset is a folder with", "or meta/info.json: no such folder")),
+    "logs of another ending": Mistake(words=IMPORT, said=("no log matches", "there are run_1.txt"),
+        change=lambda f: [p.rename(p.with_suffix(".txt")) for p in (f / "raw").iterdir()]),
     "no such folder": Mistake(words="diagnose nowhere --out new", said=("no such folder",)),
     "a file for a folder": Mistake(words="diagnose mapping.toml --out new",
         said=("mapping.toml is a file, no folder",)),

@@ -28,7 +28,7 @@ class Logs:
     mapped: dict[str, str] = field(
         default_factory=lambda: {"t": "t", "theta_d": "goal", "theta": "q", "force": "f"}
     )
-    tail: str = ""
+    tail: str = '[model]\nkind = "ideal"\ngain = 4.2'
 
     def write(self, folder: Path) -> list[str]:
         """Write logs and mapping; return the words that import them."""
@@ -176,10 +176,10 @@ def test_a_mistake_is_told_once_with_its_mend(
     assert ("\nmend the defects, then:\n" in text) == (spoil != contradicting)
 
 
-def test_without_a_model_the_assets_spool_is_taken(logs: Logs, tmp_path: Path) -> None:
-    """A pendulum's shaft counts as 1 m, and no finger's 12.5 mm."""
-    logs.bench = "pendulum"
-    assert main(logs.write(tmp_path)) == 0
+def test_without_a_model_the_assets_spool_is_taken(logs: Logs, tmp_path: Path, capsys) -> None:
+    """A pendulum's shaft counts as 1 m, and no finger's 12.5 mm; a servo made up is told."""
+    logs.bench, logs.tail = "pendulum", ""
+    assert "caution, model: causes are named beside this servo" in said(logs, tmp_path, capsys)
     assert load_model(tmp_path / "out" / "model.toml").actuator.values["spool_radius"] == 1.0
 
 

@@ -256,6 +256,26 @@ enabled = {column = "motor"}
     np.testing.assert_array_equal(run.enabled, [1, 0, 1, 0, 1])
 
 
+def test_a_command_that_is_logged_where_it_changes_is_held(tmp_path: Path, capsys) -> None:
+    """Rows of a sensor and of a command by turns too: 980 rows of 1000 were left out."""
+    (tmp_path / "logs").mkdir()
+    rows = ["0,,0.0,5", "0.1,1.0,0.1,", "0.2,,0.2,", "0.25,3.0,,", "0.3,,0.3,4", "0.4,,,"]
+    for k in (1, 2):
+        (tmp_path / "logs" / f"run_{k}.csv").write_text("\n".join(["t,goal,q,volts", *rows]))
+    columns = "".join(
+        f'{ours} = {{column = "{theirs}"}}\n'
+        for ours, theirs in {"t": "t", "theta_d": "goal", "theta": "q", "voltage": "volts"}.items()
+    )
+    file = mapping(tmp_path, f'{columns}theta_dot = {{derive = "theta"}}', head='bench = "servo"')
+    assert run_import(tmp_path / "logs", file, tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    assert run.command is not None
+    np.testing.assert_array_equal(run.time, [0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(run.command[:, 0], [1.0, 1.0, 3.0])
+    np.testing.assert_array_equal(run.voltage, [5.0, 5.0, 4.0])
+    assert "goal: 3 of 6 cells are empty" in capsys.readouterr().out
+
+
 def test_rows_that_are_left_out_leave_their_time(lab: Path, tmp_path: Path) -> None:
     """With a rate in place of a column, a row keeps its own instant."""
     columns = "\n".join(LAB_COLUMNS.splitlines()[2:])

@@ -159,7 +159,7 @@ def test_what_does_not_fit_its_mapping_is_refused(tmp_path, bag, mapping, said) 
 def test_a_bag_without_mapping_must_have_our_topics(tmp_path: Path) -> None:
     """The default mapping is that of our own recordings, and the message says how to give one."""
     path = Bag().write(tmp_path / "bag")
-    with pytest.raises(InvalidRecording, match=r"'/servo/state'.*there are /goal.*mapping.toml"):
+    with pytest.raises(InvalidRecording, match=r"'/servo/state'.*/goal.*a mapping names yours"):
         read_recording_file(path, name="bag", bench="finger")
 
 

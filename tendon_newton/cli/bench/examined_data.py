@@ -78,10 +78,10 @@ def examine_one(config: Asked, folder: Path, seen: dict[str, OwnDataset]) -> dic
     """Examine one dataset; one of our own is kept by its folder's name."""
     from tendon_newton.data.dataset import refuse_other_folder
 
-    if folder.is_file():
-        raise InvalidParameter(f"{folder}: a dataset is a folder with {' or '.join(MARKS)}")
     if not any((folder / mark).is_file() for mark in MARKS):
         refuse_other_folder(folder)
+        absent = "" if folder.exists() else ": no such folder"
+        raise InvalidParameter(f"{folder}: a dataset is a folder with {' or '.join(MARKS)}{absent}")
     if (folder / OWN_FILE).is_file():
         return {"dataset": str(folder), **examine_own(config, folder, seen)}
     return {"dataset": str(folder), **examine_lerobot(config, folder)}

@@ -75,7 +75,8 @@ def degrees(recording: Recording) -> Iterator[Finding]:
             )
             continue
         spread, asked = float(np.std(theta)), float(np.std(command))
-        if not spread > 0.0 or not asked > 0.0 or np.corrcoef(theta, command)[0, 1] < LIKENESS:
+        still = not np.ptp(theta) > 0.0 or not np.ptp(command) > 0.0
+        if still or np.corrcoef(theta, command)[0, 1] < LIKENESS:
             continue
         own, its = SERVO_RATIOS if recording.bench == SERVO else (LEAST_RATIO, LEAST_RATIO)
         for column, other, size, ratio, low, least in (

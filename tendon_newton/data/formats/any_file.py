@@ -63,7 +63,7 @@ def require_topics(
             continue
         there = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(topics.items()))
         lack = "holds no value of it" if source.topic in topics else "is missing"
-        hint = "" if mapping.path else '; name yours in a file: mapping = "mapping.toml"'
+        hint = "" if mapping.path else "; a mapping names yours: docs/recordings_mapping.md"
         raise InvalidRecording(
             f"{name}: {column} comes from topic {shown(source.topic)}, field "
             f"{shown(source.field)}, which {lack}; there are {there or 'no topics'}{hint}"

@@ -18,6 +18,7 @@ from tendon_newton.errors import InvalidRecording, listed, shown
 
 REQUIRED_COLUMNS = ("t", *MEASURED_COLUMNS)
 KNOWN_COLUMNS = ("t", *COLUMNS, "joint_angle", "joint_load")
+TAKEN_IN = "are taken in by import mapped, docs/your_logs.md"
 INDEX = "0|[1-9][0-9]{0,2}"
 """How the number of a tendon is written; no servo bus carries a thousand."""
 KNOWN = re.compile(rf"({'|'.join(KNOWN_COLUMNS)})(_({INDEX}))?")
@@ -176,7 +177,9 @@ def check_header(header: list[str], name: str) -> None:
             fault = f"{shown(cell)} stands {count} times" if cell else "one is empty"
             raise InvalidRecording(f"{name}: column names must differ and not be empty; {fault}")
     if len(header) == 1 and re.search(r"[;\t ]", header[0]):
-        raise InvalidRecording(f"{name}: cells must be separated by commas; line 1 has none")
+        raise InvalidRecording(
+            f"{name}: cells must be separated by commas; line 1 has none; other logs {TAKEN_IN}"
+        )
     indexed = {cell.removesuffix("_0") for cell in header if cell.removesuffix("_0") != "t"}
     require([*indexed, *header], REQUIRED_COLUMNS, name)
 
@@ -188,8 +191,7 @@ def require(present: Iterable[str], columns: tuple[str, ...], name: str) -> None
     if missing:
         raise InvalidRecording(
             f"{name}: column {missing[0]!r} is missing; there are {listed(present)} "
-            f"(known columns: {', '.join(KNOWN_COLUMNS)}); logs with other columns are taken in by "
-            "import mapped, docs/your_logs.md"
+            f"(known columns: {', '.join(KNOWN_COLUMNS)}); logs with other columns {TAKEN_IN}"
         )
 
 

@@ -1,7 +1,7 @@
 """Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -79,7 +79,11 @@ def read_mapped(
         ),
         start_model=lambda _: model,
         limits={},
-        findings=(*mapped_twice(mapping), *(one for _, found in read for one in found)),
+        findings=(
+            *mapped_twice(mapping),
+            *no_model(mapping, [log.recording for logs, _ in read for log in logs]),
+            *(one for _, found in read for one in found),
+        ),
     )
     several = any(log.recording.tendon_count > 1 for log in imported.logs)
     alone = mapping.joints or (mapping.bench == SERVO and several)
@@ -108,6 +112,17 @@ def mapped_twice(mapping: ColumnMapping) -> Iterator[Finding]:
             )
 
 
+def no_model(mapping: ColumnMapping, recordings: Sequence[Recording]) -> Iterator[Finding]:
+    """Say that commands reach a servo of which nothing is stated; one of unknown load obeys."""
+    commanded = any(recording.command is not None for recording in recordings)
+    if commanded and mapping.bench != SERVO and "model" not in mapping.model:
+        yield Examined("all", "model").caution(
+            f"not stated: the paper's servo is taken, {NOMINAL_GAIN} N/rad (N m/rad of a shaft)",
+            "causes are named beside this servo: state yours under [model] in the mapping "
+            "(docs/your_logs.md, step 3)",
+        )
+
+
 def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
     """Return the logs of a folder, refusing what the mapping is not made for."""
     if Path(mapping.files).is_absolute() or ".." in Path(mapping.files).parts:
@@ -134,7 +149,10 @@ def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
         raise InvalidRecording(f"{foreign[0]}: logs are CSV files, and {what}")
     if not found:
         kind = "log" if mapping.topics is None else f"ROS 2 recording ({METADATA_FILE}, .mcap)"
-        raise InvalidRecording(f"{folder}: no {kind} matches files = {mapping.files!r}")
+        raise InvalidRecording(
+            f"{folder}: no {kind} matches files = {mapping.files!r}; there are "
+            f"{listed(path.name for path in there)}"
+        )
     return found
 
 

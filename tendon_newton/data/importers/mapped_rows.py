@@ -43,6 +43,8 @@ SERVOS = 50  # Most servos of one file
 REACH = 3.0  # Widths of a Gaussian beyond which its weights are none [1]
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "inf", "+inf", "-inf"})
 """Cells that say that there is no number."""
+HELD = ("theta_d", "enabled", "voltage", "temperature")
+"""Columns that stay as they are until told anew: many a logger writes them where they change."""
 SWITCHED = {"true": 1.0, "on": 1.0, "yes": 1.0, "false": 0.0, "off": 0.0, "no": 0.0}
 """Words for a motor that is on, or off."""
 MINUTES = re.compile(r"(\d{1,2}):([0-5]\d\.\d+)")
@@ -54,11 +56,14 @@ def read_mapped_columns(
 ) -> tuple[dict[str, Array], list[Finding]]:
     """Read the columns that a mapping names, in our units, shape (T,) each.
 
-    Rows in which one of them has no number are left out.
+    Rows in which one of them has no number are left out, but for those that `HELD` names.
     """
     wanted = {ours: column for ours, column in mapping.columns.items() if column.source is not None}
     numbers = {ours: array("d") for ours in wanted}
+    staying = [ours for ours in wanted if re.sub(r"_\d+$", "", ours) in HELD]
+    last: dict[str, float | None] = dict.fromkeys(staying)
     empty: Counter[str] = Counter()
+    filled: Counter[str] = Counter()
     places = array("d")
     rows, dialect = read_rows(path, mapping)
     told = [*guessed(name, dialect.text(mapping.dialect))]
@@ -77,6 +82,11 @@ def read_mapped_columns(
             ours: number_of(path, count - 1, row, ours, column, commas=dialect.decimal == ",")
             for ours, column in wanted.items()
         }
+        for ours in staying:
+            if found[ours] is None and last[ours] is not None:
+                found[ours] = last[ours]
+                filled[wanted[ours].source or ""] += 1
+            last[ours] = found[ours]
         absent = [wanted[ours].source or "" for ours, value in found.items() if value is None]
         empty.update(absent)
         if not absent:
@@ -105,7 +115,7 @@ def read_mapped_columns(
         )
     if mapping.resample is not None:
         columns = resampled(columns, mapping.resample, path)
-    return columns, [*told, *left_out(name, empty, places, count)]
+    return columns, [*told, *left_out(name, empty, places, count), *gone_on(name, filled, count)]
 
 
 def refuse_far_offsets(
@@ -226,6 +236,15 @@ def left_out(name: str, empty: Counter[str], places: Sized, count: int) -> Itera
             f"{count - len(places)} of {count} rows ({cells} empty cells)",
             "rows without a number in a mapped column are left out; a column that is "
             "often empty is better not mapped",
+        )
+
+
+def gone_on(name: str, filled: Counter[str], count: int) -> Iterator[Finding]:
+    """Say which columns were held where they are empty."""
+    for source, times in filled.items():
+        yield Examined(name, "all").note(
+            f"{source}: {times} of {count} cells are empty",
+            "there the last number is held, as of a command that stays until the next",
         )
 
 

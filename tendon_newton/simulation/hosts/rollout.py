@@ -559,6 +559,12 @@ def release_limits(model: Any) -> None:
 def refuse_drive(mechanism: Mechanism, recordings: Sequence[Recording], actuator: str) -> None:
     """Refuse a mechanism that an actuator cannot move, and recordings that it cannot follow."""
     kind, driven_by = find_actuator(actuator), drive_of(recordings)
+    for recording in recordings:
+        if recording.tendon_count != len(mechanism.tendons):
+            raise InvalidRecording(
+                f"{recording.name}: a recording has the servos of its bench; {recording.bench} has "
+                f"{len(mechanism.tendons)}, and this one {recording.tendon_count}"
+            )
     if kind.kinematic:
         refuse_load(mechanism, recordings, actuator)
     if (driven_by == "path") != kind.leads:
