@@ -39,12 +39,7 @@ APART = 0.2  # By how much commands of fingers and hands differ [rad]
 CLOSE_STEPS = 12  # Control steps until all fingers press
 ITERATIONS, ITERATION_STEPS, EPOCHS, BATCHES = 10, 32, 4, 8
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))
-ROWS = (
-    ("network_row", 65536),
-    ("hand_row", 1024),
-    ("hand_row", 16384),
-    ("learning_row", 32768),
-)
+ROWS = (("network_row", 65536), ("hand_row", 1024), ("hand_row", 16384), ("learning_row", 32768))
 """Functions of this file, and their worlds."""
 NEW = Path(__file__).parents[2]
 ASK = (

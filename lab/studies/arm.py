@@ -20,16 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from lab.studies.arm_figure import draw
-from lab.studies.so101_pairs import (
-    TOLD,
-    causes,
-    drawn,
-    fixed_fit,
-    joints,
-    moving,
-    split,
-    squares,
-)
+from lab.studies.so101_pairs import TOLD, causes, drawn, fixed_fit, joints, moving, split, squares
 from tendon_lab.foreign_logs.so101 import read_so101
 from tendon_newton.arms.arm import ArmMotion
 from tendon_newton.arms.arm_simulation import SimulatedMotion, simulate_arm

@@ -24,13 +24,7 @@ from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import EXPORTS
-from tendon_newton.exports.departure import (
-    Departure,
-    departure,
-    pooled,
-    replayed,
-    standard_runs,
-)
+from tendon_newton.exports.departure import Departure, departure, pooled, replayed, standard_runs
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import Candidates, Stepping, Trajectory

@@ -85,9 +85,7 @@ def main() -> None:
     words = parser.parse_args()
     quiet_warp()
     turning = replace(
-        RECIPE.environment.turning,
-        rate_window=words.rate_window,
-        catch_up_time=words.catch_up_time,
+        RECIPE.environment.turning, rate_window=words.rate_window, catch_up_time=words.catch_up_time
     )
     own = replace(
         RECIPE.environment,

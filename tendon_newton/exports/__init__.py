@@ -12,12 +12,7 @@ from tendon_newton.exports.newton.newton_target import NEWTON
 from tendon_newton.exports.urdf_target import URDF
 from tendon_newton.exports.usd_target import USD
 
-EXPORTS: dict[str, ExportTarget] = {
-    "mujoco": MUJOCO,
-    "newton": NEWTON,
-    "usd": USD,
-    "urdf": URDF,
-}
+EXPORTS: dict[str, ExportTarget] = {"mujoco": MUJOCO, "newton": NEWTON, "usd": USD, "urdf": URDF}
 
 
 def find_export(name: str) -> ExportTarget:

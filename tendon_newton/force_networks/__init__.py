@@ -10,14 +10,7 @@ from tendon_newton.errors import NameTable, unknown_name
 if TYPE_CHECKING:
     from tendon_newton.force_networks.force_network import ForceNetwork
 
-FORCE_NETWORKS = NameTable(
-    "network",
-    {
-        "mlp": "Mlp",
-        "rnn": "Rnn",
-        "transformer": "Transformer",
-    },
-)
+FORCE_NETWORKS = NameTable("network", {"mlp": "Mlp", "rnn": "Rnn", "transformer": "Transformer"})
 """Kind, which is also the name of its module here -> its class. The classes need torch, so a module
 is imported when its network is asked for."""
 

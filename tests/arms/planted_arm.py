@@ -76,12 +76,7 @@ def hang(command: Array, floor: float, tilt: float) -> Array:
 
 
 def planted_motion(
-    name: str,
-    rng: np.random.Generator,
-    low: float,
-    floor: float,
-    tilt: float = 0.0,
-    late: int = 0,
+    name: str, rng: np.random.Generator, low: float, floor: float, tilt: float = 0.0, late: int = 0
 ) -> ArmMotion:
     """A slow motion about a posture with the shoulder so low [rad]; the elbow counts backwards.
 

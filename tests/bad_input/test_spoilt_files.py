@@ -46,14 +46,7 @@ from tendon_newton.mechanisms.usd.stage_file import open_stage
 from tendon_train.policy.runs.curve import curve_table
 from tendon_train.policy.runs.policy_checkpoint import load_checkpoint
 from tests.bad_input.memory import peak_memory
-from tests.bad_input.spoiling import (
-    Change,
-    change_cells,
-    change_lines,
-    either,
-    flip,
-    table_changer,
-)
+from tests.bad_input.spoiling import Change, change_cells, change_lines, either, flip, table_changer
 from tests.bad_input.test_bad_input_diagnoses import ANSWER, OPEN, SETS
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
 from tests.hardware.load_cells.test_calibration import fit, points

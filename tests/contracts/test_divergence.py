@@ -99,9 +99,7 @@ def is_physical(out: dict[str, Array], limits: Array) -> Array:
     [
         # a finer step is the easier one, and a twin differs in its numbers alone
         pytest.param(
-            bench,
-            step,
-            marks=pytest.mark.slow if step < max(TIME_STEPS) or bench in TWINS else (),
+            bench, step, marks=pytest.mark.slow if step < max(TIME_STEPS) or bench in TWINS else ()
         )
         for bench, step in product(BENCHES, TIME_STEPS)
     ],

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.actuators.networks.artifact import (
-    load_network,
-    torchscript,
-    write_network,
-)
+from tendon_newton.actuators.networks.artifact import load_network, torchscript, write_network
 from tendon_newton.actuators.networks.fused_query import forces_of
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.onnx_file import write_onnx
@@ -18,12 +14,7 @@ from tendon_newton.actuators.networks.query import open_query
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.data.files.trust import trust_file
 from tendon_newton.errors import UnknownName
-from tendon_newton.force_networks import (
-    FORCE_NETWORKS,
-    SETS,
-    build_network,
-    find_force_network,
-)
+from tendon_newton.force_networks import FORCE_NETWORKS, SETS, build_network, find_force_network
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
 from tendon_newton.force_networks.weights_file import write_weights
 from tendon_newton.mechanisms.loading import load_mechanism

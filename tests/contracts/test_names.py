@@ -44,10 +44,7 @@ def file_word(name: str) -> str:
     return name.replace("/", "\\")[:200] or " "
 
 
-WRITERS: dict[str, Callable[[Path, str], None]] = {
-    "lerobot": lerobot,
-    MAPPED: mapped,
-}
+WRITERS: dict[str, Callable[[Path, str], None]] = {"lerobot": lerobot, MAPPED: mapped}
 """Importer -> what writes logs of its format with a name inside."""
 
 

@@ -56,11 +56,7 @@ def ours(name: str) -> str:
 
 
 def csv_logs(
-    bench: str = "servo",
-    *,
-    of: Edit = str,
-    mapping: Edit = str,
-    suffix: str = ".csv",
+    bench: str = "servo", *, of: Edit = str, mapping: Edit = str, suffix: str = ".csv"
 ) -> Door:
     """Return the door of anybody's CSV files and a mapping.
 

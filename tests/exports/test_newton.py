@@ -12,11 +12,7 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.departure import standard_runs
 from tendon_newton.exports.newton.drive_numbers import columns, path_of
-from tendon_newton.exports.newton.newton_target import (
-    DRIVE_FILE,
-    PROGRAM_FILE,
-    write_newton_target,
-)
+from tendon_newton.exports.newton.newton_target import DRIVE_FILE, PROGRAM_FILE, write_newton_target
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism

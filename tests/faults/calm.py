@@ -121,10 +121,7 @@ def deployed(rng: random.Random) -> None:
         }
     else:
         obstacle = rng.choice(["free", *OBSTACLES])
-        words |= {
-            "after": 0.02,
-            "fault": lambda bench, stop: bench.controls.set_obstacle(obstacle),
-        }
+        words |= {"after": 0.02, "fault": lambda bench, stop: bench.controls.set_obstacle(obstacle)}
     outcome = Flight(
         settings=settings, goals=goals, load_cell_rate=rate, servo=servo, **words
     ).fly()

@@ -188,12 +188,7 @@ def test_the_mappings_of_the_documentation_are_mappings(tmp_path: Path) -> None:
     for block in whole:
         path = tmp_path / "mapping.toml"
         path.write_text(block)
-        assert read_mapping(path).bench in (
-            "pendulum",
-            "servo",
-            "lab_finger",
-            "elbow",
-        )
+        assert read_mapping(path).bench in ("pendulum", "servo", "lab_finger", "elbow")
 
 
 LAB = """Zeit [ms];Soll [°];Ist [°];n [rpm];Kraft [N];Notiz

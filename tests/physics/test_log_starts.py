@@ -32,9 +32,7 @@ def log_of(command: Array, angle: Array) -> Recording:
     """Return a log of the servo bench."""
     run = run_of(command, bench="servo", rate=RATE)
     return replace(
-        run,
-        motor_position=angle[:, None],
-        motor_velocity=np.gradient(angle, 1.0 / RATE)[:, None],
+        run, motor_position=angle[:, None], motor_velocity=np.gradient(angle, 1.0 / RATE)[:, None]
     )
 
 

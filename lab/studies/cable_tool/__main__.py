@@ -17,13 +17,7 @@ import numpy as np
 from lab.studies.board import interval
 from lab.studies.cable_tool.figure import draw
 from lab.studies.cable_tool.rivals import fitted_law, learned
-from lab.studies.cable_tool.runs import (
-    TO_TORQUE,
-    Run,
-    read_runs,
-    repeatability,
-    write_bench,
-)
+from lab.studies.cable_tool.runs import TO_TORQUE, Run, read_runs, repeatability, write_bench
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array

@@ -16,12 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_lab.foreign_logs.so101_findings import (
-    COUNT,
-    folder_findings,
-    shaft_turns,
-    stops,
-)
+from tendon_lab.foreign_logs.so101_findings import COUNT, folder_findings, shaft_turns, stops
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import (
     LOG_SIZE_LIMIT,

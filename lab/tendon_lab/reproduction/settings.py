@@ -70,9 +70,7 @@ QUICK = ReproductionSettings(
     time_step=5.0e-4,
 )
 FULL = ReproductionSettings(
-    name="full",
-    units=(0, 1, 2, 3, 4, 5, 6, 7, 8, 9),
-    diagnoses_each_unit=True,
+    name="full", units=(0, 1, 2, 3, 4, 5, 6, 7, 8, 9), diagnoses_each_unit=True
 )
 SETTINGS: dict[str, ReproductionSettings] = {"quick": QUICK, "full": FULL}
 

@@ -85,11 +85,7 @@ def settings_of(config: ReproduceConfig) -> ReproductionSettings:
     from tendon_lab.reproduction.settings import find_settings
 
     settings = find_settings("quick" if config.quick else "full")
-    return replace(
-        settings,
-        seed=config.seed,
-        units=config.units or settings.units,
-    )
+    return replace(settings, seed=config.seed, units=config.units or settings.units)
 
 
 def say(text: str) -> None:

@@ -11,10 +11,7 @@ def truth(name: str, family: Family, *effects: str, **more: Any) -> Truth:
     """A truth whose effects all have one parameter of size 2."""
     settled: dict[str, Any] = {"outside": (), "near": (), "weak": False, "oracle": ORACLE, **more}
     return Truth(
-        id=name,
-        family=family,
-        effects={effect: {"size": 2.0} for effect in effects},
-        **settled,
+        id=name, family=family, effects={effect: {"size": 2.0} for effect in effects}, **settled
     )
 
 

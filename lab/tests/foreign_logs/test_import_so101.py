@@ -72,11 +72,7 @@ def test_what_is_wrong_with_the_logs_is_found(tmp_path: Path) -> None:
     words = ["import", "so101", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
     assert main(words) == 0
     text = (tmp_path / "out" / "Wrist" / "import.txt").read_text()
-    for part in (
-        "same stamps",
-        "its sign was lost",
-        "something solid is in the way",
-    ):
+    for part in ("same stamps", "its sign was lost", "something solid is in the way"):
         assert part in text
     assert "Wrist_one.csv" in text.split("something solid")[1]
 

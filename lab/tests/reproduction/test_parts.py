@@ -7,12 +7,7 @@ from tendon_hardware.collection.excitation_plan import find_plan
 from tendon_lab.reproduction.experiment_plan import FURTHER_RUNS, thinned
 from tendon_lab.reproduction.settings import find_settings
 from tendon_lab.reproduction.steps.diagnosis_stage import scope_text, sources
-from tendon_lab.reproduction.unit import (
-    Unit,
-    interleaved,
-    kind_of,
-    representative,
-)
+from tendon_lab.reproduction.unit import Unit, interleaved, kind_of, representative
 from tendon_newton.errors import InvalidDataset
 
 

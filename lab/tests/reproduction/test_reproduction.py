@@ -14,11 +14,7 @@ from tendon_lab.reproduction.outcome import Outcome, row
 from tendon_lab.reproduction.physical import starting_model
 from tendon_lab.reproduction.reproduction import MODELS, NotDone, Reproduction
 from tendon_lab.reproduction.reproduction_report import rows_table, write_report
-from tendon_lab.reproduction.steps.stage_list import (
-    REPRODUCTION_STAGES,
-    run_stages,
-    with_needs,
-)
+from tendon_lab.reproduction.steps.stage_list import REPRODUCTION_STAGES, run_stages, with_needs
 from tendon_lab.reproduction.steps.tip_stage import SINES
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.errors import InvalidOutput, UnknownName

@@ -6,12 +6,7 @@ from pathlib import Path
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.diagnosis_file import (
-    ANSWER,
-    MODEL,
-    diagnosis_table,
-    state_diagnosis,
-)
+from tendon_newton.diagnosis.diagnosis_file import ANSWER, MODEL, diagnosis_table, state_diagnosis
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.next_experiment.open_sets_file import read_scale, read_setting
 from tendon_newton.diagnosis.posterior import read_posterior

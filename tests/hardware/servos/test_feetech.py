@@ -5,11 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from tendon_hardware.errors import (
-    ServoAlert,
-    ServoRefused,
-    ServoReset,
-)
+from tendon_hardware.errors import ServoAlert, ServoRefused, ServoReset
 from tendon_hardware.servos.feetech.feetech_packets import (
     BROADCAST,
     PING,

@@ -24,13 +24,7 @@ from tendon_newton.simulation.mujoco.mujoco_rollout import (
     MujocoRollout,
     solver_with_contacts,
 )
-from tests.physics.contact.bodies import (
-    ball,
-    block,
-    ground,
-    marble,
-    wall,
-)
+from tests.physics.contact.bodies import ball, block, ground, marble, wall
 from tests.physics.runs import GAIN, ideal_model, replayed, run_of, simulate
 from tests.physics.runs import RADIUS as SPOOL
 

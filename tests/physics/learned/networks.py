@@ -53,11 +53,7 @@ def force_query(
 
 
 def write_force_network(
-    path: Path,
-    network: ForceNetwork,
-    kind: Any = "transformer",
-    *,
-    hold: HoldLaw = PLAIN_HOLD,
+    path: Path, network: ForceNetwork, kind: Any = "transformer", *, hold: HoldLaw = PLAIN_HOLD
 ) -> Path:
     """Write a network with its card, and return the path."""
     card = ForceNetworkCard(

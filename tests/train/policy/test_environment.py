@@ -143,10 +143,7 @@ def test_episodes_end_by_time_and_say_so() -> None:
 @pytest.mark.parametrize("poison", ["action", "number"])
 def test_a_world_that_is_no_number_is_named_and_harms_no_other(poison: str) -> None:
     """It begins anew; what the others see, and draw later, stays the same to the last bit."""
-    changes: dict[str, Any] = {
-        "goal_change": 0.2,
-        "randomise": ("link_mass", "spool_radius"),
-    }
+    changes: dict[str, Any] = {"goal_change": 0.2, "randomise": ("link_mass", "spool_radius")}
     healthy, ill = environment(**changes), environment(**changes)
     others = [0, 1, 3, 4, 5]
     for step, action in enumerate(random_actions(45)):

@@ -49,27 +49,16 @@ XL330 = BamMotor(
 # At 12 V: stall 6.0 N m at 4.1 A, 63 rev/min; stall 8.4 N m at 5.2 A, 45 rev/min. The law was seen
 # on an oscilloscope by Rhoban/bam, as that of the XL-320 and the STS3215 at 7.4 V.
 MX64 = BamMotor(
-    duty_per_gain=0.158,
-    torque_constant=1.6,
-    resistance=2.9,
-    armature=0.01,
-    max_duty=0.9625,
+    duty_per_gain=0.158, torque_constant=1.6, resistance=2.9, armature=0.01, max_duty=0.9625
 )
 MX106 = BamMotor(
-    duty_per_gain=0.158,
-    torque_constant=2.0,
-    resistance=2.3,
-    armature=0.015,
-    max_duty=0.9625,
+    duty_per_gain=0.158, torque_constant=2.0, resistance=2.3, armature=0.015, max_duty=0.9625
 )
 XL320 = BamMotor(  # at 7.4 V: stall 0.39 N m at 1.1 A, 114 rev/min
     duty_per_gain=0.0505, torque_constant=0.5, resistance=6.7, armature=1e-3
 )
 XC330 = BamMotor(  # M288 at 5 V: stall 0.93 N m at 1.8 A, 81 rev/min; gain / 128 by the e-manual
-    duty_per_gain=2.0 * XL330_DUTY,
-    torque_constant=0.55,
-    resistance=2.8,
-    armature=2e-3,
+    duty_per_gain=2.0 * XL330_DUTY, torque_constant=0.55, resistance=2.8, armature=2e-3
 )
 # Feetech's loop: kp / 4 thousandths of full duty per count of error, by its own load register.
 # Owners measured 0.164 and 0.166 with an oscilloscope.
