@@ -70,18 +70,17 @@ def main(config: SimulateConfig) -> None:
 
     from tendon_newton.simulation.simulators import find_simulator
 
-    choice = find_simulator(config.solver)
+    simulate = find_simulator(config.solver)
     options: Any = {"network": config.network, "trust": config.trust}
     if config.time_step is not None:
         options["time_step"] = config.time_step
-    simulator = choice(**options)
     recordings = [beginning(r, config.seconds) if r.duration > config.seconds else r for r in whole]
     if any(recording.duration > config.seconds for recording in whole):
         print(f"  the first {config.seconds:g} s of each recording; --seconds inf takes all")
     told = TimeLeft(sum(recording.duration for recording in recordings))
     for first in range(0, len(recordings), AT_ONCE):
         members = recordings[first : first + AT_ONCE]
-        for recording, trajectory in zip(members, simulator.simulate(members, model), strict=True):
+        for recording, trajectory in zip(members, simulate(members, model, **options), strict=True):
             write_result(config, recording, trajectory)
         told(sum(recording.duration for recording in members))
     print(f"\nwrote {len(recordings)} recordings to {out}")

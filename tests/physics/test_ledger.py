@@ -72,7 +72,7 @@ def simulated(
 ) -> Books:
     """Replay a command with one of the simulators."""
     run = run_of(command, bench=bench, rate=ROWS)
-    (out,) = find_simulator(solver)(time_step=step or STEPS[solver]).simulate([run], model)
+    (out,) = find_simulator(solver)([run], model, time_step=step or STEPS[solver])
     learned = model.actuator.name == "learned"
     return Books(
         bench=bench,

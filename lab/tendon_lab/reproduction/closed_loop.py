@@ -7,8 +7,7 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.root_mean_square import rms
-from tendon_newton.simulation.hosts.replay import simulated_recording
-from tendon_newton.simulation.simulators import TendonSimulator
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 
 SETTLED = 2.0
 """Start of what counts [s]: one period of the paper's sinusoid, in which a start is forgotten."""
@@ -18,7 +17,7 @@ def tip_errors_of(
     recordings: Sequence[Recording], model: Model, *, time_step: float
 ) -> list[float]:
     """Return the distance of tips, RMS [m], from those simulated from commands and first rows."""
-    trajectories = TendonSimulator(time_step=time_step).simulate(recordings, model)
+    trajectories = replay(recordings, model, time_step=time_step)
     return [
         tip_error(recording, simulated_recording(recording, trajectory))
         for recording, trajectory in zip(recordings, trajectories, strict=True)

@@ -29,7 +29,7 @@ from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.launch import Launch
-from tendon_newton.simulation.hosts.replay import rollout_of
+from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import SIGNALS, Stepping, Trajectory
 from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.model.assembly import assemble
@@ -235,6 +235,26 @@ class MujocoRollout:
                 f"SolverMuJoCo must stay finite; it did not at steps of {self._time_step} s"
             )
         return rollout.trajectories(arrays)[0]
+
+
+def replay_in_mujoco(
+    recordings: Sequence[Recording],
+    model: Model,
+    *,
+    time_step: float = MUJOCO_STEP,
+    network: str = "torchscript",
+    trust: bool = False,
+) -> list[Trajectory]:
+    """Simulate recordings as `replay` does, with the same tendons and most of the effects."""
+    out: dict[int, Trajectory] = {}
+    for bench in dict.fromkeys(r.bench for r in recordings):
+        members = [i for i, r in enumerate(recordings) if r.bench == bench]
+        own = [recordings[i] for i in members]
+        rollout = MujocoRollout(
+            bench_of(bench, model), own, model, time_step=time_step, network=network, trust=trust
+        )
+        out.update(zip(members, rollout.run(), strict=True))
+    return [out[index] for index in range(len(recordings))]
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def test_the_force_is_what_the_network_says_of_the_log(
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     network = force_network()
     model = learned_model(str(write_force_network(tmp_path / "force.pt", network, hold=hold)))
-    runs = find_simulator(solver)(time_step=5e-4).simulate(recordings, model)
+    runs = find_simulator(solver)(recordings, model, time_step=5e-4)
     for recording, run in zip(recordings, runs, strict=True):
         with torch.no_grad():
             said = network(windows_of(recording, run)).clamp(0.0, LIMIT).numpy()
