@@ -46,7 +46,8 @@ def open_model(path: str | Path, benches: Collection[Mechanism]) -> Model:
     if home is None:
         refuse_other_bench(path, [bench.name for bench in benches])
         return load_model(model_path(path))
-    return servo_alone(load_model(home / MODEL), common_spool(path, benches))
+    radius = common_spool(path, benches)
+    return servo_alone(load_model(home / MODEL), radius)
 
 
 def common_spool(path: Path, benches: Collection[Mechanism]) -> float:

@@ -14,12 +14,14 @@ from tendon_newton.mechanisms.bench_facts import facts_of
 
 def findings_of(train: Sequence[Recording], test: Sequence[Recording] = ()) -> tuple[Finding, ...]:
     """Return what all checks find, what their benches cannot do among it."""
-    own = [
-        one
-        for r in (*train, *test)
-        for one in lint_recording(r, bench=facts_of(r.bench, r.bench_overrides))
-    ]
+    own = [one for recording in (*train, *test) for one in findings_in(recording)]
     return (*lint_dataset(train, test), *own)
+
+
+def findings_in(recording: Recording) -> Sequence[Finding]:
+    """Return what the checks find in a recording alone."""
+    facts = facts_of(recording.bench, recording.bench_overrides)
+    return lint_recording(recording, bench=facts)
 
 
 def faults_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -40,14 +42,7 @@ def where(group: Sequence[Finding]) -> str:
 
 def sound(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """Return the recordings in which no check finds a defect."""
-    return tuple(
-        r
-        for r in recordings
-        if not any(
-            one.severity == "defect"
-            for one in lint_recording(r, bench=facts_of(r.bench, r.bench_overrides))
-        )
-    )
+    return tuple(r for r in recordings if all(one.severity != "defect" for one in findings_in(r)))
 
 
 def exchanges_between(datasets: Mapping[str, Dataset]) -> Iterator[Finding]:

@@ -65,6 +65,7 @@ def percent(share: float, beside: float = 0.0) -> str:
 
 def finding_rows(train: Sequence[Recording], test: Sequence[Recording]) -> dict[str, list[Row]]:
     """Check the recordings; return what misleads and, apart from it, what is good to know."""
+    found = findings_of(train, test)
     rows = [
         {
             "severity": group[0].severity,
@@ -72,7 +73,7 @@ def finding_rows(train: Sequence[Recording], test: Sequence[Recording]) -> dict[
             "consequence": group[0].consequence,
             "evidence": evidence_text(group),
         }
-        for group in kinds_of(findings_of(train, test))
+        for group in kinds_of(found)
     ]
     return {
         "findings": [row for row in rows if row["severity"] != "note"],
