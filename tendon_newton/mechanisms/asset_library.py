@@ -2,6 +2,7 @@
 
 import os
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 
 from tendon_newton.errors import InvalidAsset, UnknownName, unknown_name
@@ -102,10 +103,10 @@ def is_file(path: str | Path) -> bool:
     return os.path.isfile(path)  # noqa: PTH113 - pathlib raises for such a name
 
 
-def unknown_asset(kind: str, name: str) -> UnknownName:
+def unknown_asset(kind: str, name: str, known: Iterable[str] | None = None) -> UnknownName:
     """Build the error for an asset that is in none of the folders, and say how to name one.
 
-    The kind is a word ("bench").
+    The kind is a word ("bench"); all assets are known unless given.
     """
     here = is_file(f"{name}/{name}.usda")
     mend = (
@@ -114,4 +115,4 @@ def unknown_asset(kind: str, name: str) -> UnknownName:
         else f"folders in {FOLDERS_VARIABLE}"
     )
     own = f"./{name} is found with" if here else "your own are looked for in the"
-    return UnknownName(f"{unknown_name(kind, name, asset_names())}; {own} {mend}")
+    return UnknownName(f"{unknown_name(kind, name, known or asset_names())}; {own} {mend}")

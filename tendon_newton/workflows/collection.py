@@ -1,15 +1,20 @@
 """Record a plan or a single run on the bench that options name."""
 
+from dataclasses import replace
+
 from tendon_hardware.benches.bench_address import BenchAddress, DriveAddress
 from tendon_hardware.collection.collect_plan import SINGLE_RUNS, Collection, collect, free_name
 from tendon_hardware.collection.collect_settings import CollectSettings
-from tendon_hardware.collection.excitation_plan import PlannedRun, find_plan
+from tendon_hardware.collection.excitation_plan import BENCHES, PlannedRun, find_plan
 from tendon_hardware.control.operator import Operator
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.servos import find_servo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.stop_request import StopRequest
+from tendon_newton.mechanisms.asset_library import asset_files, asset_folder, unknown_asset
 from tendon_newton.workflows.options import BenchOptions, CollectOptions
+
+FINGER = BENCHES[0]
 
 
 def record(options: CollectOptions, operator: Operator) -> Collection:
@@ -69,9 +74,17 @@ def address_of(
 
 
 def planned(options: CollectOptions) -> tuple[PlannedRun, ...]:
-    """Return what is to be recorded."""
+    """Return what is to be recorded; a finger of the user's own stands in a plan for ours."""
+    own = options.bench not in BENCHES
+    if own and (options.bench not in asset_files() or (asset_folder() / options.bench).is_dir()):
+        raise unknown_asset("bench with a tendon", options.bench, BENCHES)
     if options.plan is not None:
-        return find_plan(options.plan)
+        return tuple(
+            replace(run, bench=options.bench, name=run.name.replace(FINGER, options.bench, 1))
+            if own and run.bench == FINGER
+            else run
+            for run in find_plan(options.plan)
+        )
     words = [options.bench, options.excitation, options.obstacle]
     stem = "_".join(word for word in words if word != "free")
     return (

@@ -66,7 +66,9 @@ class CollectOptions(BenchOptions):
     out: Path  # Folder of the dataset; recordings are added to it.
     plan: str | None = None
     """Plan to record: paper (36 min), quick (1 min), board (7 min); without one, a single run."""
-    bench: str = "finger"  # Bench of a single run: finger, spring_weak or spring_strong.
+    bench: str = "finger"
+    """Bench of a single run: finger, spring_weak, spring_strong, or your own finger's asset in a
+    folder of TENDON_NEWTON_ASSETS, which also takes the finger's place in a plan."""
     excitation: str = "random_steps"
     """Command of a single run, such as random_steps, sine, ramps or steps_held_2s."""
     duration: float = 60.0  # Length of a single run [s].

@@ -42,6 +42,8 @@ from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.errors import InvalidOutput, InvalidParameter
+from tendon_newton.workflows.collection import planned
+from tendon_newton.workflows.options import CollectOptions
 from tests.bad_input.damage import refusal
 from tests.hardware.recording import Trial, Watcher
 from tests.hardware.silent_operator import SilentOperator
@@ -496,6 +498,7 @@ def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(tmp_path, capsys) ->
             "No plan named 'papers'; did you mean 'paper'? known: board, paper, quick",
         ),
         (["--bench", "pendulum"], "No bench with a tendon named 'pendulum'"),
+        (["--bench", "mine"], "your own are looked for in the folders in TENDON_NEWTON_ASSETS"),
         (["--obstacle", "wall"], "No obstacle named 'wall'"),
         (["--servo", "mx28"], "No servo named 'mx28'"),
         (["--port", "/dev/no_such_port"], "/dev/no_such_port"),
@@ -508,6 +511,20 @@ def test_misuse_is_answered_in_one_line(words, said, tmp_path, capsys, monkeypat
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     base = ["collect", "--port", "virtual", "--out", str(tmp_path / "out")]
     assert said in refusal([*base, *words], capsys)
+
+
+def test_an_own_finger_is_recorded_by_its_name(tmp_path: Path, monkeypatch) -> None:
+    """In a single run, and in a plan for the packaged finger, whose springs stay."""
+    monkeypatch.setenv("TENDON_NEWTON_ASSETS", str(tmp_path))
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "mine.usda").touch()
+    options = CollectOptions(port="/dev/ttyUSB0", out=tmp_path / "out", bench="mine")
+    assert [run.bench for run in planned(options)] == ["mine"]
+    runs = planned(replace(options, plan="quick"))
+    assert [run.name for run in runs[:4]] == [
+        "mine_random_steps_0", "mine_ramps_0", "mine_steps_held_1s_0", "spring_weak_random_steps_0"
+    ]  # fmt: skip
+    assert len(runs) == len({run.name for run in runs}) == 9
 
 
 def test_a_run_of_a_further_attempt_is_not_missing(tmp_path: Path) -> None:
