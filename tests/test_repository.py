@@ -99,12 +99,6 @@ def test_every_sentence_of_the_text_is_short_and_has_its_subject(name: str) -> N
     assert found == []
 
 
-def test_a_citation_has_the_version() -> None:
-    """``CITATION.cff`` names the version of ``pyproject.toml``."""
-    version = tomllib.loads(read("pyproject.toml"))["project"]["version"]
-    assert f"\nversion: {version}\n" in read("CITATION.cff")
-
-
 def test_the_index_lists_every_page() -> None:
     """Each page of the documentation is linked from its index."""
     linked = set(re.findall(r"\]\(([\w/.]+\.md)", read("docs/index.md")))

@@ -21,9 +21,7 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
     """Record what is missing, and return what came of it."""
     plan = planned(options)
     settings = settings_of(options)
-    address = address_of(
-        options, plan[0].bench, port=options.port, load_cell_rate=options.virtual_load_cell_rate
-    )
+    address = address_of(options, plan[0].bench, port=options.port)
     title = options.plan or SINGLE_RUNS
     with StopRequest() as stop:
         return collect(address, plan, settings, options.out, operator, stop, title=title)
@@ -47,7 +45,6 @@ def address_of(
     bench: str,
     *,
     port: str,
-    load_cell_rate: int,
     further: tuple[DriveAddress, ...] = (),
 ) -> BenchAddress:
     """Return where a bench is.
@@ -55,7 +52,6 @@ def address_of(
     Args:
         bench: Name under ``assets/``.
         port: Serial port of the servos, or the word for a virtual bench.
-        load_cell_rate: Readings per second of the load cell [Hz].
     """
     return BenchAddress(
         bench=bench,
@@ -68,7 +64,7 @@ def address_of(
         identifier=options.servo_id,
         baud=options.baud,
         retries=options.retries,
-        load_cell_rate=load_cell_rate,
+        load_cell_rate=options.load_cell_rate,
         lockstep=options.faster_than_real_time,
     )
 

@@ -158,7 +158,6 @@ def bench_address(options: DeployOptions, servos: int) -> BenchAddress:
         options,
         bench,
         port=options.port or "",
-        load_cell_rate=options.load_cell_rate,
         further=further_drives(options, servos),
     )
     return replace(address, camera_port=options.camera_port)

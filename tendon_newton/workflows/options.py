@@ -40,6 +40,8 @@ class BenchOptions(LoadCellOptions):
     """What stands on a bench, how often it is read, and how far it may go."""
 
     load_cell: str = "hx711_serial"  # Kind of the load cell.
+    load_cell_rate: int = 20
+    """Readings per second of the load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
     servo: str = "xc330_t288_t"  # Kind of the servo; a policy's card must name the same.
     servo_id: int = 1  # ID of the servo on its bus.
     baud: int = 1_000_000  # Rate of the bus [1/s].
@@ -61,8 +63,6 @@ class CollectOptions(BenchOptions):
 
     port: str
     """Serial port of the servo, or virtual, or virtual::3 for unit 3 of the virtual benches."""
-    virtual_load_cell_rate: int = 20
-    """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
     out: Path  # Folder of the dataset; recordings are added to it.
     plan: str | None = None
     """Plan to record: paper (36 min), quick (1 min), board (7 min); without one, a single run."""
@@ -105,7 +105,6 @@ class DeployOptions(BenchOptions, BenchPorts):
     """Port on which a camera's program tells where a ball is; a virtual hand brings its own."""
     bench: str | None = None
     """Bench under assets; unless given the virtual one that the port names, or finger."""
-    load_cell_rate: int = 20  # Readings per second of the load cell: 80, 20 or 10 [Hz].
     further_servo_ids: tuple[int, ...] = ()
     """IDs of further servos, in the order of the asset's tendons; unless given the next ones."""
     policy_rate: float = 20.0  # Policy steps per second [Hz]; the policy's card must name the same.

@@ -22,7 +22,6 @@ from tendon_newton.exports.arms import ARM_EXPORTS
 from tendon_newton.exports.arms.arm_export import export_arm, seconds_of, swings
 from tendon_newton.exports.arms.mujoco_arm import (
     PROGRAM,
-    arm_spec,
     replay_arm_file,
     replay_arm_program,
     write_arm,
@@ -253,10 +252,3 @@ def test_what_a_format_cannot_hold_is_told_with_its_worth(to, mechanism, tmp_pat
         assert told["replay"][way]["angle"] == pytest.approx(rms(missed))
         assert told["left_out"][way]["floor"]["angle"] > COUNT
     assert sum(parts) == pytest.approx(seconds_of(motions) * len(told["replay"]))
-
-
-def test_gravity_in_the_file_is_that_of_the_tilted_base(mechanism: Mechanism) -> None:
-    """And a joint's actuator counts as its servo does."""
-    model = arm_spec(stands(mechanism, servo(), servo())).compile()
-    np.testing.assert_allclose(model.opt.gravity, [0.4, -0.3, -9.8])
-    np.testing.assert_array_equal(model.actuator_gear[:, 0], [1.0, -1.0])

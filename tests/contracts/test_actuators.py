@@ -23,7 +23,6 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.structs import Mechanism
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.errors import UnknownName
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import rollout_of
@@ -168,9 +167,3 @@ def test_the_derivatives_of_a_force_are_right(kind: str, network_path: Path) -> 
     arm = mechanism.tendons[0].moment_arm[0]
     slopes = [(found[k, 0] - found[k + 1, 0]) / (2.0 * NUDGE * arm) for k in (1, 3)]
     assert found[0, 1:] == pytest.approx(slopes, rel=1e-6, abs=1e-4)
-
-
-def test_an_unknown_actuator_is_named() -> None:
-    """The message says what is known."""
-    with pytest.raises(UnknownName, match="pwm_servo"):
-        find_actuator("pwm_sevro")

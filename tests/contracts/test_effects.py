@@ -9,7 +9,7 @@ import pytest
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
-from tendon_newton.errors import InvalidModelFile, UnknownName
+from tendon_newton.errors import InvalidModelFile
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Trajectory
 from tendon_newton.simulation.model.structure import in_catalogue_order
@@ -157,9 +157,3 @@ def test_a_pure_number_outside_its_range_is_told_without_a_unit(finger: Rollout)
     )
     with pytest.raises(InvalidModelFile, match=r"between 0 and 0\.2 \(at 0\.2"):
         finger.base_vectors(model)
-
-
-def test_an_unknown_effect_is_named() -> None:
-    """The message says what is known."""
-    with pytest.raises(UnknownName, match="routing_friction"):
-        find_effect("routing_fricton")

@@ -8,8 +8,8 @@ import pytest
 from tendon_newton.cli import main
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import TendonNewtonError, UnknownName
-from tendon_newton.exports import EXPORTS, find_export
+from tendon_newton.errors import TendonNewtonError
+from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.exports.models import model_of
@@ -44,12 +44,6 @@ def test_every_effect_has_a_row_for_every_target(target: str) -> None:
 def test_the_documentation_shows_the_table_as_it_is() -> None:
     """docs/export.md holds the text that the targets' own lists make."""
     assert coverage_table() in PAGE.read_text(encoding="utf-8")
-
-
-def test_an_unknown_target_is_named_with_the_known_ones() -> None:
-    """The message lists what there is."""
-    with pytest.raises(UnknownName, match="mujoco"):
-        find_export("gazebo")
 
 
 BENCH = "spring_weak"

@@ -10,7 +10,6 @@ import pytest
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.authoring.corrected_layer import (
     NUMBERS,
@@ -187,10 +186,3 @@ def test_every_effect_has_a_place_or_is_left() -> None:
     correction = correct(load_mechanism("finger"), Model(actuator=actuator, effects=effects))
     assert set(correction.applied) | set(correction.left) == set(EFFECTS)
     assert set(correction.applied) == set(HOMES)
-
-
-def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
-    """A folder that is not there."""
-    correction = correct(load_mechanism("finger"), model_of())
-    with pytest.raises(InvalidOutput, match="nowhere"):
-        write_corrected_layer(tmp_path / "nowhere" / "x.usda", correction, {})

@@ -33,7 +33,6 @@ from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.diagnosis.reporting.report_tables import percent, regime_rows, regimes
 from tendon_newton.diagnosis.result import Diagnosis, Errors, Estimate, Rival, Verdict
 from tendon_newton.effects import EFFECTS, find_effect
-from tendon_newton.errors import InvalidOutput
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, evidence, named
 from tests.diagnosis.reporting.browser import LEAST_LETTER, WIDTHS, look_at
 from tests.diagnosis.reporting.test_report_finger import motions
@@ -317,12 +316,6 @@ def test_the_same_diagnosis_gives_the_same_page(with_force, pages, tmp_path) -> 
     """To the letter: no date, no chance."""
     write_report(tmp_path / "b.html", diagnosis("explained"), with_force)
     assert (tmp_path / "b.html").read_text(encoding="utf-8") == pages["explained"]
-
-
-def test_a_page_that_cannot_be_written_is_an_error(with_force: Evidence, tmp_path: Path) -> None:
-    """The message names the file."""
-    with pytest.raises(InvalidOutput, match=r"report\.html: cannot be written"):
-        write_report(tmp_path / "none" / "report.html", diagnosis("no_gap"), with_force)
 
 
 @pytest.mark.parametrize("effect", EFFECTS)

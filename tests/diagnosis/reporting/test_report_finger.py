@@ -19,7 +19,6 @@ from tendon_newton.diagnosis.reporting.report_finger import (
     ClosingPostures,
     moving_fingers,
 )
-from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -173,12 +172,3 @@ def test_the_name_of_a_recording_is_no_formula(tmp_path: Path) -> None:
     """Whatever a file is called stands above its picture as it is."""
     shown = picture(tmp_path / "named.png", replace(recording(), name=r"100%_{a}^$b$\frac{x$.csv"))
     assert shown.shape == picture(tmp_path / "plain.png", recording()).shape
-
-
-def test_a_picture_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
-    """The message says what is wrong with the path."""
-    with pytest.raises(InvalidOutput, match="the picture cannot be written"):
-        save(
-            recording_figure(recording(), trajectory(recording())),
-            tmp_path / "no_such_folder" / "picture.png",
-        )

@@ -26,7 +26,6 @@ class TrainingConfig:
     """Purpose of the network: the force along measured motion, as precise as possible, or the loop
     of a simulation, with the force beside all measured motion."""
     seed: int = 0  # Seed of the starting weights and the order of the windows.
-    fold_seed: int = 0  # Seed of the choice of validation recordings; keep it to compare networks.
     window: int = 30  # Samples that the network sees.
     rate: float = 20.0  # Samples per second [Hz].
     force_limit: float | None = None

@@ -30,8 +30,8 @@ class Fold:
     validation: tuple[Recording, ...]  # These say when to stop
 
 
-def split_train(dataset: Dataset, *, seed: int = 0) -> Fold:
-    """Hold out some whole train recordings of every bench that has several.
+def split_train(dataset: Dataset) -> Fold:
+    """Hold out some whole train recordings of every bench that has several, always the same.
 
     Raises:
         InvalidDataset: There are fewer than two train recordings.
@@ -42,7 +42,7 @@ def split_train(dataset: Dataset, *, seed: int = 0) -> Fold:
             f"{dataset.path}: training needs two train recordings or more with theta_d and force, "
             f"one of them to tell it when to stop; there are {len(recordings)}"
         )
-    rng = np.random.default_rng([seed, len(recordings)])
+    rng = np.random.default_rng([0, len(recordings)])
     held: set[str] = set()
     for bench in sorted({r.bench for r in recordings}):
         names = sorted(r.name for r in recordings if r.bench == bench)
@@ -90,7 +90,7 @@ class ForceData:
 
 def prepare(dataset: Dataset, config: TrainingConfig) -> ForceData:
     """Cut a dataset into windows as a training asks for."""
-    fold = split_train(dataset, seed=config.fold_seed)
+    fold = split_train(dataset)
     shape = WindowShape(window=config.window, rate=config.rate)
     return ForceData(
         fold=fold,

@@ -18,7 +18,6 @@ POSITIVE = (
     "learning_rate",
     "clip",
     "exploration",
-    "gradient_limit",
     "checkpoint_every",
     "threads",
 )
@@ -54,7 +53,6 @@ class PolicyTrainingConfig:
     exploration_memory: float = 0.0
     """Share of a step's noise that the next step keeps [1]. What takes several steps, such as a
     finger's stroke, is hardly ever found by noise that is new in each."""
-    gradient_limit: float = 1.0  # Longest gradient of an update.
     hidden: tuple[int, ...] = (128, 64, 32)
     """Widths of the layers of actor and critic, with ReLU between them."""
     checkpoint_every: int = 10  # Iterations from one checkpoint to the next.
@@ -139,6 +137,6 @@ def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:
             "lam": config.trace,
             "entropy_coef": 0.0,  # the entropy of a given deviation is constant
             "use_clipped_value_loss": False,  # returns are not of the size 1 that its clip suits
-            "max_grad_norm": config.gradient_limit,
+            "max_grad_norm": 1.0,
         },
     }
