@@ -19,8 +19,9 @@ from tendon_newton.mechanisms.geometry.statics import (
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import turned_span
 
-# Beyond this many turns [1] the string climbs over itself and the spool radius grows
-TURN_LIMIT = 2.0
+# Beyond this many turns [1] the string climbs over itself and the spool radius grows; fewer than the
+# least are some tens of an encoder's counts
+TURN_LIMIT, LEAST_TURNS = 2.0, 0.01
 # A servo that closes less than this share of the range [1] does not drive the bench
 REACH_LIMIT = 0.1
 # Shares of the range [1] that gravity closes by itself: worth a note, and no return at all
@@ -114,9 +115,10 @@ def _check_slack(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]
 def _check_spool(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
     ends = excursion(tendon, range_positions(mechanism, 2))
     turns = float(np.ptp(ends)) / (2.0 * np.pi * tendon.spool_radius)
-    if turns > TURN_LIMIT:
+    if not LEAST_TURNS < turns <= TURN_LIMIT:
         yield about(tendon.prim, "spool").warning(
-            f"a spool keeps its radius for {TURN_LIMIT:g} turns; the range winds {turns:.1f}",
+            f"a range winds {LEAST_TURNS:g} to {TURN_LIMIT:g} turns of a spool, for which it keeps "
+            f"its radius; here {turns:.2g}",
             "Check tendon:spoolRadius [m] and the moment arms [m]",
         )
 

@@ -149,6 +149,8 @@ CASES: dict[str, Fault] = {
         ("tendon:forceLimit = 21", "tendon:forceLimit = 0")),
     "a servo too weak": fault("closing_force", FLEXOR,
         ("tendon:forceLimit = 21", "tendon:forceLimit = 0.5")),
+    "a spool in millimetres": fault("spool", FLEXOR, (SPOOL, "double tendon:spoolRadius = 12.5"),
+        severity="warning"),
     "a spool for a watch": fault("spool", FLEXOR, (SPOOL, "double tendon:spoolRadius = 0.001"),
         severity="warning"),
     "springs too soft to open": fault("slack", FLEXOR, (SPRING, SPRING.replace("0.045", "0.003")),
