@@ -236,6 +236,16 @@ def test_a_cart_beyond_its_rail_is_a_defect(tmp_path, capsys, monkeypatch) -> No
     assert "run_0.csv  lies" not in said
 
 
+def test_a_pendulum_that_hangs_at_half_a_turn_is_told(tmp_path, capsys) -> None:
+    """Counts of 4096 a turn without their offset: the answer was "unexplained", without a word."""
+    down, up = ({**run(k), "q": angle + np.sin(TIME)} for k, angle in enumerate((0.0, np.pi)))
+    assert main(Logs(runs=[down, up], bench="pendulum").write(tmp_path)) == 0
+    said = capsys.readouterr().out
+    assert "offset = -3.14159 in the mapping" in said
+    assert "run_1.csv  lies from 2.14 to 4.14 rad, and the mass of pendulum hangs" in said
+    assert "run_0.csv  lies" not in said
+
+
 def test_a_string_wound_in_beyond_the_joints_is_told_by_every_door(tmp_path, capsys) -> None:
     """The packaged finger is closed at 22 mm, 1.76 rad of its motor; this one went on to 2 rad."""
     q = run(0)["q"]

@@ -53,6 +53,7 @@ def against(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
     """Say what a recording holds that its bench cannot do."""
     yield from another_unit(recording, bench)
     yield from beyond_ends(recording, bench)
+    yield from upside_down(recording, bench)
     if recording.force is not None:
         yield from too_strong(recording, recording.force, bench)
         if bench.pulls:
@@ -120,6 +121,20 @@ def beyond_ends(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
                 f"ends at {1e3 * high:.3g} mm",
                 "a simulation is stopped there: mend the joints' ranges (--range of asset new), "
                 "spool_radius or the zero of theta, unless the string stretches so far",
+            )
+
+
+def upside_down(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
+    """An angle that stays above the horizontal, of a mass that hangs from its shaft at 0."""
+    columns = zip(names_of(recording, "theta"), recording.motor_position.T, strict=True)
+    for way, (column, theta) in zip(bench.ways, columns, strict=False):
+        hangs = way.direct and way.unit == "rad" and np.isinf(way.ends).all()
+        if hangs and recording.command is not None and np.cos(theta).max() < 0.0:
+            yield Examined(recording.name, column).caution(
+                f"lies from {theta.min():.2f} to {theta.max():.2f} rad, and the mass of "
+                f"{bench.name} hangs straight down at 0",
+                "its zero is another one, unless the mass is held up there: counts of 4096 a turn "
+                "have it at 2048 (offset = -3.14159 in the mapping, of theta_d too)",
             )
 
 

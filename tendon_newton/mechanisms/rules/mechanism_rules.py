@@ -19,8 +19,8 @@ from tendon_newton.mechanisms.geometry.statics import (
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import turned_span
 
-# Beyond this many turns [1] the string climbs over itself and the spool radius grows; fewer than the
-# least are some tens of an encoder's counts
+# Beyond this many turns [1] the string climbs over itself and the spool radius grows; fewer than
+# the least are some tens of an encoder's counts
 TURN_LIMIT, LEAST_TURNS = 2.0, 0.01
 # A servo that closes less than this share of the range [1] does not drive the bench
 REACH_LIMIT = 0.1
