@@ -45,9 +45,8 @@ def open_model(path: str | Path, benches: Collection[Mechanism]) -> Model:
     home = known_servo(path)
     if home is None:
         refuse_other_bench(path, [bench.name for bench in benches])
-        return load_model(model_path(path))
-    radius = common_spool(path, benches)
-    return servo_alone(load_model(home / MODEL), radius)
+    model = load_model(model_path(path))
+    return model if home is None else servo_alone(model, common_spool(path, benches))
 
 
 def common_spool(path: Path, benches: Collection[Mechanism]) -> float:

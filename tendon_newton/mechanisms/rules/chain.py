@@ -26,22 +26,16 @@ def moved_joints(stage: Any) -> list[Any]:
     return [prim for prim in all_joints(stage) if prim.GetTypeName() in JOINT_TYPES]
 
 
-def moved_link(joint: Any) -> str | None:
-    """Return the path of the link that a joint moves."""
-    return next(iter(targets_of(joint, "physics:body1")), None)
-
-
-def carrier(joint: Any) -> str | None:
-    """Return the path of the link that a joint sits on; None for the world."""
-    return next(iter(targets_of(joint, "physics:body0")), None)
+def ends_of(joint: Any) -> list[str | None]:
+    """Return the paths of the link that a joint sits on, and of the one that it moves."""
+    return [next(iter(targets_of(joint, f"physics:body{end}")), None) for end in "01"]
 
 
 def movers(stage: Any) -> dict[str, Any]:
     """Return the joint that moves each link, by the link's path; the first where several do."""
     table: dict[str, Any] = {}
     for joint in all_joints(stage):
-        link = moved_link(joint)
-        if link is not None:
+        if (link := ends_of(joint)[1]) is not None:
             table.setdefault(link, joint)
     return table
 
@@ -50,7 +44,7 @@ def joints_below(stage: Any, joint: Any) -> list[Any]:
     """Return the joints from one towards the base, itself first; a loop is followed once."""
     table = movers(stage)
     chain = [joint]
-    while (below := table.get(carrier(chain[-1]) or "")) is not None and below not in chain:
+    while (below := table.get(ends_of(chain[-1])[0] or "")) is not None and below not in chain:
         chain.append(below)
     return chain
 
@@ -59,10 +53,10 @@ def chain_findings(stage: Any) -> Iterator[AssetFinding]:
     """Apply the rules that make a mechanism a tree on a fixed base."""
     table = movers(stage)
     for joint in all_joints(stage):
-        link = moved_link(joint)
+        below, link = ends_of(joint)
         if link is None:
             continue
-        if link == carrier(joint):
+        if link == below:
             yield about(joint, "chain").error(
                 f"a joint joins two links; both of its ends are {link}",
                 "Point physics:body0 to the link before it",
@@ -72,7 +66,7 @@ def chain_findings(stage: Any) -> Iterator[AssetFinding]:
                 f"one joint moves a link; {link} is moved by {table[link].GetPath()} too",
                 "Point physics:body1 to its own link",
             )
-        elif table.get(carrier(joints_below(stage, joint)[-1]) or "") == joint:
+        elif table.get(ends_of(joints_below(stage, joint)[-1])[0] or "") == joint:
             yield about(joint, "chain").error(
                 "a chain of joints ends at the base; this one returns to itself",
                 "Point physics:body0 of the first joint to the base",

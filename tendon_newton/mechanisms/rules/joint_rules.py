@@ -4,15 +4,27 @@
 # pyright: reportAttributeAccessIssue=false
 
 from collections.abc import Iterator
-from math import isfinite, pi
+from math import inf, isfinite, pi
 from typing import Any
 
 from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, all_joints, moved_joints
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
-from tendon_newton.mechanisms.rules.tendon_rules import joint_tendons
-from tendon_newton.mechanisms.usd.usd_route import authored, targets_of
+from tendon_newton.mechanisms.rules.tendon_rules import turned_by_shaft
+from tendon_newton.mechanisms.usd.usd_route import stated, targets_of
 
+# What the rules read of a joint, and what counts where it has none
+JOINT = {
+    "physics:localPos0": (0.0, 0.0, 0.0),
+    "physics:localPos1": (0.0, 0.0, 0.0),
+    "physics:lowerLimit": -inf,
+    "physics:upperLimit": inf,
+    "mjc:stiffness": 0.0,
+    "mjc:springref": None,
+    "newton:damping": 0.0,
+    "newton:friction": 0.0,
+    "newton:limitStiffness": 0.0,
+}
 # A range of fewer degrees than a turn has radians was most likely written in radians
 SMALL_RANGE = 2.0 * pi
 # Two halves of a joint farther apart than this [m] when the asset is drawn do not fit
@@ -34,24 +46,27 @@ def joint_findings(stage: Any) -> Iterator[AssetFinding]:
                 "Build it from revolute joints, one per axis",
             )
     for prim in moved_joints(stage):
-        yield from _check_bodies(stage, prim)
-        yield from _check_frames(stage, prim)
-        yield from check_losses(prim)
-        if not any(authored(t, "tendon:direct", False) for t in joint_tendons(stage, prim)):
-            yield from _check_limits(prim)
-            yield from check_spring(prim)
-            yield from check_stops(prim)
+        ends = {end: targets_of(prim, f"physics:body{end}") for end in "01"}
+        joint = stated(prim, JOINT)
+        yield from _check_bodies(stage, prim, ends)
+        yield from _check_frames(stage, prim, ends, joint)
+        yield from _check_losses(prim, joint)
+        if not turned_by_shaft(stage, prim):
+            yield from _check_limits(prim, joint)
+            yield from _check_spring(prim, joint)
+            yield from _check_stops(prim, joint)
 
 
-def _check_bodies(stage: Any, prim: Any) -> Iterator[AssetFinding]:
-    for name in ("physics:body0", "physics:body1"):
-        for target in targets_of(prim, name):
+def _check_bodies(stage: Any, prim: Any, ends: dict[str, list[str]]) -> Iterator[AssetFinding]:
+    for end, targets in ends.items():
+        for target in targets:
             if not stage.GetPrimAtPath(target):
                 yield about(prim, "joint_body").error(
-                    f"a joint joins prims that exist; {name} is {target}, which does not",
-                    f"Point {name} to a link",
+                    f"a joint joins prims that exist; physics:body{end} is {target}, which does "
+                    "not",
+                    f"Point physics:body{end} to a link",
                 )
-    moved = [stage.GetPrimAtPath(target) for target in targets_of(prim, "physics:body1")]
+    moved = [stage.GetPrimAtPath(target) for target in ends["1"]]
     if not any(body and is_link(body) for body in moved):
         yield about(prim, "joint_body").error(
             "a joint moves a rigid body; physics:body1 of this one is none",
@@ -59,19 +74,19 @@ def _check_bodies(stage: Any, prim: Any) -> Iterator[AssetFinding]:
         )
 
 
-def _check_frames(stage: Any, prim: Any) -> Iterator[AssetFinding]:
+def _check_frames(
+    stage: Any, prim: Any, ends: dict[str, list[str]], joint: dict[str, Any]
+) -> Iterator[AssetFinding]:
     """Compare where the two links put the joint, as the asset is drawn."""
     from pxr import Gf, UsdGeom
 
     places = []
-    for end in ("0", "1"):
-        targets = targets_of(prim, f"physics:body{end}")
+    for end, targets in ends.items():
         body = stage.GetPrimAtPath(targets[0]) if targets else stage.GetPseudoRoot()
         if not body:
             return
         frame = UsdGeom.XformCache().GetLocalToWorldTransform(body)
-        local = authored(prim, f"physics:localPos{end}", (0.0, 0.0, 0.0))
-        places.append(frame.Transform(Gf.Vec3d(*local)))
+        places.append(frame.Transform(Gf.Vec3d(*joint[f"physics:localPos{end}"])))
     gap = (places[0] - places[1]).GetLength()
     if gap > FRAME_GAP:
         yield about(prim, "joint_frame").warning(
@@ -80,9 +95,9 @@ def _check_frames(stage: Any, prim: Any) -> Iterator[AssetFinding]:
         )
 
 
-def _check_limits(prim: Any) -> Iterator[AssetFinding]:
-    lower = float(authored(prim, "physics:lowerLimit", float("-inf")))
-    upper = float(authored(prim, "physics:upperLimit", float("inf")))
+def _check_limits(prim: Any, joint: dict[str, Any]) -> Iterator[AssetFinding]:
+    lower = float(joint["physics:lowerLimit"])
+    upper = float(joint["physics:upperLimit"])
     if not (isfinite(lower) and isfinite(upper)):
         message = "a joint that a tendon closes needs both ends of its range; one is missing"
     elif not lower < upper:
@@ -110,16 +125,16 @@ RETURN_TIME = 0.5
 STOP_LIMITS = {"PhysicsRevoluteJoint": 1.0e4, "PhysicsPrismaticJoint": 1.0e7}
 
 
-def check_losses(prim: Any) -> Iterator[AssetFinding]:
+def _check_losses(prim: Any, joint: dict[str, Any]) -> Iterator[AssetFinding]:
     """Check damping and friction: they take energy and let the spring open the joint."""
     for name in ("newton:damping", "newton:friction"):
-        if (value := float(authored(prim, name, 0.0))) < 0.0:
+        if (value := float(joint[name])) < 0.0:
             yield about(prim, "damping").error(
                 f"{name} must be 0 or more; it is {value:g}", f"Write {name} as a positive number"
             )
-    stiffness = float(authored(prim, "mjc:stiffness", 0.0))
+    stiffness = float(joint["mjc:stiffness"])
     revolute = prim.GetTypeName() == "PhysicsRevoluteJoint"
-    damping = float(authored(prim, "newton:damping", 0.0)) * (DEGREES if revolute else 1.0)
+    damping = float(joint["newton:damping"]) * (DEGREES if revolute else 1.0)
     if stiffness > 0.0 and damping / stiffness > RETURN_TIME:
         yield about(prim, "damping").warning(
             f"against its damping the spring takes "
@@ -128,9 +143,9 @@ def check_losses(prim: Any) -> Iterator[AssetFinding]:
         )
 
 
-def check_spring(prim: Any) -> Iterator[AssetFinding]:
+def _check_spring(prim: Any, joint: dict[str, Any]) -> Iterator[AssetFinding]:
     """Check the return spring: there is one, of a finger's size, relaxed where it is open."""
-    stiffness = float(authored(prim, "mjc:stiffness", 0.0))
+    stiffness = float(joint["mjc:stiffness"])
     limit, unit = SPRING_LIMITS[prim.GetTypeName()]
     if not stiffness > 0.0:
         yield about(prim, "spring").found(
@@ -145,8 +160,8 @@ def check_spring(prim: Any) -> Iterator[AssetFinding]:
             f"a return spring of {stiffness:g} {unit} is no bench's; they end at {limit:g}",
             "Check the unit of mjc:stiffness: N m/rad or N/m",
         )
-    rest = authored(prim, "mjc:springref", None)
-    upper = float(authored(prim, "physics:upperLimit", float("inf")))
+    rest = joint["mjc:springref"]
+    upper = float(joint["physics:upperLimit"])
     if rest is None or rest >= upper:
         found = "missing" if rest is None else f"{rest:g}, at or past the upper limit {upper:g}"
         yield about(prim, "springref").warning(
@@ -155,7 +170,7 @@ def check_spring(prim: Any) -> Iterator[AssetFinding]:
         )
 
 
-def check_stops(prim: Any) -> Iterator[AssetFinding]:
+def _check_stops(prim: Any, joint: dict[str, Any]) -> Iterator[AssetFinding]:
     """Check the end stops: they are given and no stiffer than a step can follow."""
     revolute = prim.GetTypeName() == "PhysicsRevoluteJoint"
     unit = "N m/deg" if revolute else "N/m"
@@ -175,7 +190,7 @@ def check_stops(prim: Any) -> Iterator[AssetFinding]:
             yield about(prim, "stop").error(
                 f"{name} must be {least}; it is {value:g}", f"Write {name} [{unit}]"
             )
-    stiffness = float(authored(prim, "newton:limitStiffness", 0.0)) * (DEGREES if revolute else 1.0)
+    stiffness = float(joint["newton:limitStiffness"]) * (DEGREES if revolute else 1.0)
     if stiffness > STOP_LIMITS[prim.GetTypeName()]:
         yield about(prim, "stop").warning(
             f"an end stop of {stiffness:g} {unit.replace('deg', 'rad')} "

@@ -6,8 +6,15 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.mechanisms.rules.rule_findings import AssetFinding, about
-from tendon_newton.mechanisms.usd.usd_route import authored
+from tendon_newton.mechanisms.usd.usd_route import stated
 
+# What the rules read of a link, and what counts where it has none
+LINK = {
+    "physics:mass": 0.0,
+    "physics:diagonalInertia": (0.0, 0.0, 0.0),
+    "physics:principalAxes": None,
+    "physics:centerOfMass": None,
+}
 # Masses that a bench on a table has [kg]; outside, grams or millimetres slipped in
 MASS_RANGE = (1.0e-4, 10.0)
 # Distance of a centre of mass from its link's frame [m] that no bench on a table exceeds
@@ -19,9 +26,10 @@ def link_findings(stage: Any) -> Iterator[AssetFinding]:
     """Apply every rule for links to a stage."""
     for prim in stage.Traverse():
         if is_link(prim):
-            yield from _check_mass(prim)
-            yield from _check_inertia(prim)
-            yield from _check_center(prim)
+            link = stated(prim, LINK)
+            yield from _check_mass(prim, link)
+            yield from _check_inertia(prim, link)
+            yield from _check_center(prim, link["physics:centerOfMass"])
     yield from _check_tip(stage)
 
 
@@ -30,8 +38,8 @@ def is_link(prim: Any) -> bool:
     return "PhysicsRigidBodyAPI" in prim.GetAppliedSchemas()
 
 
-def _check_mass(prim: Any) -> Iterator[AssetFinding]:
-    mass = float(authored(prim, "physics:mass", 0.0))
+def _check_mass(prim: Any, link: dict[str, Any]) -> Iterator[AssetFinding]:
+    mass = float(link["physics:mass"])
     if "PhysicsMassAPI" not in prim.GetAppliedSchemas():
         yield about(prim, "mass").error(
             "a link has its own mass; PhysicsMassAPI is not applied",
@@ -48,9 +56,9 @@ def _check_mass(prim: Any) -> Iterator[AssetFinding]:
         )
 
 
-def _check_inertia(prim: Any) -> Iterator[AssetFinding]:
-    mass = float(authored(prim, "physics:mass", 0.0))
-    moments = sorted(float(x) for x in authored(prim, "physics:diagonalInertia", (0.0, 0.0, 0.0)))
+def _check_inertia(prim: Any, link: dict[str, Any]) -> Iterator[AssetFinding]:
+    mass = float(link["physics:mass"])
+    moments = sorted(float(x) for x in link["physics:diagonalInertia"])
     if not moments[0] > 0.0:
         yield about(prim, "inertia").error(
             f"principal moments of inertia must be positive; they are {moments}",
@@ -69,7 +77,7 @@ def _check_inertia(prim: Any) -> Iterator[AssetFinding]:
             f"centre; no link of a bench is larger than {GYRATION_LIMIT:g} m",
             "Check the unit of physics:diagonalInertia: kg m^2; a rod has m L^2 / 12",
         )
-    axes = authored(prim, "physics:principalAxes", None)
+    axes = link["physics:principalAxes"]
     if axes is not None and abs(float(axes.GetLength()) - 1.0) > 1e-3:
         yield about(prim, "inertia").error(
             "physics:principalAxes must be a rotation, a quaternion "
@@ -78,8 +86,7 @@ def _check_inertia(prim: Any) -> Iterator[AssetFinding]:
         )
 
 
-def _check_center(prim: Any) -> Iterator[AssetFinding]:
-    center = authored(prim, "physics:centerOfMass", None)
+def _check_center(prim: Any, center: Any) -> Iterator[AssetFinding]:
     if center is None:
         yield about(prim, "center_of_mass").warning(
             "a link gives physics:centerOfMass; it is missing, and its frame's origin is used",

@@ -7,6 +7,7 @@ from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below
 from tendon_newton.mechanisms.rules.route_rules import route_findings
 from tendon_newton.mechanisms.rules.rule_findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import authored, is_routed, targets_of
+from tendon_newton.mechanisms.usd.usd_tendon import tendon_arms
 
 MOMENT_ARM_LIMIT = 0.1  # A moment arm above this [m] is no finger's; millimetres slipped in
 RATIO_LIMIT = 10.0  # Metres of tendon per metre of travel above this are no pulley's
@@ -16,6 +17,11 @@ def joint_tendons(stage: Any, joint: Any) -> list[Any]:
     """Return the tendon prims that act on a joint."""
     path = str(joint.GetPath())
     return [prim for prim in _tendons(stage) if path in targets_of(prim, "mjc:path")]
+
+
+def turned_by_shaft(stage: Any, joint: Any) -> bool:
+    """Tell whether a tendon that acts on a joint is a shaft, which pulls no string."""
+    return any(authored(prim, "tendon:direct", False) for prim in joint_tendons(stage, joint))
 
 
 def tendon_findings(stage: Any) -> Iterator[AssetFinding]:
@@ -65,7 +71,7 @@ def _check_path(stage: Any, prim: Any) -> Iterator[AssetFinding]:
     else:
         for index, coefficient in zip(indices, coefficients, strict=True):
             others = [other for other in joint_tendons(stage, joints[index]) if other != prim]
-            closed = any(_arm_about(other, targets[index]) > 0.0 for other in others)
+            closed = any(dict(tendon_arms(o)).get(targets[index], 0.0) > 0.0 for o in others)
             yield from _check_arm(prim, joints[index], coefficient, closed=closed)
         yield from _check_connection(stage, prim, joints)
 
@@ -90,15 +96,6 @@ def _check_connection(stage: Any, prim: Any, joints: list[Any]) -> Iterator[Asse
                 "moment arm there; its mjc:path leaves it out",
                 "Add the joint to mjc:path, with arm 0 if the string runs through its axis",
             )
-
-
-def _arm_about(prim: Any, joint: str) -> float:
-    """Return the constant moment arm of a tendon about a joint; 0 where it is not written."""
-    coefficients = list(authored(prim, "mjc:path:coef", ()))
-    targets = targets_of(prim, "mjc:path")
-    places = authored(prim, "mjc:path:indices", None) or range(len(targets))
-    arms = {targets[i]: arm for i, arm in zip(places, coefficients, strict=False)}
-    return arms.get(joint, 0.0)
 
 
 def _check_arm(prim: Any, joint: Any, arm: float, *, closed: bool) -> Iterator[AssetFinding]:

@@ -26,17 +26,19 @@ from tendon_newton.mechanisms.geometry.obstacles import (
     Plane,
     Sphere,
 )
-from tendon_newton.mechanisms.usd.usd_route import authored
+from tendon_newton.mechanisms.usd.usd_route import stated
 
 MARK = "tendon:obstacle"
 MET_BY = "tendon:metBy"
 MASS = "physics:mass"
 UNKNOWN_MASS = 0.0  # By which UsdPhysics says that a mass is not given [kg]
-# Attributes of an obstacle's prim, and what counts where it has none
-NUMBERS = {
-    "stiffness": ("tendon:contactStiffness", STIFFNESS),
-    "dissipation": ("tendon:contactDissipation", DISSIPATION),
-    "friction": ("tendon:contactFriction", FRICTION),
+# What is read of a shape's prim, and what counts where it has none
+SHAPE = {
+    MARK: False,
+    MASS: UNKNOWN_MASS,
+    "tendon:contactStiffness": STIFFNESS,
+    "tendon:contactDissipation": DISSIPATION,
+    "tendon:contactFriction": FRICTION,
 }
 
 
@@ -48,9 +50,11 @@ def read_obstacles(stage: Any, builder: newton.ModelBuilder, path: Path) -> tupl
             numbers have no meaning.
     """
     shapes = {label: shape for shape, label in enumerate(builder.shape_label)}
-    marked = [prim for prim in stage.Traverse() if bool(authored(prim, MARK, False))]
+    told = [(prim, stated(prim, SHAPE)) for prim in stage.Traverse()]
     found = []
-    for prim in marked:
+    for prim, values in told:
+        if not values[MARK]:
+            continue
         name = str(prim.GetPath())
         shape = shapes.get(name, -1)
         carried = shape >= 0 and builder.shape_body[shape] >= 0
@@ -60,23 +64,26 @@ def read_obstacles(stage: Any, builder: newton.ModelBuilder, path: Path) -> tupl
                 "to a link's capsule"
             )
         try:
-            found.append(_obstacle(prim, builder, shape))
+            found.append(_obstacle(prim, values, builder, shape))
         except InvalidParameter as error:
             raise InvalidAsset(f"{path}: {name}: {error}") from None
     return tuple(found)
 
 
-def _obstacle(prim: Any, builder: newton.ModelBuilder, shape: int) -> Obstacle:
+def _obstacle(
+    prim: Any, values: dict[str, Any], builder: newton.ModelBuilder, shape: int
+) -> Obstacle:
     """Return the obstacle of one shape."""
     place: Any = builder.shape_transform[shape]
     position = np.array(wp.transform_get_translation(place), dtype=np.float64)
     matrix = np.array(wp.quat_to_matrix(wp.transform_get_rotation(place)), dtype=np.float64)
     turn, size = matrix.reshape(3, 3), np.array(builder.shape_scale[shape], dtype=np.float64)
-    numbers = {name: float(authored(prim, *own)) for name, own in NUMBERS.items()}
+    names = ("stiffness", "dissipation", "friction")
+    numbers = {name: float(values[f"tendon:contact{name.capitalize()}"]) for name in names}
     if builder.shape_body[shape] >= 0:
         targets = prim.GetRelationship(MET_BY).GetTargets()
         return LinkObstacle(link=str(prim.GetPath()), met_by=list(map(str, targets)), **numbers)
-    mass = float(authored(prim, MASS, UNKNOWN_MASS))
+    mass = float(values[MASS])
     if mass != UNKNOWN_MASS:
         numbers["mass"] = mass
         # what moves has a shape of its own; this one would stay where it was

@@ -4,6 +4,7 @@ The prim is MuJoCo's own: ``mjc:type = "spatial"``, ``mjc:path`` to sites and cy
 and for each cylinder a side site through ``mjc:sideSites`` and ``mjc:sideSites:indices``.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -40,6 +41,11 @@ def authored(prim: Any, name: str, default: Any) -> Any:
     attribute = prim.GetAttribute(name)
     value = attribute.Get() if attribute else None
     return default if value is None else value
+
+
+def stated(prim: Any, usual: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of some of a prim's attributes, and what is usual where it has none."""
+    return {name: authored(prim, name, default) for name, default in usual.items()}
 
 
 def is_routed(prim: Any) -> bool:

@@ -141,14 +141,16 @@ def tendon_numbers(prim: Any) -> dict[str, float]:
 def tendon_arms(prim: Any) -> list[tuple[str, float]]:
     """Return the (joint path, moment arm [m]) pairs of a tendon prim, in its own order.
 
-    A routed one has none of its own: they follow from its path.
+    A routed one has none of its own: they follow from its path. An index that points nowhere is
+    left out.
     """
     if is_routed(prim):
         return []
     targets = targets_of(prim, "mjc:path")
     indices = authored(prim, "mjc:path:indices", None) or range(len(targets))
     coefficients = authored(prim, "mjc:path:coef", ())
-    return [(targets[i], float(c)) for i, c in zip(indices, coefficients, strict=True)]
+    pairs = zip(indices, coefficients, strict=False)
+    return [(targets[place], float(arm)) for place, arm in pairs if 0 <= place < len(targets)]
 
 
 def _tendon_rows(prim: Any, _context: dict[str, Any]) -> list[dict[str, Any]]:

@@ -211,6 +211,18 @@ def test_a_string_may_open_what_another_one_closes(tmp_path: Path) -> None:
     assert not [f for f in check_asset(two_strings(tmp_path)) if f.rule == "moment_arm_sign"]
 
 
+def test_an_index_into_nothing_is_told_of_the_string_that_has_it(tmp_path: Path) -> None:
+    """The other string's arms are judged beside it: its check does not stop at the index."""
+    path = two_strings(tmp_path)
+    before, extensor = path.read_text().split('"extensor"')
+    places = "uniform int[] mjc:path:indices = [0, 9]\nuniform double[] mjc:path:coef"
+    path.write_text(
+        f'{before}"extensor"{extensor.replace("uniform double[] mjc:path:coef", places)}'
+    )
+    (found,) = check_asset(path)
+    assert (found.rule, found.prim) == ("tendon_path", "/finger/tendons/extensor")
+
+
 def test_several_faults_are_named_at_once(tmp_path: Path) -> None:
     """One run of the check lists them all: mending is one round, not seven."""
     several = (
