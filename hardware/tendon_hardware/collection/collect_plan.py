@@ -240,7 +240,9 @@ def shared_facts(title: str, address: BenchAddress, settings: CollectSettings) -
 def refuse_others(out: Path, facts: Mapping[str, Any]) -> None:
     """Refuse to mix recordings of another kind among those that a folder lists."""
     if out.is_dir():
-        make_folder(out)  # before it is read; another one is made when a bench answers
+        make_folder(
+            out, dataset=True
+        )  # before it is read; another one is made when a bench answers
     if not listed_files(out):
         return
     path = out / COLLECTION_FILE
@@ -257,7 +259,7 @@ def refuse_others(out: Path, facts: Mapping[str, Any]) -> None:
 
 def begin(out: Path, facts: Mapping[str, Any], bench: Bench, settings: CollectSettings) -> None:
     """Make the folder of a bench that answers, with what its recordings share and its model."""
-    make_folder(out)
+    make_folder(out, dataset=True)
     write_toml(out / COLLECTION_FILE, facts)
     voltage, radius = bench.servo.read_health().voltage, settings.spool_radius
     model = starting_model(bench.servo.spec, settings.loop, voltage=voltage, spool_radius=radius)

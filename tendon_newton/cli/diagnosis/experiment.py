@@ -86,7 +86,7 @@ def main(config: ExperimentConfig) -> None:
     best = found.runs[0]
     if best.told.names < LITTLE:
         print("no run that was tried tells the causes apart: a further sensor may")
-    make_folder(config.out.parent)
+    make_folder(config.out.parent, dataset=True)
     write_command(config.out, best.plan)
     write_setting(config.out.with_suffix(".toml"), best)
     draw_command(config.out.with_suffix(".png"), best.plan)

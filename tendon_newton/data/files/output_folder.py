@@ -12,12 +12,15 @@ HELD: dict[str, int] = {}
 """Folders that this program holds -> descriptors whose locks end with it, however it ends."""
 
 
-def make_folder(path: Path, *read: Path | None, shared: bool = False) -> Path:
+def make_folder(
+    path: Path, *read: Path | None, shared: bool = False, dataset: bool = False
+) -> Path:
     """Make a folder for results, parents included, and hold it until the end of `releasing`.
 
     Args:
         read: Files and folders that are read, whose files results of the same names would replace.
         shared: Whether others may write there too, each to files of its own.
+        dataset: Whether recordings may lie there already.
 
     Raises:
         InvalidOutput: Something is read from there or in the way, it may not be made, or another
@@ -30,6 +33,11 @@ def make_folder(path: Path, *read: Path | None, shared: bool = False) -> Path:
                 f"{path}: results need a folder of their own; {source} is read from this one, and "
                 "results would replace its files: name another with --out"
             )
+    if not dataset and (path / "dataset.toml").is_file():
+        raise InvalidOutput(
+            f"{path}: results need a folder of their own; this one is a dataset, and they would "
+            "replace its files: name another with --out"
+        )
     try:
         path.mkdir(parents=True, exist_ok=True)
         place = os.path.realpath(path)

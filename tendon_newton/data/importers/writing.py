@@ -63,7 +63,7 @@ def write_import(
         known_bench: Gives what is known of a recording's bench; None where nothing is.
     """
     refuse_foreign_folder(out, [log.source for log in imported.logs])
-    make_folder(out)
+    make_folder(out, dataset=True)
     train = [log.recording for log in split.train]
     test = [log.recording for log in split.test]
     written = {recording.name for recording in (*train, *test)}

@@ -145,7 +145,7 @@ def test_a_search_that_was_cut_short_finds_nothing_about_causes() -> None:
 
 
 def test_results_do_not_replace_what_they_are_made_of(tmp_path: Path, capsys) -> None:
-    """A dataset's own model, its recordings, and an earlier answer stay as they are."""
+    """A dataset's own model, its recordings, those of another, and an earlier answer stay."""
     data, link = str(tmp_path / "data"), tmp_path / "link"
     shutil.copytree(EXAMPLE, data)
     link.symlink_to(data)
@@ -155,6 +155,9 @@ def test_results_do_not_replace_what_they_are_made_of(tmp_path: Path, capsys) ->
         ["diagnose", data, "--against", str(tmp_path), "--out", str(tmp_path)],
         ["simulate", data, "--model", model, "--out", data],
         ["diagnose", data, "--model", model, "--out", data],
+        ["simulate", str(EXAMPLE), "--model", model, "--out", data],
+        ["servo", "xl330", "--out", data],
+        ["demo", "--out", data],
     ):
         assert main(words) == 2
         assert "results need a folder of their own" in capsys.readouterr().err
