@@ -75,6 +75,21 @@ def test_a_joint_in_another_unit_is_told_by_its_own_column(scale: float) -> None
     assert all(one.channel.endswith("_1") for one in told)
 
 
+@pytest.mark.parametrize(("pause", "said"), [(0.0, ["frozen read"]), (20.0, ["clock"])])
+def test_a_rest_before_a_pause_is_no_frozen_reading(pause: float, said: list[str]) -> None:
+    """One file of several trials: each begins elsewhere, some time after the last one's rest."""
+    theta = 0.5 * np.sin(3.0 * TIME)
+    theta[TIME > 5.0] += 1.0
+    theta[(TIME > 4.5) & (TIME <= 5.0)] = theta[TIME <= 4.5][-1]
+    time = TIME + pause * (TIME > 5.0)
+    slope = np.where(np.diff(theta, append=theta[-1]) == 0.0, 0.0, 1.5 * np.cos(3.0 * TIME))
+    moving = {"motor_position": theta, "command": theta + 0.5, "motor_velocity": slope}
+    seen = lint_recording(
+        log(time=time, force=None, **{name: rows[:, None] for name, rows in moving.items()})
+    )
+    assert [one.check for one in seen if one.check in ("frozen read", "clock")] == said
+
+
 def test_rounding_of_a_joint_that_rests_is_no_unit() -> None:
     """Means of equal numbers are off by 1e-17: "moves 4.0 times as far" was made of that."""
     for theta, command in np.random.default_rng(0).uniform(-0.5, 0.5, (50, 2)):

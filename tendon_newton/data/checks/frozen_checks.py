@@ -9,6 +9,7 @@ from tendon_newton.data.checks.following import expected
 from tendon_newton.data.checks.measures import names_of, resolution, rest_band, rows_text, stretches
 from tendon_newton.data.checks.read_checks import AGAIN, FAR, floor_of
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
+from tendon_newton.data.stamps import GAP
 
 LEAST_ROWS = 20  # Rows in motion below which nothing is known of a joint
 LONGEST_WAIT = 25  # Rows from one reading to the next that are looked for
@@ -112,12 +113,19 @@ Rests = Sequence[tuple[int, int]]
 
 
 def rests_of(recording: Recording, place: int) -> Rests:
-    """Return where an angle stays the same for longer than a read may fail, its motor on."""
+    """Return where an angle stays the same for longer than a read may fail, its motor on.
+
+    Nobody knows what was commanded in a gap: a rest before or after one may be held by anything.
+    """
     still = stretches(np.diff(recording.motor_position[:, place]) == 0.0)
+    pauses = np.diff(recording.time, prepend=recording.time[0], append=recording.time[-1])
+    gap = pauses > GAP * np.median(pauses)
     return [
         (int(first), int(end) + 1)
         for first, end in still
-        if end - first > AGAIN and recording.enabled[first : end + 1].all()
+        if end - first > AGAIN
+        and recording.enabled[first : end + 1].all()
+        and not gap[first : end + 2].any()
     ]
 
 
