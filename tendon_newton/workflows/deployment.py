@@ -27,8 +27,8 @@ from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stron
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.files.output_folder import make_folder
-from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
-from tendon_newton.mechanisms.asset_library import asset_files
+from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError
+from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
 from tendon_newton.workflows.collection import address_of
 from tendon_newton.workflows.options import DeployOptions, policy_file
 
@@ -50,10 +50,12 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
         TendonNewtonError: What ended the run against the operator's will, told last.
     """
     policy = read_policy(options)
-    address = bench_address(options, 1 if policy is None else policy.card.servo_count)
+    address = bench_address(options, policy)
     settings = settings_of(options, policy)
     if policy is not None:
         refuse_mismatch(policy.card, settings, address)
+        if (trained := policy.card.training.finger) not in (address.bench, None):
+            operator.tell(f"The policy was trained for {trained}; this bench is {address.bench}.")
     with (
         closing(goals_of(options, policy, settings)) as goals,
         StopRequest() as stop,
@@ -84,7 +86,7 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
             outcome = deploy(deployment, free_log(options), keyboard, operator, stop)
     if policy is not None and policy.card.turning is not None and outcome.path is not None:
         operator.announce(turning_text(outcome.path, policy.card.turning))
-    conclude(options, outcome, operator)
+    conclude(options, address.bench, outcome, operator)
     return outcome
 
 
@@ -143,17 +145,15 @@ def read_policy(options: DeployOptions) -> Policy | None:
     return load_policy(policy_file(options.policy), trust=options.trust)
 
 
-def bench_of(options: DeployOptions) -> str:
-    """Return the bench's name under assets."""
-    kind, *named = (options.port or "").split(":")
-    return options.bench or (named[0] if kind == WORD and named else "") or DEFAULT_BENCH
-
-
-def bench_address(options: DeployOptions, servos: int) -> BenchAddress:
+def bench_address(options: DeployOptions, policy: Policy | None) -> BenchAddress:
     """Return where the bench is, with as many servos as the policy drives."""
-    bench = bench_of(options)
-    if bench not in (assets := asset_files()):
-        raise unknown_name("bench", bench, assets)
+    kind, *named = (options.port or "").split(":")
+    assets, trained = asset_files(), None if policy is None else policy.card.training.finger
+    found = (*named, "")[0] if kind == WORD else trained if trained in assets else None
+    bench = options.bench or found or DEFAULT_BENCH
+    if bench not in assets:
+        raise unknown_asset("bench", bench)
+    servos = 1 if policy is None else policy.card.servo_count
     address = address_of(
         options,
         bench,
@@ -245,7 +245,9 @@ def free_log(options: DeployOptions) -> Path:
     return folder / f"{free_name(folder, stem)}.mcap"
 
 
-def conclude(options: DeployOptions, outcome: DeployOutcome, operator: Operator) -> None:
+def conclude(
+    options: DeployOptions, bench: str, outcome: DeployOutcome, operator: Operator
+) -> None:
     """Say what came of it, and list the log as a recording; what ended it is raised last."""
     trips = ", ".join(f"{name} {count}" for name, count in outcome.trips.items()) or "none"
     operator.announce(
@@ -256,7 +258,7 @@ def conclude(options: DeployOptions, outcome: DeployOutcome, operator: Operator)
         if outcome.path is not None and outcome.rows >= ROWS_MIN and not options.dry_run:
             forces = options.calibration is not None or (options.port or "").startswith(WORD)
             cell_rate = float(options.load_cell_rate) if forces else None
-            enlist(outcome.path, bench_of(options), options.split, options.rate, cell_rate)
+            enlist(outcome.path, bench, options.split, options.rate, cell_rate)
     except TendonNewtonError as error:
         if outcome.fault is None:
             raise

@@ -104,7 +104,8 @@ class DeployOptions(BenchOptions, BenchPorts):
     camera_port: str | None = None
     """Port on which a camera's program tells where a ball is; a virtual hand brings its own."""
     bench: str | None = None
-    """Bench under assets; unless given the virtual one that the port names, or finger."""
+    """Bench under assets; unless given that of the policy's training, or the virtual one that the
+    port names, or finger."""
     further_servo_ids: tuple[int, ...] = ()
     """IDs of further servos, in the order of the asset's tendons; unless given the next ones."""
     policy_rate: float = 20.0  # Policy steps per second [Hz]; the policy's card must name the same.

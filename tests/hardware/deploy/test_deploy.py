@@ -3,6 +3,7 @@
 import re
 import signal
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
@@ -25,6 +26,8 @@ from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
 from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.workflows.deployment import bench_address, conclude
+from tendon_newton.workflows.options import DeployOptions
 from tests.bad_input.damage import refusal
 from tests.hardware.deploy.policies import Proportional, card_of, network, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
@@ -61,6 +64,23 @@ def test_a_command_deploys_and_its_folder_is_a_dataset(policy, tmp_path, capsys)
     np.testing.assert_allclose(np.diff(train.time), 0.0125, atol=1.5e-3)  # a transaction's length
     assert main(["deploy", "--policy", str(policy), "--replay", str(out / "closing_0.mcap")]) == 0
     assert "outputs differ by 0.00e+00 rad" in capsys.readouterr().out
+
+
+def test_the_bench_is_that_of_the_policys_training(tmp_path, monkeypatch, capsys) -> None:
+    """On a desk its recordings get that name; a rehearsal on another bench is told."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "mine.usda").touch()
+    monkeypatch.setenv("TENDON_NEWTON_ASSETS", str(tmp_path))
+    training = replace(card_of().training, files={"mine/mine.usda": "0" * 64})
+    card = card_of(training=training)
+    file = write_onnx(tmp_path / "mine.onnx", Proportional(), card.to_json())
+    desk = DeployOptions(policy=file, port="/dev/ttyUSB0")
+    assert bench_address(desk, load_policy(file)).bench == "mine"
+    words = [*WORDS, "--policy", str(file), "--goals", "0.5", "--duration", "1"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 0
+    assert "trained for mine; this bench is finger" in capsys.readouterr().out
+    (run,) = load_dataset(tmp_path / "out", require_test=False).train
+    assert run.bench == "finger"
 
 
 def test_stairs_end_by_themselves_without_an_alarm(tmp_path, capsys) -> None:
@@ -307,8 +327,6 @@ def test_what_ended_a_run_is_said_last(tmp_path: Path, capsys: pytest.CaptureFix
     """Where the log cannot be listed either, that is told before; the file is named."""
     from tendon_hardware.errors import SafetyStop
     from tendon_newton.cli.terminal import Terminal
-    from tendon_newton.workflows.deployment import conclude
-    from tendon_newton.workflows.options import DeployOptions
     from tests.faults.injections import load
 
     out = tmp_path / "gone"
@@ -320,5 +338,5 @@ def test_what_ended_a_run_is_said_last(tmp_path: Path, capsys: pytest.CaptureFix
     out.rmdir()
     options = DeployOptions(policy=Path("a.onnx"), port="virtual", out=out)
     with pytest.raises(SafetyStop, match="the tension must stay below 30 N"):
-        conclude(options, outcome, Terminal())
+        conclude(options, "finger", outcome, Terminal())
     assert f"!! {out / 'dataset.toml'}: cannot be written" in capsys.readouterr().out
