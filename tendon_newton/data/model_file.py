@@ -17,10 +17,10 @@ from tendon_newton.data.bench_overrides import (
     read_bench_overrides,
     write_bench_overrides,
 )
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.html_table import html_table
-from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
-from tendon_newton.data.files.values import are_tables, are_words, is_count, is_table
+from tendon_newton.data.files.values import is_count
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
 from tendon_newton.frozen_mapping import frozen
@@ -85,6 +85,11 @@ class Model:
         """Refuse doubled entries; protect the rest."""
         refuse_doubles([effect.cause for effect in self.effects], "effect")
         refuse_doubles(self.fit, "fit entry")
+        for name, tolerance in self.tolerances.items():
+            if tolerance < 0.0:
+                raise InvalidModelFile(
+                    f"tolerances: {listed([name])} must be a number from 0 on; it is {tolerance:g}"
+                )
         object.__setattr__(self, "bench_overrides", frozen(self.bench_overrides))
         object.__setattr__(self, "tolerances", frozen(self.tolerances))
 
@@ -135,15 +140,25 @@ class Model:
 def load_model(path: str | Path) -> Model:
     """Read and check a model file."""
     path = Path(path)
-    table = read_toml(path, InvalidModelFile, "a model is a TOML file")
-    refuse_unknown_keys(table, KNOWN_KEYS, str(path), InvalidModelFile)
+    read = read_toml(path, InvalidModelFile, "a model is a TOML file")
+    refuse_unknown_keys(read, KNOWN_KEYS, str(path), InvalidModelFile)
+    usual: dict[str, Any] = {"effects": [], "bench_overrides": {}, "fit": [], "tolerances": {}}
     try:
+        stated = CheckedTable(read, "", InvalidModelFile)
+        actuator = read_named(stated.table("actuator", hint="Write [actuator]"), "kind")
+        table = CheckedTable({**usual, **read}, "", InvalidModelFile)
+        benches = table.table("bench_overrides")
         return Model(
-            actuator=beside(read_actuator(table.get("actuator")), path.parent),
-            effects=read_effects(table.get("effects", [])),
-            bench_overrides=read_benches(table.get("bench_overrides", {})),
-            fit=read_fit(table.get("fit", [])),
-            tolerances=read_tolerances(table.get("tolerances", {})),
+            actuator=beside(actuator, path.parent),
+            effects=tuple(map(read_effect, table.tables("effects", hint="Write [[effects]]"))),
+            bench_overrides={
+                bench: read_bench_overrides(
+                    benches.table(bench, hint="It has numbers, as {mass = [0.012, 0.008]}").values
+                )
+                for bench in benches.values
+            },
+            fit=table.words("fit"),
+            tolerances=table.numbers("tolerances"),
         )
     except TendonNewtonError as error:
         raise InvalidModelFile(f"{path}: {error}") from error
@@ -172,17 +187,6 @@ def write_model(path: str | Path, model: Model) -> None:
     write_toml(Path(path), table, effects=effects)
 
 
-def read_actuator(table: Any) -> NamedValues:
-    """Read the ``[actuator]`` table."""
-    if not is_table(table):
-        raise InvalidModelFile(
-            f"a model names its actuator in a table [actuator]; it is {shown(table)}"
-            if table is not None
-            else "a model names its actuator in a table [actuator]; there is none"
-        )
-    return read_named(table, "kind", "[actuator]")
-
-
 def beside(actuator: NamedValues, folder: Path) -> NamedValues:
     """Return an actuator whose file, if it lies beside the model, is named by its full path."""
     file = actuator.values.get("file")
@@ -192,77 +196,20 @@ def beside(actuator: NamedValues, folder: Path) -> NamedValues:
     return NamedValues(name=actuator.name, values={**actuator.values, "file": whole})
 
 
-def read_effects(tables: Any) -> tuple[NamedValues, ...]:
-    """Read the ``[[effects]]`` tables."""
-    if not are_tables(tables):
-        raise InvalidModelFile("effects must be an array of tables, [[effects]]")
-    return tuple(read_effect(table, f"[[effects]] {index}") for index, table in enumerate(tables))
-
-
-def read_effect(table: Mapping[str, Any], where: str) -> NamedValues:
+def read_effect(table: CheckedTable) -> NamedValues:
     """Read one of the ``[[effects]]`` tables; a servo is a whole number from 0 on."""
-    servo = table.get(SERVO)
+    servo = table.values.get(SERVO)
     if servo is not None and not is_count(servo):
-        raise InvalidModelFile(
-            f"{where}: {SERVO} must be the number of a servo, 0 for that of theta_0; "
-            f"it is {shown(servo)}"
-        )
-    rest = {key: value for key, value in table.items() if key != SERVO}
-    return replace(read_named(rest, "name", where), servo=servo)
+        table.refuse(SERVO, "the number of a servo, 0 for that of theta_0")
+    return replace(read_named(table, "name", but=SERVO), servo=servo)
 
 
-def read_named(table: Mapping[str, Any], key: str, where: str) -> NamedValues:
-    """Read a table whose ``key`` names it and whose other keys are its values."""
-    name = table.get(key)
-    if not isinstance(name, str):
-        came = f"it is {shown(name)}" if key in table else f"there are {listed(table)}"
-        raise InvalidModelFile(f"{where}: {key} must be a string that names it; {came}")
-    values: dict[str, float | str] = {}
-    for parameter, value in table.items():
-        if parameter == key:
-            continue
-        number = value if isinstance(value, str | float) else finite_number(value)
-        if number is None:
-            raise InvalidModelFile(
-                f"{where}: {listed([parameter])} of {shown(name)} must be a number; "
-                f"it is {shown(value)}"
-            )
-        values[parameter] = number
+def read_named(table: CheckedTable, key: str, but: str = "") -> NamedValues:
+    """Read a table whose ``key`` names it and whose other keys, but one, are its values."""
+    name = table.word(key)
+    rest = {own: value for own, value in table.values.items() if own not in (key, but)}
+    values = {own: v if isinstance(v, str) else table.number(own) for own, v in rest.items()}
     return NamedValues(name=name, values=values)
-
-
-def read_benches(table: Any) -> dict[str, BenchOverrides]:
-    """Read the ``bench_overrides`` table."""
-    if not is_table(table) or not are_tables([*table.values()]):
-        raise InvalidModelFile(
-            "bench_overrides must hold one table per bench, as in "
-            f"{{finger = {{mass = [0.012, 0.008]}}}}; it is {shown(table)}"
-        )
-    return {bench: read_bench_overrides(row) for bench, row in table.items()}
-
-
-def read_fit(names: Any) -> tuple[str, ...]:
-    """Read the ``fit`` list."""
-    if not are_words(names):
-        raise InvalidModelFile(f"fit must be a list of names; it is {shown(names)}")
-    return tuple(names)
-
-
-def read_tolerances(table: Any) -> dict[str, float]:
-    """Read the ``tolerances`` table."""
-    if not is_table(table):
-        raise InvalidModelFile(
-            f"tolerances must be a table such as {{load_cell_gain = 0.01}}; it is {shown(table)}"
-        )
-    out = dict[str, float]()
-    for name, value in table.items():
-        number = finite_number(value)
-        if number is None or number < 0.0:
-            raise InvalidModelFile(
-                f"tolerances: {listed([name])} must be a number from 0 on; it is {shown(value)}"
-            )
-        out[name] = number
-    return out
 
 
 def refuse_doubles(names: Sequence[str], kind: str) -> None:

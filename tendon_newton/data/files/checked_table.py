@@ -131,12 +131,16 @@ class CheckedTable:
                 return known
         self.refuse(key, "an object of finite numbers")
 
-    def table(self, key: str) -> CheckedTable:
-        """Return the object under a key."""
+    def table(self, key: str, *, hint: str = "") -> CheckedTable:
+        """Return the object under a key.
+
+        Args:
+            hint: What to do where there is none, a sentence.
+        """
         table = self.values.get(key)
         if not is_table(table):
-            self.refuse(key, "an object")
-        return CheckedTable(table, f"{self.where}: {plain(key)}", self._fault)
+            self.refuse(key, "an object", hint)
+        return CheckedTable(table, self.place(key), self._fault)
 
     def tables(self, key: str, *, hint: str = "") -> list[CheckedTable]:
         """Return the objects in the list under a key.
@@ -148,7 +152,7 @@ class CheckedTable:
         if not are_tables(tables):
             self.refuse(key, "a list of objects", hint)
         return [
-            CheckedTable(table, f"{self.where}: {key}[{index}]", self._fault)
+            CheckedTable(table, f"{self.place(key)}[{index}]", self._fault)
             for index, table in enumerate(tables)
         ]
 
@@ -158,12 +162,12 @@ class CheckedTable:
             shown(self.values[key]) if key in self else f"missing, there are {listed(self.values)}"
         )
         end = f". {hint}" if hint else ""
-        raise self._fault(f"{self.where}: {plain(key)} must be {promise}; it is {came}{end}")
+        raise self._fault(f"{self.place(key)} must be {promise}; it is {came}{end}")
 
-
-def plain(key: str) -> str:
-    """Return a key as a message shows it: names that a file gives may hold anything."""
-    return key if key.isidentifier() else shown(key)
+    def place(self, key: str) -> str:
+        """Return where a key stands, as a message shows it: its name may hold anything."""
+        name = key if key.isidentifier() else shown(key)
+        return f"{self.where}: {name}" if self.where else name
 
 
 def read_checked(path: Path, fault: type[TendonNewtonError], promise: str) -> CheckedTable:

@@ -13,6 +13,7 @@ from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.mends import without_failed_reads
 from tendon_newton.data.checks.read_checks import neighbours_reads
 from tendon_newton.data.dataset import LOG_SUFFIXES, refuse_lerobot, refuse_own
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import SHARED_COLUMNS, TENDON_COLUMNS, recording_of
@@ -21,13 +22,7 @@ from tendon_newton.data.importers.column_mapping import ColumnMapping, read_mapp
 from tendon_newton.data.importers.column_mends import mended_columns, names_of_parts
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.mapped_rows import read_mapped_columns
-from tendon_newton.data.model_file import (
-    Model,
-    NamedValues,
-    read_actuator,
-    read_fit,
-    read_tolerances,
-)
+from tendon_newton.data.model_file import Model, NamedValues, read_named
 from tendon_newton.data.recording import SERVO, Array, Recording
 from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, listed, shown
 
@@ -166,12 +161,11 @@ def is_ros(path: Path) -> bool:
 def start_model(mapping: ColumnMapping, spool_radius: Callable[[str], float]) -> Model:
     """Return the model that a mapping states, or the nominal one of its bench."""
     try:
-        fit = read_fit(mapping.model.get("fit", []))
-        tolerances = read_tolerances(mapping.model.get("tolerances", {}))
-        if "model" in mapping.model:
-            model = Model(
-                actuator=read_actuator(mapping.model["model"]), fit=fit, tolerances=tolerances
-            )
+        table = CheckedTable({"fit": [], "tolerances": {}, **mapping.model}, "", InvalidMapping)
+        fit, tolerances = table.words("fit"), table.numbers("tolerances")
+        if "model" in table:
+            actuator = read_named(table.table("model"), "kind")
+            model = Model(actuator=actuator, fit=fit, tolerances=tolerances)
             refuse_other_radius(mapping, model, spool_radius)
             return model
         plain = NamedValues(name="ideal_position", values={})

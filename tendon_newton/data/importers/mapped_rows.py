@@ -68,14 +68,7 @@ def read_mapped_columns(
     rows, dialect = read_rows(path, mapping)
     told = [*guessed(name, dialect.text(mapping.dialect))]
     rows, units = without_units(iter(rows), wanted)
-    if units:
-        told.append(
-            Examined(name, "all").note(
-                f"a row of units below the header: {listed(units)}",
-                "passed over; say unit in the mapping where it is another than ours",
-            )
-        )
-    told += other_units(name, wanted, units)
+    told += units_told(name, wanted, units)
     count = 0
     for count, row in enumerate(rows, start=1):
         found = {
@@ -167,10 +160,15 @@ def without_units(
     return chain([first], rows), []
 
 
-def other_units(
+def units_told(
     name: str, wanted: Mapping[str, MappedColumn], units: Sequence[str]
 ) -> Iterator[Finding]:
-    """Tell of columns whose unit, by the file itself, is not the one that the mapping says."""
+    """Tell of a row of units, and of columns whose own unit the mapping does not say."""
+    if units:
+        yield Examined(name, "all").note(
+            f"a row of units below the header: {listed(units)}",
+            "passed over; say unit in the mapping where it is another than ours",
+        )
     for k, (ours, column) in enumerate(wanted.items()):
         beside = IN_BRACKETS.search(column.source or "")
         unit = (units[k] if units else beside[0] if beside else "").strip("[]() ")
