@@ -7,6 +7,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.next_experiment.expected_run import Forecast, Told
 from tendon_newton.diagnosis.next_experiment.open_sets import PlayedSets
+from tendon_newton.diagnosis.next_experiment.run_design import LITTLE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,13 +59,14 @@ class Worth:
 
 
 def best_by_hand(forecast: Forecast) -> Worth | None:
-    """Return the measurement that tells most for its time; None where no number can be measured."""
+    """Return the measurement that tells most for its time; None where none tells anything."""
     found = [
         Worth(number=name, told=forecast.told(measured(forecast, name, own.error), 1.0))
         for name, own in BY_HAND.items()
         if any(name in one.names for one in forecast.sets)
     ]
-    return max(found, key=lambda worth: worth.rate, default=None)
+    telling = [worth for worth in found if worth.told.names + worth.told.task > LITTLE]
+    return max(telling, key=lambda worth: worth.rate, default=None)
 
 
 def measured(forecast: Forecast, name: str, error: float) -> PlayedSets:

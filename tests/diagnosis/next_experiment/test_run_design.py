@@ -121,6 +121,8 @@ def test_a_caliper_settles_whether_the_spool_is_wrong() -> None:
     assert worth.text().startswith("measure the spool with a caliper (2 min): 1.0 bits about names")
     tilted = open_sets(0.1, ("gravity_misalignment", 0.3))
     assert best_by_hand(Forecast(tilted, task(), 1.0e-2)) is None
+    known = open_sets(1e-4, ("spool_radius_error", 1.05))
+    assert best_by_hand(Forecast(known, task(), 1.0e-2)) is None, "0.0 bits are no advice"
 
 
 @pytest.mark.slow
