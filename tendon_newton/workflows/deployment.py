@@ -238,9 +238,8 @@ def get_ready(bench: Bench, operator: Operator) -> None:
 
 def free_log(options: DeployOptions) -> Path:
     """Return a path for the log that nothing has yet."""
-    folder = make_folder(
-        options.out, shared=True, dataset=True
-    )  # benches side by side log into one
+    # benches side by side log into one
+    folder = make_folder(options.out, shared=True, dataset=True)
     stem = "jog" if options.policy is None else options.policy.stem
     return folder / f"{free_name(folder, stem)}.mcap"
 

@@ -3,8 +3,8 @@
 No motor moves. Without --port the serial ports that are there are listed. A dataset of ours is
 looked at by all checks of an import. In a LeRobotDataset (v2, v3; a folder, or an id of Hugging
 Face's Hub), or a folder of an arm's joints, each joint also gets its offset, delay, lag, play, time
-in which it is held, missing and late rows, and passes or fails, alone and beside the others. With
---against a recording says what has changed since a diagnosis, before a run. The exit code is 0
+in which it is held, missing and late rows, and passes or fails, alone and beside the others. A
+recording says with --against what has changed since a diagnosis, before a run. The exit code is 0
 where all is sound, 1 where something must be mended before data is worth taking, and 2 where what
 was named cannot be used.
 

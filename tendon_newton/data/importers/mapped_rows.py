@@ -108,7 +108,7 @@ def read_mapped_columns(
         )
     if mapping.resample is not None:
         columns = resampled(columns, mapping.resample, path)
-    return columns, [*told, *left_out(name, empty, places, count), *gone_on(name, filled, count)]
+    return columns, [*told, *left_out(name, empty, filled, places, count)]
 
 
 def refuse_far_offsets(
@@ -226,23 +226,21 @@ def guessed(name: str, words: str) -> Iterator[Finding]:
         )
 
 
-def left_out(name: str, empty: Counter[str], places: Sized, count: int) -> Iterator[Finding]:
-    """Say how many rows lack a number, and in which columns."""
+def left_out(
+    name: str, empty: Counter[str], filled: Counter[str], places: Sized, count: int
+) -> Iterator[Finding]:
+    """Say how many rows lack a number, in which columns, and where the last one was held."""
+    for source, times in filled.items():
+        yield Examined(name, "all").note(
+            f"{source}: {times} of {count} cells are empty",
+            "there the last number is held, as of a command that stays until the next",
+        )
     if empty:
         cells = ", ".join(f"{column} {times}" for column, times in empty.items())
         yield Examined(name, "all").caution(
             f"{count - len(places)} of {count} rows ({cells} empty cells)",
             "rows without a number in a mapped column are left out; a column that is "
             "often empty is better not mapped",
-        )
-
-
-def gone_on(name: str, filled: Counter[str], count: int) -> Iterator[Finding]:
-    """Say which columns were held where they are empty."""
-    for source, times in filled.items():
-        yield Examined(name, "all").note(
-            f"{source}: {times} of {count} cells are empty",
-            "there the last number is held, as of a command that stays until the next",
         )
 
 
