@@ -389,7 +389,7 @@ force = {{column = "{torque}", unit = "{unit}"}}
         ("resample = 1000", "resample makes fewer rows; 1000 Hz is asked for"),
         ("resample = 1", "resample needs more rows; there are 200"),
         ("header = 3", "header must be a list of names; it is 3"),
-        ("comment = 3", "comment must be a word; it is 3"),
+        ("comment = 3", "comment must be text; it is 3"),
     ],
 )
 def test_a_form_that_cannot_be_is_refused(logs, tmp_path, head, message, capsys) -> None:

@@ -5,11 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
-from typing import Any
 
-from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
-from tendon_newton.data.files.values import are_tables, are_words, is_table
 from tendon_newton.data.formats.csv_columns import INDEX
 from tendon_newton.data.formats.topic_mapping import COLUMNS, TopicMapping, TopicSource
 from tendon_newton.errors import InvalidMapping, shown, unknown_name
@@ -92,8 +90,9 @@ class MappedColumn:
     offset: float = 0.0  # Our value where theirs is zero
 
 
-def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | TopicSource:
+def read_column(name: str, table: CheckedTable) -> MappedColumn | TopicSource:
     """Read the table of one column, a column or path of theirs or a topic and a field."""
+    where, row = table.where, table.values
     of_a_servo = OF_A_SERVO.fullmatch(name)
     kind = of_a_servo[1] if of_a_servo else name
     if kind not in UNITS:
@@ -110,9 +109,14 @@ def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | To
                 f'{where}: only theta_dot = {{derive = "theta"}} can be derived; it is {shown(row)}'
             )
         return MappedColumn(source=None)
-    scale, offset = read_size(where, kind, row)
+    scale, offset = read_size(kind, table)
     if by_topic:
-        return read_topic(where, row, scale, offset)
+        names = table.words("joints") if "joints" in table else ()
+        topic, field = table.word("topic"), table.word("field")
+        try:
+            return TopicSource(topic=topic, field=field, joints=names, scale=scale, offset=offset)
+        except InvalidMapping as error:
+            raise InvalidMapping(f"{where}: {error}") from error
     if not isinstance(row.get("column"), str):
         raise InvalidMapping(
             f"{where}: column must name one of theirs, or topic and field a value in ROS 2 "
@@ -121,29 +125,12 @@ def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | To
     return MappedColumn(source=row["column"], scale=scale, offset=offset)
 
 
-def read_topic(where: str, row: dict[str, Any], scale: float, offset: float) -> TopicSource:
-    """Read where in a ROS 2 recording a column stands."""
-    for key in ("topic", "field"):
-        if not isinstance(row.get(key), str) or not row[key]:
-            raise InvalidMapping(f"{where}: {key} must be a word; it is {shown(row.get(key))}")
-    joints = row.get("joints", [])
-    if not are_words(joints):
-        raise InvalidMapping(f"{where}: joints must be a list of names; it is {shown(joints)}")
-    try:
-        return TopicSource(
-            topic=row["topic"], field=row["field"], joints=tuple(joints), scale=scale, offset=offset
-        )
-    except InvalidMapping as error:
-        raise InvalidMapping(f"{where}: {error}") from error
-
-
-def read_size(where: str, name: str, row: dict[str, Any]) -> tuple[float, float]:
+def read_size(name: str, row: CheckedTable) -> tuple[float, float]:
     """Read scale, with the sign, and offset of a column."""
+    where = row.where
     if "unit" in row and "scale" in row:
         raise InvalidMapping(f"{where}: give a unit or a scale, not both")
-    unit = row.get("unit", next(iter(UNITS[name])))
-    if not isinstance(unit, str):
-        raise InvalidMapping(f"{where}: unit must be a word; it is {shown(unit)}")
+    unit = row.word("unit") if "unit" in row else next(iter(UNITS[name]))
     if unit in UNITS["current"] and name == "force":
         raise InvalidMapping(
             f"{where}: {unit} is a current: give scale = N m per {unit}, the torque constant times "
@@ -151,16 +138,13 @@ def read_size(where: str, name: str, row: dict[str, Any]) -> tuple[float, float]
         )
     if unit not in UNITS[name]:
         raise InvalidMapping(f"{where}: {unknown_name('unit', unit, UNITS[name])}")
-    sign = row.get("sign", 1)
+    sign = row.values.get("sign", 1)
     if sign not in (1, -1):
-        raise InvalidMapping(f"{where}: sign must be 1 or -1; it is {shown(sign)}")
-    scale, offset = (
-        finite_number(row.get(key, default))
-        for key, default in (("scale", UNITS[name][unit]), ("offset", 0.0))
-    )
-    if scale is None or scale == 0.0 or offset is None:
-        raise InvalidMapping(f"{where}: scale must be a number that is not 0, and offset a number")
-    return sign * scale, offset
+        row.refuse("sign", "1 or -1")
+    scale = row.number("scale") if "scale" in row else UNITS[name][unit]
+    if scale == 0.0:
+        row.refuse("scale", "a number that is not 0")
+    return sign * scale, row.number("offset") if "offset" in row else 0.0
 
 
 TOPIC_FILE_KEYS = ("clock", "columns")
@@ -174,11 +158,12 @@ def read_topic_mapping(path: Path) -> TopicMapping:
     Raises:
         InvalidMapping: A key is missing, unknown, or has a value of the wrong kind.
     """
-    table = read_toml(path, InvalidMapping, "a mapping is a TOML file")
-    if bare := [column for column in COLUMNS if column in table]:
+    read = read_toml(path, InvalidMapping, "a mapping is a TOML file")
+    if bare := [column for column in COLUMNS if column in read]:
         raise InvalidMapping(f"{path}: {bare[0]} must stand under [columns]; it stands alone")
-    refuse_unknown_keys(table, TOPIC_FILE_KEYS, str(path), InvalidMapping)
-    topics = read_topics(path, read_columns(path, table.get("columns", {})), table.get("clock"))
+    refuse_unknown_keys(read, TOPIC_FILE_KEYS, str(path), InvalidMapping)
+    table = CheckedTable({"columns": {}, **read}, str(path), InvalidMapping)
+    topics = read_topics(path, read_columns(table), word(table, "clock"))
     if topics is None:
         raise InvalidMapping(
             f"{path}: columns must say topic and field of what a ROS 2 recording holds; none does"
@@ -186,17 +171,14 @@ def read_topic_mapping(path: Path) -> TopicMapping:
     return topics
 
 
-def read_columns(path: Path, columns: Any) -> Columns:
+def read_columns(table: CheckedTable) -> Columns:
     """Read where every column comes from."""
-    if not is_table(columns) or not are_tables([*columns.values()]):
-        raise InvalidMapping(
-            f"{path}: columns must hold one table per column of ours, as in "
-            't = {column = "time_s"}; it is ' + shown(columns)
-        )
-    return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
+    hint = 'It has one per column of ours, as t = {column = "time_s"}'
+    columns = table.table("columns", hint=hint)
+    return {name: read_column(name, columns.table(name, hint=hint)) for name in columns.values}
 
 
-def read_topics(path: Path, mapped: Columns, clock: Any) -> TopicMapping | None:
+def read_topics(path: Path, mapped: Columns, clock: str | None) -> TopicMapping | None:
     """Return the mapping of a ROS 2 recording's topics; None where no column is on a topic."""
     sources = {name: column for name, column in mapped.items() if isinstance(column, TopicSource)}
     if not sources:
@@ -215,13 +197,12 @@ def read_topics(path: Path, mapped: Columns, clock: Any) -> TopicMapping | None:
     return TopicMapping(
         sources=sources,
         differentiate="theta_dot" in mapped and "theta_dot" not in sources,
-        clock=word(path, "clock", clock) or "header",
+        clock=clock or "header",
         path=path,
     )
 
 
-def word(path: Path, key: str, value: Any) -> str | None:
+def word(table: CheckedTable, key: str) -> str | None:
     """Return a word, None where it is not given."""
-    if value is not None and not (isinstance(value, str) and value):
-        raise InvalidMapping(f"{path}: {key} must be a word; it is {shown(value)}")
-    return value
+    found: str | None = table.value(key, str | None)
+    return table.refuse(key, "a word") if found == "" else found

@@ -8,11 +8,8 @@ from typing import Any, Literal
 
 from tendon_newton.data.bench_overrides import BenchOverrides, read_bench_overrides
 from tendon_newton.data.files.checked_table import CheckedTable
-from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
-from tendon_newton.data.files.values import are_tables, are_words, is_table
 from tendon_newton.data.formats.mapped_column import (
-    DERIVED,
     TOPIC_FILE_KEYS,
     Columns,
     MappedColumn,
@@ -22,7 +19,7 @@ from tendon_newton.data.formats.mapped_column import (
 )
 from tendon_newton.data.formats.topic_mapping import TopicMapping
 from tendon_newton.data.importers.csv_dialect import CsvDialect
-from tendon_newton.errors import InvalidMapping, TendonNewtonError, shown
+from tendon_newton.errors import InvalidMapping, TendonNewtonError
 
 ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "header")
 """Keys for files of rows: CSV and JSON."""
@@ -104,45 +101,44 @@ def read_mapping(path: Path, only: Sequence[str] = ()) -> ColumnMapping:
         only: Columns that are read, with a speed that is derived; all that are mapped, and the
             speed as the mapping says, by default.
     """
-    table = read_toml(path, InvalidMapping, "a mapping is a TOML file")
-    if "recordings" in table:
+    read = read_toml(path, InvalidMapping, "a mapping is a TOML file")
+    if "recordings" in read:
         raise InvalidMapping(
             f"{path}: is the list of a dataset; a mapping.toml says which column is which "
             "(docs/recordings_mapping.md)"
         )
-    refuse_unknown_keys(table, FILE_KEYS, str(path), InvalidMapping)
+    refuse_unknown_keys(read, FILE_KEYS, str(path), InvalidMapping)
+    table = CheckedTable(read, str(path), InvalidMapping)
     for key in ("bench", "columns"):
         if key not in table:
             raise InvalidMapping(f"{path}: key {key!r} is missing; see docs/recordings_mapping.md")
-    mapped = read_columns(path, table["columns"])
+    mapped = read_columns(table)
     if only:
-        speed = read_columns(path, {"theta_dot": {"derive": DERIVED}})
         kept = {n: c for n, c in mapped.items() if n.rstrip("_0123456789") in only}
-        mapped = {**kept, **speed}
-    topics = read_topics(path, mapped, table.get("clock"))
+        mapped = {**kept, "theta_dot": MappedColumn(source=None)}
+    topics = read_topics(path, mapped, word(table, "clock"))
     for key in ROW_KEYS if topics else ("clock",):
         if key in table:
             kind = "CSV and JSON files" if topics else "ROS 2 recordings"
             raise InvalidMapping(
                 f"{path}: {key} belongs to a mapping of {kind}; this mapping has none"
             )
-    rates = {key: positive(path, key, table[key]) for key in ("rate", "resample") if key in table}
+    rates = {key: positive(table, key) for key in ("rate", "resample") if key in table}
     if topics is None:
         require_columns(path, mapped, timed="rate" in rates)
-    words = {key: word(path, key, table.get(key)) for key in ("bench", "files", "rows")}
     return ColumnMapping(
         path=path,
-        bench=words["bench"] or "",
-        files=words["files"] or ("*" if topics else "*.csv"),
-        joints=read_names(path, "joints", table),
-        rows=words["rows"],
+        bench=word(table, "bench") or "",
+        files=word(table, "files") or ("*" if topics else "*.csv"),
+        joints=table.words("joints") if "joints" in table else (),
+        rows=word(table, "rows"),
         rate=rates.get("rate"),
         resample=rates.get("resample"),
-        dialect=read_dialect(path, table),
+        dialect=read_dialect(table),
         columns={n: c for n, c in mapped.items() if isinstance(c, MappedColumn) and not topics},
         topics=topics,
-        stated=read_patterns(path, table),
-        model={key: table[key] for key in MODEL_KEYS if key in table},
+        stated=read_patterns(table),
+        model={key: read[key] for key in MODEL_KEYS if key in read},
     )
 
 
@@ -163,56 +159,42 @@ def require_columns(path: Path, mapped: Columns, *, timed: bool) -> None:
         )
 
 
-def read_patterns(path: Path, table: Mapping[str, Any]) -> tuple[StatedNumbers, ...]:
+def read_patterns(table: CheckedTable) -> tuple[StatedNumbers, ...]:
     """Read what is stated of all logs and of those that patterns name."""
-    logs = table.get("logs", {})
-    if not is_table(logs) or not are_tables([*logs.values()]):
-        raise InvalidMapping(f"{path}: logs must hold one table per pattern of names")
-    parts = {"*": {key: table[key] for key in STATED_KEYS if key in table}}
-    first = read_stated(str(path), "*", parts["*"])
-    return (first, *(read_stated(f"{path}: logs.{p}", p, row) for p, row in logs.items()))
+    every = {key: table.values[key] for key in STATED_KEYS if key in table}
+    first = read_stated("*", CheckedTable(every, table.where, InvalidMapping))
+    if "logs" not in table:
+        return (first,)
+    logs = table.table("logs")
+    return (first, *(read_stated(pattern, logs.table(pattern)) for pattern in logs.values))
 
 
-def read_dialect(path: Path, table: Mapping[str, Any]) -> CsvDialect:
+def read_dialect(table: CheckedTable) -> CsvDialect:
     """Return what is said of the form of CSV files."""
-    delimiter, decimal = table.get("delimiter"), table.get("decimal")
-    if delimiter is not None and (
-        not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\n\r'
-    ):
-        raise InvalidMapping(
-            f"{path}: delimiter must be one character, such as ';'; it is {shown(delimiter)}"
-        )
+    delimiter, decimal = table.value("delimiter", str | None), table.values.get("decimal")
+    if delimiter is not None and (len(delimiter) != 1 or delimiter in '"\n\r'):
+        table.refuse("delimiter", "one character, such as ';'")
     if decimal not in (None, ".", ","):
-        raise InvalidMapping(f"{path}: decimal must be '.' or ','; it is {shown(decimal)}")
-    header = read_names(path, "header", table)
-    comment = word(path, "comment", table.get("comment"))
-    return CsvDialect(delimiter=delimiter, decimal=decimal, comment=comment, header=header)
+        table.refuse("decimal", "'.' or ','")
+    header = table.words("header") if "header" in table else ()
+    return CsvDialect(
+        delimiter=delimiter, decimal=decimal, comment=word(table, "comment"), header=header
+    )
 
 
-def read_names(path: Path, key: str, table: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return a list of names, empty where it is not given."""
-    names = table.get(key, [])
-    if not are_words(names):
-        raise InvalidMapping(f"{path}: {key} must be a list of names; it is {shown(names)}")
-    return tuple(names)
-
-
-def positive(path: Path, key: str, value: Any) -> float:
+def positive(table: CheckedTable, key: str) -> float:
     """Return a positive number."""
-    number = finite_number(value)
-    if number is None or number <= 0.0:
-        raise InvalidMapping(f"{path}: {key} must be a positive number; it is {shown(value)}")
-    return number
+    number = table.number(key)
+    return number if number > 0.0 else table.refuse(key, "a positive number")
 
 
-def read_stated(where: str, pattern: str, table: Mapping[str, Any]) -> StatedNumbers:
+def read_stated(pattern: str, table: CheckedTable) -> StatedNumbers:
     """Read what is stated of the logs whose names match a pattern."""
-    refuse_unknown_keys(table, STATED_KEYS, where, InvalidMapping)
+    refuse_unknown_keys(table.values, STATED_KEYS, table.where, InvalidMapping)
     try:
-        overrides = read_bench_overrides(table.get("bench_overrides", {}))
+        overrides = read_bench_overrides(table.values.get("bench_overrides", {}))
     except TendonNewtonError as error:
-        raise InvalidMapping(f"{where}: {error}") from error
-    stated = CheckedTable(table, where, InvalidMapping)
-    if "load_cell_rate" in stated and stated.number("load_cell_rate") <= 0.0:
-        stated.refuse("load_cell_rate", "a positive number")
-    return stated.record(StatedNumbers, pattern=pattern, bench_overrides=overrides)
+        raise InvalidMapping(f"{table.where}: {error}") from error
+    if "load_cell_rate" in table:
+        positive(table, "load_cell_rate")
+    return table.record(StatedNumbers, pattern=pattern, bench_overrides=overrides)
