@@ -271,6 +271,35 @@ def test_a_command_that_is_logged_where_it_changes_is_held(tmp_path: Path, capsy
     assert "goal: 3 of 6 cells are empty" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("stated", ["", "load_cell_rate = 25"])
+def test_a_slow_load_cells_empty_cells_cost_no_rows(stated: str, tmp_path: Path, capsys) -> None:
+    """Its readings are joined by lines, but not over a silence, where its rate is stated."""
+    (tmp_path / "logs").mkdir()
+    rows = [
+        f"{0.01 * k:.2f},1,{0.1 * k:.1f},{3 * k if k in (1, 5, 9, 30) else ''}" for k in range(31)
+    ]
+    for k in (1, 2):
+        (tmp_path / "logs" / f"run_{k}.csv").write_text("\n".join(["t,goal,q,f", *rows]))
+    columns = "".join(
+        f'{ours} = {{column = "{theirs}"}}\n'
+        for ours, theirs in {"t": "t", "theta_d": "goal", "theta": "q", "force": "f"}.items()
+    )
+    head = f'bench = "spring_weak"\n{stated}'
+    file = mapping(tmp_path, f'{columns}theta_dot = {{derive = "theta"}}', head=head)
+    assert run_import(tmp_path / "logs", file, tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    assert run.force is not None
+    said = capsys.readouterr().out
+    if not stated:
+        np.testing.assert_array_equal(run.force[:, 0], [3.0, 15.0, 27.0, 90.0])
+        assert "of a slow load cell say load_cell_rate" in said
+        return
+    assert "f: 27 of 31 cells are empty" in said
+    heard = [*range(10), *range(30, 31)]
+    np.testing.assert_allclose(run.time, [0.01 * k for k in heard])
+    np.testing.assert_allclose(run.force[:, 0], [3.0, *(3.0 * k for k in heard[1:])])
+
+
 def test_rows_that_are_left_out_leave_their_time(lab: Path, tmp_path: Path) -> None:
     """With a rate in place of a column, a row keeps its own instant."""
     columns = "\n".join(LAB_COLUMNS.splitlines()[2:])

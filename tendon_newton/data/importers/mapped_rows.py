@@ -45,6 +45,7 @@ MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "inf", "+inf",
 """Cells that say that there is no number."""
 HELD = ("theta_d", "enabled", "voltage", "temperature")
 """Columns that stay as they are until told anew: many a logger writes them where they change."""
+SILENT = 3.0  # Periods of a load cell after which nothing is known of the force [1]
 SWITCHED = {"true": 1.0, "on": 1.0, "yes": 1.0, "false": 0.0, "off": 0.0, "no": 0.0}
 """Words for a motor that is on, or off."""
 MINUTES = re.compile(r"(\d{1,2}):([0-5]\d\.\d+)")
@@ -62,6 +63,8 @@ def read_mapped_columns(
     numbers = {ours: array("d") for ours in wanted}
     staying = [ours for ours in wanted if re.sub(r"_\d+$", "", ours) in HELD]
     last: dict[str, float | None] = dict.fromkeys(staying)
+    cell_rate = mapping.stated_of(path.name).load_cell_rate
+    slow = [ours for ours in wanted if cell_rate and ours.startswith("force")]
     empty: Counter[str] = Counter()
     filled: Counter[str] = Counter()
     places = array("d")
@@ -80,14 +83,20 @@ def read_mapped_columns(
                 found[ours] = last[ours]
                 filled[wanted[ours].source or ""] += 1
             last[ours] = found[ours]
+        for ours in slow:
+            if found[ours] is None:
+                found[ours] = np.nan
+                filled[wanted[ours].source or ""] += 1
         absent = [wanted[ours].source or "" for ours, value in found.items() if value is None]
         empty.update(absent)
         if not absent:
             places.append(count - 1)
             for ours, value in found.items():
                 numbers[ours].append(value or 0.0)
-    if len(places) < 2:
-        lacking = f", {count - len(places)} of them lack {listed(empty)}" if empty else ""
+    silent = [wanted[ours].source or "" for ours in slow if np.isnan(numbers[ours]).all()]
+    if len(places) < 2 or silent:
+        absent, empty = count if silent else count - len(places), Counter([*empty, *silent])
+        lacking = f", {absent} of them lack {listed(empty)}" if empty else ""
         raise InvalidRecording(f"{path}: a log has two rows or more; it has {count}{lacking}")
     columns = {
         ours: column.scale * np.frombuffer(numbers[ours]) + column.offset
@@ -106,9 +115,27 @@ def read_mapped_columns(
                 f"midnights that pass: {nights}", "a time of day: a day is added behind each"
             )
         )
+    for ours in slow:
+        columns = between_readings(columns, ours, SILENT / (cell_rate or 1.0))
     if mapping.resample is not None:
         columns = resampled(columns, mapping.resample, path)
     return columns, [*told, *left_out(name, empty, filled, places, count)]
+
+
+def between_readings(columns: Mapping[str, Array], ours: str, longest: float) -> dict[str, Array]:
+    """Return columns with the readings of a slow load cell joined by lines.
+
+    Args:
+        ours: Its column, with NaN between readings.
+        longest: Time [s] without a reading of which the rows are left out.
+    """
+    time, rows = columns["t"], np.arange(len(columns["t"]))
+    read = np.flatnonzero(np.isfinite(columns[ours]))
+    before = read[np.maximum(np.searchsorted(read, rows, side="right") - 1, 0)]
+    after = read[np.minimum(np.searchsorted(read, rows), read.size - 1)]
+    heard = np.maximum(time[after], time) - np.minimum(time[before], time) <= longest
+    joined = {**columns, ours: np.interp(rows, read, columns[ours][read])}
+    return {name: values[heard] for name, values in joined.items()}
 
 
 def refuse_far_offsets(
@@ -233,14 +260,15 @@ def left_out(
     for source, times in filled.items():
         yield Examined(name, "all").note(
             f"{source}: {times} of {count} cells are empty",
-            "there the last number is held, as of a command that stays until the next",
+            "there the last number is held, as of a command that stays until the next; readings "
+            "of a load cell whose load_cell_rate is stated are joined by lines",
         )
     if empty:
         cells = ", ".join(f"{column} {times}" for column, times in empty.items())
         yield Examined(name, "all").caution(
             f"{count - len(places)} of {count} rows ({cells} empty cells)",
             "rows without a number in a mapped column are left out; a column that is "
-            "often empty is better not mapped",
+            "often empty is better not mapped, and of a slow load cell say load_cell_rate",
         )
 
 
