@@ -188,13 +188,6 @@ def motor_force_memory(
 
 
 @slot
-def spool_force_memory(
-    force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
-) -> MemoryVector:
-    """A memory renewed by the effects that remember what the spool gives its string."""
-
-
-@slot
 def tension_memory(
     force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
 ) -> MemoryVector:

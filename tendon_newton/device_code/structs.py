@@ -490,7 +490,6 @@ class Flow:
     error: Jet  # Position error that it acts on [rad]
     duty: Jet  # Share of all that it has which it gives [1], where an effect asks for it
     motor_force: Jet  # Motor's force at the spool [N]
-    spool_force: Jet  # What the spool gives its string [N]
     tension: Jet  # Tension at the load cell [N]
     pull: Jet  # What reaches the mechanism [N]
     line: real  # Tension that the string would carry if it could push [N]

@@ -4,24 +4,18 @@ import math
 
 import warp as wp
 
-from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 
 class TendonCompliance(Effect):
     r"""The tendon stretches like a spring between spool and mechanism.
 
-    .. math:: r\,\theta = l + \frac{F_s}{k}
+    .. math:: F = k\,(r\,\theta - l)
 
-    The spool gives its string F_s, which is the motor's force less viscous friction. Dry friction
-    opposes the excursion l, so it takes its part behind the string: the servo turns while its
-    mechanism sticks. With F_s known to first order in theta and theta_dot this is
-    :math:`\tau \dot F_s = U - F_s`. The time constant is that of viscous friction against the
-    tendon's stiffness, and is zero without friction. The equation is solved exactly over a step,
-    around the force before the step. A servo with a rotor needs no such solution: its spool has a
-    coordinate of its own.
+    The gear's friction acts at the spool, which sticks while its mechanism moves (`law.string`). A
+    servo with a rotor has a coordinate for its spool; without one the spool has no inertia.
     Source: Hooke (1678); a braided line of 1 mm and half a metre has 5 to 50 N/mm.
-    Validity: linear stretch without creep or mass. Behind a rotor dry friction acts at the spool.
+    Validity: linear stretch without creep or mass.
     Signature: theta leads the mechanism in proportion to the force, at rest as well.
     Confused with: spool_radius_error and joint_stiffness_error on one spring alone; two springs
     tell, since the lead goes with the force and not with the position.
@@ -31,8 +25,8 @@ class TendonCompliance(Effect):
     confused = ("spool_radius_error", "joint_stiffness_error")
     undamped = True
     needs_string = True
-    memory = Stage.SPOOL_FORCE
-    spool_stages = (Stage.STRETCH, Stage.SPOOL_FORCE)
+    memory = Stage.TENSION
+    spool_stages = (Stage.STRETCH, Stage.TENSION)
     parameters = (
         Parameter(
             "stiffness", "N/m", null=math.inf, nominal=10000.0, lower=500.0, upper=1000000.0
@@ -46,32 +40,13 @@ class TendonCompliance(Effect):
 
     @staticmethod
     def stretch(length: Jet, tendon: Tendon, values: Values) -> Jet:
-        """Add the stretch under the tension before this step."""
+        """What was wound on the spool before this step; without a memory nothing stretches."""
         out = length
         if values[3] != real(0.0):
-            out = length + Jet(values[3] / values[0], real(0.0), real(0.0))
+            out = Jet(values[3], length[1], length[2])
         return out
 
     @staticmethod
-    def spool_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
-        """Solve for the force that stretches the tendon by as much as it lets the servo turn."""
-        stiffness = values[0]
-        if wp.isinf(stiffness):
-            return force
-        give = real(1.0) - force[1] / stiffness
-        target = (force[0] - force[1] * values[3] / stiffness) / give
-        if values[3] == real(0.0) and target < real(0.0):
-            return force  # a slack string: what is below zero lets its mechanism go
-        rate = (force[1] * tendon.velocity + force[2] * tendon.acceleration) / give
-        time_constant = -force[2] / (stiffness * give)
-        taken = (real(1.0) - share_kept(tendon.elapsed, time_constant)) / give
-        value = lagged(values[3], target, rate, tendon.elapsed, time_constant)
-        return Jet(value, taken * force[1], taken * force[2])
-
-    @staticmethod
     def remember(force: Jet, tendon: Tendon, values: Values) -> real:
-        """That force; a string cannot push."""
-        kept = tendon.least_tension
-        if force[0] > kept:
-            kept = force[0]
-        return kept
+        """What is wound on the spool [m]; a string cannot push."""
+        return tendon.wound + wp.max(force[0], tendon.least_tension) / values[0]

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendon_newton.data.model_file import Model, NamedValues
 from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
+from tests.physics.runs import simulate as simulate_models
 
 STIFFNESS = 200.0  # [N/m] the weak spring
 DAMPING = 5.0  # [N s/m]
@@ -238,25 +240,54 @@ def test_viscous_friction_loads_a_compliant_tendon_in_its_own_time() -> None:
     np.testing.assert_allclose(out["force"][20:], expected, rtol=1e-2, atol=2e-2)
 
 
-def test_a_compliant_tendon_stretches_under_the_motors_force() -> None:
-    """Dry friction takes its part behind the string: the servo turns while its mechanism sticks."""
+def test_dry_friction_holds_the_spool_of_a_compliant_tendon() -> None:
+    """The string carries the motor's force less friction: all of it while the spool turns."""
     effects = {"tendon_compliance": {"stiffness": 5000.0}, "coulomb_friction": {"force": 1.0}}
     command = ramp()
     out = run(command, effects)
-    given = GAIN * (command - out["theta"])
-    np.testing.assert_allclose(RADIUS * out["theta"], out["travel"] + given / 5000.0, atol=1e-9)
-    held = np.flatnonzero(np.abs(np.diff(out["travel"], append=np.nan)) < 1e-12)
-    turning = held[held > len(command) // 2][1:10]
-    assert len(turning) == 9
-    assert np.ptp(out["force"][turning]) < 1e-6
-    assert np.ptp(out["theta"][turning]) == pytest.approx(
-        np.ptp(given[turning]) / 5000.0 / RADIUS, rel=1e-6
-    )
-    assert np.ptp(given[turning]) > 0.1
+    kept = GAIN * (command - out["theta"]) - out["force"]
+    stretch = out["force"] / 5000.0
+    np.testing.assert_allclose(RADIUS * out["theta"], out["travel"] + stretch, atol=1e-5)
+    np.testing.assert_allclose(kept[150:199], 1.0, atol=0.01)
+    np.testing.assert_allclose(kept[350:], -1.0, atol=0.01)
+    stuck = np.flatnonzero(np.abs(kept) < 0.9)[1:]
+    assert len(stuck) > 20
+    assert np.ptp(out["theta"][stuck[stuck > 200]]) < 1e-4
+
+
+@pytest.mark.parametrize("friction", ["coulomb_friction", "hysteresis", "load_dependent_friction"])
+def test_a_spool_without_inertia_is_the_limit_of_a_light_one(friction: str) -> None:
+    """Steps, ramps and waves of a rotor of 1 g cm2, whose spool has a coordinate of its own."""
+    own = {
+        "coulomb_friction": {"force": 0.8},
+        "hysteresis": {"force": 0.8, "travel": 3e-4, "exponent": 0.0},
+        "load_dependent_friction": {"coefficient": 0.15},
+    }
+    effects = {
+        "tendon_compliance": {"stiffness": 6000.0},
+        "viscous_friction": {"coefficient": 0.6},
+        friction: own[friction],
+    }
+    command = np.concatenate([steps_and_waves(), ramp(160)])
+    found = {}
+    for name, values in (
+        ("ideal", {"gain": GAIN}),
+        ("pd_torque", {"kp": GAIN * RADIUS, "kd": 0.0, "max_torque": 21.0 * RADIUS,
+                       "armature": 1e-7, "spool_radius": RADIUS}),
+    ):  # fmt: skip
+        model = Model(
+            actuator=NamedValues(name=name, values=values),
+            effects=tuple(NamedValues(name=n, values=v) for n, v in effects.items()),
+        )
+        found[name] = simulate_models([commanded(command)], model, time_step=2e-4)[0]
+    light, none = found["pd_torque"], found["ideal"]
+    off = light.motor_position - none.motor_position
+    assert np.sqrt(np.mean(off**2)) < 3e-4
+    assert np.sqrt(np.mean((light.force - none.force) ** 2)) < 2e-3
 
 
 def test_a_motor_that_turns_back_lets_a_compliant_tendon_go() -> None:
-    """Dry friction does not hold the mechanism by a string that is slack."""
+    """A slack string neither holds the mechanism by dry friction nor pushes it."""
     effects = {
         "tendon_compliance": {"stiffness": 5000.0},
         "coulomb_friction": {"force": 1.0},
@@ -266,7 +297,7 @@ def test_a_motor_that_turns_back_lets_a_compliant_tendon_go() -> None:
     out = run(command, effects)
     assert out["travel"][39] > 0.01
     assert out["force"][-1] == 0.0
-    assert out["travel"][-1] == pytest.approx(0.0, abs=1e-4)
+    assert out["travel"][-1] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_larger_spool_turns_less() -> None:

@@ -64,7 +64,6 @@ MEMORIES: dict[Stage, tuple[Any, Any]] = {
     Stage.ERROR: (slots.error_memory, stages.signal_memory),
     Stage.DUTY: (slots.duty_memory, stages.signal_memory),
     Stage.MOTOR_FORCE: (slots.motor_force_memory, stages.signal_memory),
-    Stage.SPOOL_FORCE: (slots.spool_force_memory, stages.signal_memory),
     Stage.TENSION: (slots.tension_memory, stages.signal_memory),
     Stage.LINE: (slots.line_memory, stages.signal_memory),
     Stage.SPRING: (slots.spring_memory, stages.signal_memory),
