@@ -47,7 +47,6 @@ from tendon_newton.diagnosis.search.decide.decision import (
     with_predictor,
 )
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
-    as_likely,
     between,
     found_of,
     harmonic,
@@ -445,8 +444,8 @@ def test_no_limit_is_looked_for_beyond_its_range() -> None:
     quick, quicker, none = (started(pool, command_rate_limit=x) for x in (8.0, 99.0, 100.0))
     assert is_nothing(pool, none, "command_rate_limit")
     assert not is_nothing(pool, quicker, "command_rate_limit")
-    assert between(pool.worlds, quick, rate, [quicker]) > 0.0
-    assert between(pool.worlds, quick, rate, [quick, none]) == 0.0
+    assert between(pool.worlds, quick, rate, [(quicker, 1.0)]) > 0.0
+    assert between(pool.worlds, quick, rate, [(quick, 0.5), (none, 0.5)]) == 0.0
 
 
 def test_a_profile_with_a_slope_starts_as_one_without() -> None:
@@ -764,26 +763,27 @@ def replace_names(fit: Any, *names: str) -> Any:
     return SimpleNamespace(**{**vars(fit), "names": names})
 
 
-def test_an_interval_holds_what_other_sets_say_that_are_as_likely(worlds: SearchWorlds) -> None:
-    """Both spreads add up as variances do; a set that is more than a price behind says nothing."""
+def test_an_interval_holds_what_other_sets_say_by_their_weight(worlds: SearchWorlds) -> None:
+    """Both spreads add up as variances do; a refused cause says nothing."""
     pool = pool_of(worlds)
     start = started(pool, viscous_friction=1.2, coulomb_friction=0.6)
     (fit,) = refit(worlds, [start], pool.floors, iterations=4)
-    pool.add([fit])
     (column,) = worlds.study.table.columns("viscous_friction")
     place = np.where(np.array(fit.columns) == column, fit.place + 0.2, fit.place)
-    beside = replace(fit, names=("viscous_friction", "hysteresis"), place=place,
-                     score=fit.score + 0.5 * pool.price)  # fmt: skip
-    far = replace(fit, names=("viscous_friction",), place=fit.place + 5.0,
-                  score=fit.score + 1.01 * pool.price)  # fmt: skip
-    pool.add([beside, far])
-    near = as_likely(pool, fit)
-    assert [other.names for other in near] == [fit.names, beside.names]
-    alone, among = (found_of(pool, fit, among=sets).intervals[column] for sets in ((), near))
+    beside = replace(fit, names=("viscous_friction", "hysteresis"), place=place)
+    point = found_of(pool, fit).point
+    rows = max(int(own.sum()) for _, own in worlds.where.signals)
+    behind = np.log(3.0) * 9.0 * rows_together(point, worlds.where) / rows
+    beside = replace(beside, score=fit.score + pool.cost(fit) - pool.cost(beside) + behind)
+    pool.add([fit, beside])
+    share = weights_of(pool, point, fit, ())[frozenset(beside.names)]
+    assert share == pytest.approx(0.25)
+    alone, among = (found_of(pool, fit, refused=r).intervals[column] for r in (("hysteresis",), ()))
+    assert alone == found_of(pool, fit).intervals[column]
     unit = worlds.coordinate(column).unit
     slack = 1.5e-2 * found_of(pool, fit).values[column]
     half, whole = (0.5 * (high - low) - slack for low, high in (alone, among))
-    assert whole == pytest.approx(np.hypot(half, 1.96 * 0.2 * unit / np.sqrt(2.0)), rel=1e-3)
+    assert whole == pytest.approx(np.hypot(half, 1.96 * 0.2 * unit * np.sqrt(share)), rel=1e-3)
 
 
 def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -> None:
@@ -794,11 +794,10 @@ def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -
     pool.fits = {frozenset(f.names): replace(f, score=s) for f, s in
                  ((one, 1.0), (two, 1.0), (fit, 1.0 - PRICE))}  # fmt: skip
     point = Linearisation(residual=fit.residual, jacobian=np.ones((len(fit.residual), 1)))
-    found: Any = SimpleNamespace(point=point)
-    weights = weights_of(pool, found, fit, ())
+    weights = weights_of(pool, point, fit, ())
     assert probability(weights, "viscous_friction", ()) == pytest.approx(2.0 / 3.0)
     assert probability(weights, "viscous_friction", ("coulomb_friction",)) == pytest.approx(1.0)
-    kept = weights_of(pool, found, fit, ("coulomb_friction",))
+    kept = weights_of(pool, point, fit, ("coulomb_friction",))
     assert probability(kept, "viscous_friction", ()) == 1.0
 
 
@@ -809,8 +808,7 @@ def test_what_blocks_share_tells_sets_apart_as_much_less(worlds: SearchWorlds) -
     pool.fits = {frozenset(f.names): f for f in two}
     white = np.random.default_rng(0).normal(size=len(one.residual))
     point = Linearisation(residual=white, jacobian=np.ones((len(white), 1)))
-    found: Any = SimpleNamespace(point=point)
-    weights = weights_of(pool, found, two[0], ())
+    weights = weights_of(pool, point, two[0], ())
     rows = max(int(own.sum()) for _, own in worlds.where.signals)
     odds = weights[frozenset({"viscous_friction"})] / weights[frozenset({"gain_error"})]
     assert odds == pytest.approx(np.exp(0.01 * rows / rows_together(point, worlds.where) / 9.0))

@@ -26,7 +26,6 @@ from tendon_newton.diagnosis.search.decide.decision import (
 )
 from tendon_newton.diagnosis.search.decide.extent import Limits, beginnings, deciding, limits_of
 from tendon_newton.diagnosis.search.decide.fitted_sets import (
-    as_likely,
     found_of,
     posterior_of,
     probability,
@@ -156,12 +155,12 @@ def conclude_search(
     share = explained_share(decisive, baseline, final)
     verdict = verdict_of(decisive, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
-    shown = found_of(decisive, final, among=as_likely(decisive, final))
+    shown = found_of(decisive, final, refused=decided.refused)
     criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
     rivals = {name: {new_name(final, rival): rival for rival in
                      (*special_case_left_open(decisive, final, shown, name), *own)}
               for name, own in decided.rivals.items()}  # fmt: skip
-    weights = weights_of(decisive, shown, final, decided.refused)
+    weights = weights_of(decisive, shown.point, final, decided.refused)
     classes = {
         name: tuple((rival, found_of(decisive, with_it)) for rival, with_it in own.items())
         for name, own in rivals.items()
@@ -197,7 +196,7 @@ def predictor_of(decisive: Pool, decided: Decided, named: Fit | None) -> Found |
     predictor, least = decided.predictor, () if named is None else named.names
     if predictor is None or not set(least) < set(predictor.names):
         return None
-    return found_of(decisive, predictor, among=as_likely(decisive, predictor))
+    return found_of(decisive, predictor, refused=decided.refused)
 
 
 def ordered(decided: Decided) -> Fit:

@@ -39,7 +39,7 @@ LEAST_WEIGHT, MOST_SETS = 0.02, 8
 """Sets with a smaller share of the weight [1], and beyond so many, are no part of the posterior."""
 
 
-def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
+def found_of(pool: Pool, fit: Fit, *, refused: Collection[str] | None = None) -> Found:
     """Return a fit's numbers with 95 % intervals out of the joint fit.
 
     Intervals are symmetric in coordinates in which a limit that is infinite when absent lies at
@@ -48,9 +48,10 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     Args:
         pool: Has the fits of all rows.
         fit: The set.
-        among: Other sets: what they say of the same numbers widens the intervals, as the variance
-            between sets is added to that within one (Hoeting et al., Bayesian model averaging: a
-            tutorial, 1999). The covariance stays that of the set alone.
+        refused: Causes that failed on unseen parts. What all sets without them say of the same
+            numbers widens the intervals, as the variance between sets is added to that within one
+            (Hoeting et al., Bayesian model averaging: a tutorial, 1999). The covariance stays that
+            of the set alone. By default no other set is asked.
     """
     worlds = pool.worlds
     jacobian = two_sided(worlds, fit) @ clock_slopes(worlds, fit)
@@ -62,7 +63,9 @@ def found_of(pool: Pool, fit: Fit, *, among: Collection[Fit] = ()) -> Found:
     spread = worlds.spreads(fit.columns, fit.names)
     form = share_of_form(worlds, fit)
     half = half_widths(point, worlds.where, spread, form)
-    among, fit = [in_seconds(worlds, other) for other in among], in_seconds(worlds, fit)
+    weights = {} if refused is None else weights_of(pool, point, fit, refused)
+    among = [(in_seconds(worlds, pool.fits[key]), weight) for key, weight in weights.items()]
+    fit = in_seconds(worlds, fit)
     values = values_of(worlds, fit.columns, fit.place)
     whole = np.hypot(half, [between(worlds, fit, c, among) for c in fit.columns])
     low, high = bounds_of(worlds, fit.columns, fit.names)
@@ -132,12 +135,9 @@ def harmonic(one: Array, other: Array) -> Array:
     return np.divide(2.0 * product, total, out=np.zeros_like(total), where=product > 0.0)
 
 
-def as_likely(pool: Pool, fit: Fit) -> list[Fit]:
-    """Return the fitted sets that are less than the price of a number behind one."""
-    return [other for other in pool.fits.values() if pool.gain(fit, other) < pool.price]
-
-
-def between(worlds: SearchWorlds, fit: Fit, column: int, among: Collection[Fit]) -> float:
+def between(
+    worlds: SearchWorlds, fit: Fit, column: int, among: Collection[tuple[Fit, float]]
+) -> float:
     """Return half the 95 % interval of a number's coordinate over sets that fitted it, too.
 
     A number of a bench that is a cause in one set and within its tolerance in another is not the
@@ -146,11 +146,14 @@ def between(worlds: SearchWorlds, fit: Fit, column: int, among: Collection[Fit])
     owner, own = worlds.study.table.owners[column][0], fit.place[fit.columns.index(column)]
     is_nothing = worlds.coordinate(column).is_nothing
     moved = [
-        o.place[o.columns.index(column)] - own for o in among
+        (o.place[o.columns.index(column)] - own, weight) for o, weight in among
         if column in o.columns and (owner in o.names) == (owner in fit.names)
         and not (owner in o.names and is_nothing(o.place[o.columns.index(column)]))
     ]  # fmt: skip
-    return SURE * float(np.sqrt(np.mean(np.square(moved)))) if moved else 0.0
+    if not moved:
+        return 0.0
+    off, weights = np.array(moved).T
+    return SURE * float(np.sqrt(np.average(off**2, weights=weights)))
 
 
 def in_seconds(worlds: SearchWorlds, fit: Fit) -> Fit:
@@ -206,7 +209,7 @@ def none_together(found: Found, nulls: Sequence[tuple[int, float]]) -> bool:
 
 
 def weights_of(
-    pool: Pool, found: Found, fit: Fit, refused: Collection[str]
+    pool: Pool, point: Linearisation, fit: Fit, refused: Collection[str]
 ) -> dict[frozenset[str], float]:
     """Return the weights of all fitted sets, which are one together [1].
 
@@ -216,12 +219,12 @@ def weights_of(
 
     Args:
         pool: Has the fits of all rows.
-        found: The answer, with the residuals around its optimum.
+        point: The answer around its optimum.
         fit: The answer's set as it was fitted.
         refused: Causes that failed on unseen parts: sets that hold one have no weight.
     """
     rows = max(int(own.sum()) for _, own in pool.worlds.where.signals)
-    telling = rows / rows_together(found.point, pool.worlds.where) / SHARED_FORM**2
+    telling = rows / rows_together(point, pool.worlds.where) / SHARED_FORM**2
     costs = {key: telling * (pool.cost(other) - pool.cost(fit))
              for key, other in pool.fits.items() if not key & set(refused)}  # fmt: skip
     least = min(costs.values())
