@@ -90,6 +90,28 @@ def test_a_rest_before_a_pause_is_no_frozen_reading(pause: float, said: list[str
     assert [one.check for one in seen if one.check in ("frozen read", "clock")] == said
 
 
+def test_a_log_of_more_rows_than_readings_is_slow_and_not_frozen() -> None:
+    """A kilohertz of rows hold a hundred commands and angles a second, ten times each."""
+    goal, theta = 0.7 * np.sin(9.4 * np.arange(1000) / 100.0), np.zeros(1000)
+    for k in range(5, 1000):
+        theta[k] = theta[k - 1] + 0.2 * (goal[k - 5] - theta[k - 1])
+    goal, theta = (np.repeat(rows, 10)[:, None] for rows in (goal, np.round(theta, 4)))
+    time = np.arange(10_000) / 1000.0
+    speed = np.gradient(theta, time, axis=0)
+    seen = log(time=time, command=goal, motor_position=theta, motor_velocity=speed, force=None)
+    assert only(lint_recording(seen)).check == "slow read"
+
+
+def test_a_speed_that_is_the_slope_of_a_wrapped_angle_is_no_second_defect() -> None:
+    """The seam is told, and what it does to the slope goes with its mend."""
+    theta = 2.0 * np.sin(3.0 * TIME) + 2.5 * np.sin(0.4 * TIME)
+    wrapped = np.mod(theta, 2.0 * np.pi)
+    speed = np.gradient(wrapped, TIME)
+    rows = {"command": theta + 0.01, "motor_position": wrapped, "motor_velocity": speed}
+    seen = log(force=None, **{name: values[:, None] for name, values in rows.items()})
+    assert only(lint_recording(seen)).check == "seam"
+
+
 def test_rounding_of_a_joint_that_rests_is_no_unit() -> None:
     """Means of equal numbers are off by 1e-17: "moves 4.0 times as far" was made of that."""
     for theta, command in np.random.default_rng(0).uniform(-0.5, 0.5, (50, 2)):

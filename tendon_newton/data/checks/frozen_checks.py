@@ -113,17 +113,19 @@ Rests = Sequence[tuple[int, int]]
 
 
 def rests_of(recording: Recording, place: int) -> Rests:
-    """Return where an angle stays the same for longer than a read may fail, its motor on.
+    """Return where an angle stays longer than a read may fail or take, its motor on.
 
     Nobody knows what was commanded in a gap: a rest before or after one may be held by anything.
     """
-    still = stretches(np.diff(recording.motor_position[:, place]) == 0.0)
+    theta = recording.motor_position[:, place]
+    every = pace_of_changes(np.flatnonzero(np.abs(np.diff(theta)) > LINE))
+    still = stretches(np.diff(theta) == 0.0)
     pauses = np.diff(recording.time, prepend=recording.time[0], append=recording.time[-1])
     gap = pauses > GAP * np.median(pauses)
     return [
         (int(first), int(end) + 1)
         for first, end in still
-        if end - first > AGAIN
+        if end - first > max(AGAIN, every)
         and recording.enabled[first : end + 1].all()
         and not gap[first : end + 2].any()
     ]

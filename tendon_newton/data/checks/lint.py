@@ -132,13 +132,16 @@ def mended(recording: Recording) -> tuple[Recording, tuple[Finding, ...]]:
 
 
 def with_every_row(recording: Recording, mend: Recording) -> Recording:
-    """Return a mended recording with a straight line across the rows that its mend left out."""
-    if mend.sample_count == recording.sample_count:
-        return mend
-    angles = np.empty_like(recording.motor_position)
-    for place, own in enumerate(mend.motor_position.T):
-        angles[:, place] = np.interp(recording.time, mend.time, own)
-    bridged = replace(recording, motor_position=angles)
+    """Return a mended recording with a straight line across the rows that its mend left out.
+
+    A speed that was the slope of the angles stays it.
+    """
+    bridged = mend
+    if mend.sample_count < recording.sample_count:
+        angles = np.empty_like(recording.motor_position)
+        for place, own in enumerate(mend.motor_position.T):
+            angles[:, place] = np.interp(recording.time, mend.time, own)
+        bridged = replace(recording, motor_position=angles)
     derived = np.allclose(recording.motor_velocity, slope_of(recording))
     return replace(bridged, motor_velocity=slope_of(bridged)) if derived else bridged
 
