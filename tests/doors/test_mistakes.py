@@ -175,6 +175,8 @@ MISTAKES: dict[str, Mistake] = {
         change=swap("mapping.toml", "bench =", "benc =")),
     "all rows empty": Mistake(words=IMPORT, said=("a log has two rows or more", "2 of them lack q"),
         change=text("raw/run_1.csv", "t,goal,q\n0,1,nan\n0.01,1,\n")),
+    "a line below the rows": Mistake(words=IMPORT, said=("has 'end of run'", 'comment = "end"'),
+        change=text("raw/run_1.csv", "t,goal,q\n0,1,1\n0.01,1,1\nend of run\n")),
     "an import over a dataset": Mistake(words="import mapped raw --mapping mapping.toml --out data",
         said=("it holds a dataset that was not imported",)),
     "a day of another bench": Mistake(words="diagnose data --against old --out new",

@@ -398,6 +398,8 @@ def mend_of(found: str, ours: str, source: str) -> str:
         return ": write it as a decimal number"
     if ours == "t" and ":" in found:
         return " (a date and a time of day are read as ISO writes them: 2026-03-04 23:59:55.25)"
+    if ours == "t" and found[:1].isalpha():
+        return f' (comment = "{found.split()[0]}" in the mapping passes over such lines)'
     return ""
 
 
