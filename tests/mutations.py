@@ -279,6 +279,8 @@ MUTATIONS: tuple[Mutation, ...] = (
         f"{PHYSICS} delay"),
     Mutation("a-slack-string-pushes-a-little", "tendon_newton/law/string.py",
         "target < real(0.0):", "target < real(-1.0e9):", f"{PHYSICS} turns_back"),
+    Mutation("a-sliding-spool-begins-stuck", "tendon_newton/law/string.py",
+        "AHEAD = 1.0e-5", "AHEAD = 0.0", f"{PHYSICS} no_shorter_steps"),
     Mutation("a-spool-never-sticks", "tendon_newton/law/string.py",
         "if least[0] == most[0]:", "if least[0] <= real(1.0e9):", f"{PHYSICS} light_one"),
     Mutation("bristles-bend-with-the-mechanism", "tendon_newton/law/string.py",

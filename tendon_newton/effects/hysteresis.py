@@ -3,6 +3,7 @@
 import warp as wp
 
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.device_code.travel import travel
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
 ALIKE = 1.0e-3  # Difference of an exponent from 1 below which both are the same [1]
@@ -32,17 +33,16 @@ def left(before: real, way: real, exponent: real) -> Jet:
 @device_template
 def bent(before: real, tendon: Tendon, values: Values) -> Jet:
     """Return the friction [N], which was `before`, after the step's travel, and its slope [N/m]."""
-    mean = tendon.velocity - real(0.5) * tendon.acceleration * tendon.elapsed
-    travel = mean * tendon.elapsed
+    way = travel(tendon)
     side = real(1.0)
     if tendon.velocity < real(0.0):
         side = real(-1.0)
-    if travel > real(0.0):
+    if way > real(0.0):
         side = real(1.0)
-    if travel < real(0.0):
+    if way < real(0.0):
         side = real(-1.0)
     missing = real(1.0) - side * before / values[0]
-    after = left(missing, side * travel / values[1], values[2])
+    after = left(missing, side * way / values[1], values[2])
     friction = side * values[0] * (real(1.0) - after[0])
     return Jet(friction, values[0] / values[1] * after[1], real(0.0))
 

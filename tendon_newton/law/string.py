@@ -32,16 +32,17 @@ from tendon_newton.device_code.slots import (
 )
 from tendon_newton.device_code.structs import Flow, Tendon
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.device_code.travel import travel
 from tendon_newton.law.gear import rotor_flow
 from tendon_newton.law.servo import holding_force, is_outrun, on_side, servo_flow
 from tendon_newton.law.spool import UNBOUNDED
 
 # Whether a string pulls: what its force says, or what was decided at the start of a step
 UNDECIDED, TAUT, SLACK = 0.0, 1.0, 2.0
-# Time [s] after which the start of a step is asked whether a spool slides: one that does is on the
-# very edge of sticking there
+# Time [s] after its start at which a step is asked whether the spool slides: at the start itself a
+# sliding one is at the very edge of sticking. Long beside rounding, short beside any step
 AHEAD = 1.0e-5
-SNUG = 1.0e-8  # Stretch [m] below which a string may be slack: what rounding leaves
+LOOSE = 1.0e-8  # Stretch [m] below which a string may be slack: what rounding leaves
 
 
 @device_template
@@ -74,10 +75,10 @@ def stretched(
 ) -> Jet:
     """Return what a string carries [N] whose spool gives it a force, friction taken off.
 
-    The equation is solved exactly over a step, around the tension before it.
+    The equation is solved exactly over a step, around where the spool was before it.
 
     Args:
-        force: What the spool would give if the tension stayed as it was [N].
+        force: What the spool would give if it stayed where it was [N].
         tendon: The tendon.
         p: The world's numbers.
         stiffness: Of the string [N/m].
@@ -85,7 +86,7 @@ def stretched(
             nothing makes it stick.
     """
     stuck = stiffness * stretch_of(tendon, p)
-    before = stuck + stiffness * way(tendon)
+    before = stuck + stiffness * travel(tendon)
     give = real(1.0) - force[1] / stiffness
     target = (force[0] - force[1] * stuck / stiffness) / give
     still = target - force[2] * tendon.velocity / give  # of a spool that does not turn
@@ -94,13 +95,11 @@ def stretched(
         coming = stiffness * tendon.velocity * real(AHEAD)
     if direction != real(0.0) and direction * (still - stuck + coming) <= real(0.0):
         return Jet(stuck, -stiffness, real(0.0))
-    if before < stiffness * real(SNUG) and target < real(0.0):
+    if before < stiffness * real(LOOSE) and target < real(0.0):
         return force  # a slack string: what is below zero lets its mechanism go
     rate = (force[1] * tendon.velocity + force[2] * tendon.acceleration) / give
     time_constant = -force[2] / (stiffness * give)
     value = lagged(before, target, rate, tendon.elapsed, time_constant)
-    if direction != real(0.0):
-        value = wp.clamp(value, wp.min(stuck, still), wp.max(stuck, still))
     taken = (real(1.0) - share_kept(tendon.elapsed, time_constant)) / give
     return Jet(value, taken * force[1], taken * force[2])
 
@@ -109,12 +108,6 @@ def stretched(
 def stretch_of(tendon: Tendon, p: ParameterVector) -> real:
     """Return how far a string is stretched [m] while its spool stays where a step began."""
     return stretch_effects(Jet(tendon.wound, real(1.0), real(0.0)), tendon, p)[0] - tendon.wound
-
-
-@device_template
-def way(tendon: Tendon) -> real:
-    """Return how far a string's end at the mechanism came in a step [m]."""
-    return (tendon.velocity - real(0.5) * tendon.acceleration * tendon.elapsed) * tendon.elapsed
 
 
 @device_template

@@ -286,6 +286,16 @@ def test_a_spool_without_inertia_is_the_limit_of_a_light_one(friction: str) -> N
     assert np.sqrt(np.mean((light.force - none.force) ** 2)) < 2e-3
 
 
+@pytest.mark.parametrize("stiffness", [6e3, 5e4])
+def test_a_sticking_spool_needs_no_shorter_steps(stiffness: float) -> None:
+    """Steps of 2 ms err by 1 mrad, with dry friction alone: nothing else damps the string."""
+    effects = {"tendon_compliance": {"stiffness": stiffness}, "coulomb_friction": {"force": 0.8}}
+    recording = commanded(np.concatenate([steps_and_waves(), ramp(160)]))
+    coarse, fine = (simulate(recording, effects, time_step=h) for h in (2e-3, 1e-4))
+    off = coarse.motor_position - fine.motor_position
+    assert np.sqrt(np.mean(off**2)) < 2e-3
+
+
 def test_a_motor_that_turns_back_lets_a_compliant_tendon_go() -> None:
     """A slack string neither holds the mechanism by dry friction nor pushes it."""
     effects = {
