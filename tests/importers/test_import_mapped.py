@@ -324,8 +324,8 @@ def test_any_delimiter_goes_with_decimal_commas(delimiter, quote, lab, tmp_path)
     ("head", "columns", "said"),
     [
         ("", LAB_COLUMNS.replace("Ist [°]", "Ist"), "no column named 'Ist'; there are Zeit [ms]"),
-        ("", LAB_COLUMNS.replace("Kraft [N]", "Notiz"), "Notiz must be a number; row 0 has 'an'"),
-        ('decimal = "."', LAB_COLUMNS, "must be a number; row 0 has '0,0'"),
+        ("", LAB_COLUMNS.replace("Kraft [N]", "Notiz"), "Notiz must be a number; line 2 has 'an'"),
+        ('decimal = "."', LAB_COLUMNS, "must be a number; line 2 has '0,0'"),
         ('decimal = "x"', LAB_COLUMNS, "decimal must be '.' or ','"),
         ('delimiter = ","', LAB_COLUMNS, "no column named 'Zeit [ms]'"),
     ],
@@ -335,6 +335,26 @@ def test_what_cannot_be_guessed_is_said(head, columns, said, lab, tmp_path, caps
     path = mapping(tmp_path, columns, f'bench = "spring_weak"\n{head}')
     assert run_import(lab, path, tmp_path / "out") == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "said"),
+    [
+        ("100,0;12,0;10,1;0,9;", "t must strictly increase; line 10 is 0.100000 s after 0.100000"),
+        ("110,0;12,0;1e9;0,9;1,9", "theta must be in radians; line 10 (t = 0.11 s) is 1.7453"),
+        ("110,0;12,0;ab;0,9;1,9", "must be a number; line 10 has 'ab'"),
+    ],
+)
+def test_an_error_names_the_line_of_the_file(spoilt, said, lab, tmp_path, capsys) -> None:
+    """Comments, a header, units, rows without a number and empty lines count as an editor does."""
+    columns = LAB_COLUMNS.replace("force = ", "# force = ")
+    head, *rows = LAB.splitlines()
+    lines = ["# bench 3", head, "ms;deg;deg;rpm;N;-", *rows[:3], "", *rows[3:], spoilt]
+    (lab / "sine_1.csv").write_text("\n".join(lines))
+    assert run_import(lab, mapping(tmp_path, columns), tmp_path / "out") == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert "sine_1.csv: sine_1" not in told
 
 
 def test_comments_a_stated_header_and_fewer_rows(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from tendon_newton.data.formats.rosbag import METADATA_FILE
 from tendon_newton.data.importers.column_mapping import ColumnMapping, read_mapping
 from tendon_newton.data.importers.column_mends import mended_columns, names_of_parts
 from tendon_newton.data.importers.imported import Imported, ImportedLog
-from tendon_newton.data.importers.mapped_rows import read_mapped_columns
+from tendon_newton.data.importers.mapped_rows import PLACE, place_word, read_mapped_columns
 from tendon_newton.data.model_file import Model, NamedValues, read_named
 from tendon_newton.data.recording import SERVO, Array, Recording
 from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, listed, shown
@@ -232,22 +232,30 @@ def rows_recordings(
 ) -> tuple[list[Recording], list[Finding]]:
     """Read a file of rows, and mend its columns where that is asked for."""
     columns, found = read_mapped_columns(path, mapping, name)
-    parts = [columns]
+    lines, parts = columns[PLACE], [columns]
     if mend:
         parts, mended = mended_columns(columns, name)
-        found += mended
+        found += [replace(one, evidence=in_lines(one.evidence, path, lines)) for one in mended]
     names = names_of_parts(name, len(parts))
     if len(parts) > 1:
         found = [replace(one, recording=own) for own in names for one in found]
-    try:
-        recordings = [
-            make_recording(own, part, mapping, path.name)
-            for own, part in zip(names, parts, strict=True)
-        ]
-    except TendonNewtonError as error:
-        mendable = not mend and mended_columns(columns, name)[1]
-        raise InvalidRecording(f"{path}: {error}" + " (--mend does it)" * bool(mendable)) from error
+    recordings: list[Recording] = []
+    for own, part in zip(names, parts, strict=True):
+        lines = part.pop(PLACE)
+        try:
+            recordings.append(make_recording(own, part, mapping, path.name))
+        except TendonNewtonError as error:
+            mendable = not mend and mended_columns(part, name)[1]
+            told = in_lines(str(error).removeprefix(f"{own}: "), path, lines)
+            raise InvalidRecording(
+                f"{path}: {told}" + " (--mend does it)" * bool(mendable)
+            ) from error
     return recordings, found
+
+
+def in_lines(told: str, path: Path, lines: Array) -> str:
+    """Return what is told of a row with its place in the file, where others may be left out."""
+    return re.sub(r"\brow (\d+)", lambda row: f"{place_word(path)} {lines[int(row[1])]:.0f}", told)
 
 
 def make_recording(

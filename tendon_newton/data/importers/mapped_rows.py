@@ -29,6 +29,8 @@ STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 LINES = (".jsonl", ".ndjson")  # Suffixes of files with one JSON object per line
 JSON_SIZE_LIMIT = 1 << 25  # Bytes of a JSON log, whose rows take twenty times as much in memory
 Row = Mapping[str, Any]
+PLACE = "line"
+"""Column of the lines, or of the rows of a JSON file, in which the rows stand."""
 
 
 EPOCH = datetime(2020, 1, 1, tzinfo=UTC)
@@ -72,10 +74,12 @@ def read_mapped_columns(
     told = [*guessed(name, dialect.text(mapping.dialect))]
     rows, units = without_units(iter(rows), wanted)
     told += units_told(name, wanted, units)
-    count = 0
-    for count, row in enumerate(rows, start=1):
+    count, lines = 0, array("d")
+    for count, (line, row) in enumerate(rows, start=1):
+        if count == 1:
+            refuse_absent(path, row, [column.source or "" for column in wanted.values()])
         found = {
-            ours: number_of(path, count - 1, row, ours, column, commas=dialect.decimal == ",")
+            ours: number_of(path, line, row, ours, column, commas=dialect.decimal == ",")
             for ours, column in wanted.items()
         }
         for ours in staying:
@@ -91,6 +95,7 @@ def read_mapped_columns(
         empty.update(absent)
         if not absent:
             places.append(count - 1)
+            lines.append(line)
             for ours, value in found.items():
                 numbers[ours].append(value or 0.0)
     silent = [wanted[ours].source or "" for ours in slow if np.isnan(numbers[ours]).all()]
@@ -103,6 +108,7 @@ def read_mapped_columns(
         for ours, column in wanted.items()
     }
     refuse_far_offsets(path, wanted, columns)
+    columns[PLACE] = np.frombuffer(lines)
     if "t" not in columns:
         assert mapping.rate is not None
         columns["t"] = np.frombuffer(places) / mapping.rate
@@ -153,13 +159,13 @@ def refuse_far_offsets(
 
 
 def refuse_servos_in_rows(
-    path: Path, rows: Iterable[Row], mapping: ColumnMapping, time: Array
+    path: Path, rows: Iterable[tuple[int, Row]], mapping: ColumnMapping, time: Array
 ) -> None:
     """Refuse a file with a row for each servo, whose number is in a column."""
     if time.size < 2 or np.mean(np.diff(time) == 0.0) < REPEATED:
         return
     mapped = {column.source for column in mapping.columns.values()}
-    table = list(islice(rows, time.size))
+    table = [row for _, row in islice(rows, time.size)]
     for name in table[0]:
         words = [str(row.get(name)) for row in table]
         kinds = dict.fromkeys(words)
@@ -173,13 +179,13 @@ def refuse_servos_in_rows(
 
 
 def without_units(
-    rows: Iterator[Row], wanted: Mapping[str, MappedColumn]
-) -> tuple[Iterator[Row], list[str]]:
+    rows: Iterator[tuple[int, Row]], wanted: Mapping[str, MappedColumn]
+) -> tuple[Iterator[tuple[int, Row]], list[str]]:
     """Return rows without a first one that holds the columns' units, and these."""
     first = next(rows, None)
     if first is None:
         return rows, []
-    cells = [cell(first, column.source or "") for column in wanted.values()]
+    cells = [cell(first[1], column.source or "") for column in wanted.values()]
     words = [c.strip() for c in cells if isinstance(c, str) and not is_missing(c)]
     worded = [w for w in words if number_in(w.replace(",", ".")) is None and seconds_of(w) is None]
     if len(worded) == len(cells) > 1 and not any(isinstance(list_in(w), list) for w in worded):
@@ -272,22 +278,32 @@ def left_out(
         )
 
 
-def read_rows(path: Path, mapping: ColumnMapping) -> tuple[Iterable[Row], CsvDialect]:
-    """Read the rows of a file one by one, by the suffix of its name."""
+def read_rows(path: Path, mapping: ColumnMapping) -> tuple[Iterable[tuple[int, Row]], CsvDialect]:
+    """Read the rows of a file one by one with their places, by the suffix of its name."""
     if path.suffix in (".json", *LINES):
-        return json_rows(path, mapping.rows), CsvDialect(delimiter=",", decimal=".")
+        return enumerate(json_rows(path, mapping.rows)), CsvDialect(delimiter=",", decimal=".")
     sources = [column.source for column in mapping.columns.values() if column.source is not None]
     wanted = {*sources, *(source.split("[", 1)[0] for source in sources)}  # paths into a cell
     dialect = mapping.dialect.guessed(path, wanted)
     return csv_rows(path, dialect, wanted), dialect
 
 
-def csv_rows(path: Path, dialect: CsvDialect, wanted: Collection[str]) -> Iterator[Row]:
-    """Read the rows of a CSV file, of which no wanted column may be there twice."""
+def csv_rows(path: Path, dialect: CsvDialect, wanted: Collection[str]) -> Iterator[tuple[int, Row]]:
+    """Read lines and rows of a CSV file, of which no wanted column may be there twice."""
+    line = 0
+
+    def counted(lines: Iterable[str]) -> Iterator[str]:
+        nonlocal line
+        for text in lines:
+            line += 1
+            yield text
+
     with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
         try:
             reader = csv.DictReader(
-                dialect.rows(file), skipinitialspace=True, delimiter=dialect.delimiter or ","
+                dialect.rows(counted(file)),
+                skipinitialspace=True,
+                delimiter=dialect.delimiter or ",",
             )
             if reader.fieldnames is not None:
                 reader.fieldnames = names = [name.strip() for name in reader.fieldnames]
@@ -296,7 +312,7 @@ def csv_rows(path: Path, dialect: CsvDialect, wanted: Collection[str]) -> Iterat
                         f"{path}: {names.count(twice[0])} columns are named {shown(twice[0])}: "
                         "give each a name of its own"
                     )
-            yield from reader
+            yield from ((line, row) for row in reader)
         except csv.Error as error:
             raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
 
@@ -345,6 +361,26 @@ def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
     return {} if holds_rows else columns
 
 
+def refuse_absent(path: Path, row: Row, sources: Iterable[str]) -> None:
+    """Refuse a first row without a column that is wanted."""
+    for source in sources:
+        if source not in row and next(iter(STEP.findall(source)), ("", ""))[0] not in row:
+            bare = all(number_in(key) is not None for key in row)
+            raise InvalidRecording(
+                f"{path}: no column named {shown(source)}; there are {listed(map(str, row))}"
+                + (
+                    ": a file without a header has its columns' names in header = [...]"
+                    if bare
+                    else ' (files = "run_*.csv" in the mapping takes some files alone)'
+                )
+            )
+
+
+def place_word(path: Path) -> str:
+    """Say what counts the rows of a file."""
+    return "row" if path.suffix in (".json", *LINES) else "line"
+
+
 def number_of(
     path: Path, place: int, row: Row, ours: str, column: MappedColumn, *, commas: bool
 ) -> float | None:
@@ -357,18 +393,6 @@ def number_of(
     """
     assert column.source is not None
     found = cell(row, column.source)
-    if found is None and place == 0 and column.source not in row:
-        first = next(iter(STEP.findall(column.source)), ("", ""))[0]
-        if first not in row:
-            bare = all(number_in(key) is not None for key in row)
-            raise InvalidRecording(
-                f"{path}: no column named {shown(column.source)}; there are {listed(map(str, row))}"
-                + (
-                    ": a file without a header has its columns' names in header = [...]"
-                    if bare
-                    else ' (files = "run_*.csv" in the mapping takes some files alone)'
-                )
-            )
     if is_missing(found):
         return None
     number = number_in(found.replace(",", ".") if commas and isinstance(found, str) else found)
@@ -379,7 +403,8 @@ def number_of(
         number = SWITCHED.get(str(found).strip().lower())
     if number is None:
         raise InvalidRecording(
-            f"{path}: {column.source} must be a number; row {place} has {shown(found)}"
+            f"{path}: {column.source} must be a number; {place_word(path)} {place} has "
+            + shown(found)
             + mend_of(str(found).strip(), ours, column.source)
         )
     return number
