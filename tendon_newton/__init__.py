@@ -24,7 +24,7 @@ EXPORTS = {
     "load_model": "tendon_newton.data.model_file",
     "load_network": "tendon_newton.actuators.networks.artifact",
     "open_model": "tendon_newton.diagnosis.diagnosed_bench",
-    "simulate": "tendon_newton.simulation.simulators",
+    "simulate": "tendon_newton.simulation.hosts.replay",
     "simulate_with_gradients": "tendon_newton.gradients.trajectory_gradient",
     "write_model": "tendon_newton.data.model_file",
 }

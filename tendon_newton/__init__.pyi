@@ -23,9 +23,9 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism as Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism as load_mechanism
 from tendon_newton.mechanisms.worlds import build_model as build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop as ControlLoop
+from tendon_newton.simulation.hosts.replay import simulate as simulate
 from tendon_newton.simulation.hosts.rollout import Rollout as Rollout
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver as TendonSolver
-from tendon_newton.simulation.simulators import simulate as simulate
 
 EXPORTS: dict[str, str]
 __version__: str

@@ -35,9 +35,7 @@ class SimulateConfig:
     out: Path  # Folder for the results; made if it is not there.
     seconds: float = 20.0  # Beginning of each recording that is simulated [s]; inf takes all.
     time_step: float | None = None
-    """Longest step of the integrator [s]; by default 0.125 ms, and 0.5 ms for mujoco."""
-    solver: str = "tendon"
-    """Engine: tendon (every effect, friction that sticks) or mujoco (Newton's SolverMuJoCo)."""
+    """Longest step of the integrator [s]; by default 0.125 ms."""
     network: str = "torchscript"
     """How the force network of a learned actuator runs: torchscript, or fused (a Transformer as one
     kernel, checked against TorchScript when loaded; other networks run as TorchScript)."""
@@ -68,9 +66,8 @@ def main(config: SimulateConfig) -> None:
     model = open_model(config.model, [load_mechanism(bench) for bench in benches])
     out = make_folder(config.out, config.dataset)
 
-    from tendon_newton.simulation.simulators import find_simulator
+    from tendon_newton.simulation.hosts.replay import replay
 
-    simulate = find_simulator(config.solver)
     options: Any = {"network": config.network, "trust": config.trust}
     if config.time_step is not None:
         options["time_step"] = config.time_step
@@ -80,7 +77,7 @@ def main(config: SimulateConfig) -> None:
     told = TimeLeft(sum(recording.duration for recording in recordings))
     for first in range(0, len(recordings), AT_ONCE):
         members = recordings[first : first + AT_ONCE]
-        for recording, trajectory in zip(members, simulate(members, model, **options), strict=True):
+        for recording, trajectory in zip(members, replay(members, model, **options), strict=True):
             write_result(config, recording, trajectory)
         told(sum(recording.duration for recording in members))
     print(f"\nwrote {len(recordings)} recordings to {out}")

@@ -274,23 +274,6 @@ class NewtonJoints:
 
 
 @device_struct
-class Track:
-    """Worlds that another solver steps, and where they have been."""
-
-    parameters: DeviceArray[ParameterVector]  # Numbers of actuator and effects
-    position_index: DeviceGrid[int]  # Where a world's joints stand among Newton's positions
-    velocity_index: DeviceGrid[int]  # Where they stand among its velocities
-    time_step: real  # Step of that solver [s]
-    q: DeviceGrid[JointVector]  # Coordinates at the start of each step [rad, m]
-    v: DeviceGrid[JointVector]  # Rates of the coordinates [rad/s, m/s]
-    memory: DeviceGrid[MemoryVector]  # What the worlds remembered
-    latest: DeviceArray[MemoryVector]  # The last of these memories
-    command: DeviceArray[TendonVector]  # Angles asked for in the last step [rad]
-    row: DeviceArray[int]  # Row of the recording in force
-    count: DeviceArray[int]  # Number of steps so far
-
-
-@device_struct
 class Schedule:
     """The substeps of a differentiable rollout, shape (K, plans)."""
 

@@ -13,18 +13,17 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
 from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
-from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
 from tests import effect_bench
 from tests.conftest import SEED
 from tests.physics.hands.chains import TREES, write_chain
-from tests.physics.runs import GAIN, RADIUS, ideal_model, run_of, simulate, stairs
+from tests.physics.mujoco_reference import moved_by_the_file, torque_of
+from tests.physics.runs import RADIUS, ideal_model, run_of, simulate, stairs
 
 ANGLE, FORCE = 0.044e-3, 0.005  # rad, N: a tenth of an encoder's and a load cell's noise
 CASES = ("c005", "c008", "c021")
@@ -140,7 +139,9 @@ COMMANDS = {"pendulum": (-0.1, 0.1)}
 """Commands that keep a bench off its stops [rad], where they are not those of the finger."""
 
 
-def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -> float:
+def disagreement(
+    mechanism: Mechanism, bench: str, lower: float, upper: float, folder: Path
+) -> float:
     """Return the greatest RMS difference of a joint as a share of the range it moves through."""
     rng = np.random.default_rng(1)
     # more than one recording: worlds of different length in one solver
@@ -152,22 +153,20 @@ def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -
         for command, rest in zip(commands, held, strict=True)
     ]
     ours = simulate(runs, ideal_model(), time_step=STEP, mechanism=mechanism)
-    theirs = MujocoRollout(mechanism, runs, ideal_model(), time_step=STEP, device="cpu").run()
-    shares = [
-        np.sqrt(np.mean((a.joint_position - b.joint_position) ** 2, axis=0))
-        / np.ptp(a.joint_position, axis=0)
-        for a, b in zip(ours, theirs, strict=True)
-    ]
+    shares = []
+    for run, motion in zip(runs, (made.joint_position for made in ours), strict=True):
+        other = moved_by_the_file(mechanism, run, motion[0], step=STEP, folder=folder)
+        shares.append(np.sqrt(np.mean((motion - other) ** 2, axis=0)) / np.ptp(motion, axis=0))
     return float(np.max(shares))
 
 
 # the servo's load is unknown: its bare horn is there to be looked at, and turned by positions
 # alone; the hand is four of the routed fingers, and its twelve joints take a compiler minutes
 @pytest.mark.parametrize("name", WITHOUT_HANDS)
-def test_every_asset_moves_alike(name: str) -> None:
+def test_every_asset_moves_as_its_mjcf_file_in_mujoco(name: str, tmp_path: Path) -> None:
     """Without friction the trajectories agree to 1 % of the motion."""
     lower, upper = COMMANDS.get(name, (0.5, 2.5))
-    assert disagreement(load_mechanism(name), name, lower, upper) < 0.01
+    assert disagreement(load_mechanism(name), name, lower, upper, tmp_path) < 0.01
 
 
 @pytest.mark.parametrize("tree", TREES)
@@ -175,7 +174,7 @@ def test_chains_of_three_move_alike(tree: str, tmp_path: Path) -> None:
     """Three joints in a plane, with axes that are not parallel, and in a tree with two branches."""
     mechanism = load_mechanism(write_chain(tmp_path, tree))
     assert len(mechanism.joints) == 3
-    assert disagreement(mechanism, "finger", 0.5, 2.0) < 0.01
+    assert disagreement(mechanism, "finger", 0.5, 2.0, tmp_path) < 0.01
 
 
 WORLDS = 96
@@ -206,13 +205,7 @@ def rounded(mechanism: Mechanism) -> Mechanism:
 
 def imbalance(mechanism: Mechanism, q: np.ndarray, command: np.ndarray) -> float:
     """Return the greatest torque that nothing balances [N m], from numpy's own lengths and arms."""
-    torque = passive_torque(mechanism, q)
-    for tendon, angle in zip(mechanism.tendons, command.astype(np.float64), strict=True):
-        radius = 1.0 if tendon.direct else float(np.float32(RADIUS))
-        pull = GAIN * (angle - excursion(tendon, q) / radius)
-        least = -tendon.force_limit if tendon.direct else 0.0
-        pull = np.clip(pull, least, tendon.force_limit)
-        torque = torque + moment_arms(tendon, q) * pull
+    torque = passive_torque(mechanism, q) + torque_of(mechanism, q, command.astype(np.float64))
     return float(np.max(np.abs(torque)))
 
 

@@ -1,11 +1,10 @@
 """The load cell reads what the string carries: the slider's force to rounding, and its work.
 
 Between spool and slider there is nothing but the string. So at every instant the cell's force is
-m x'' + c x' + k x, whichever servo pulls and whichever engine steps.
+m x'' + c x' + k x, whichever servo pulls and whichever host steps.
 """
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,14 +17,13 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tendon_newton.simulation.simulators import find_simulator
+from tendon_newton.simulation.hosts.replay import replay
 from tests.physics.learned.networks import LIMIT, RATE, force_network, write_force_network
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
-from tests.physics.runs import DATA_SHEET, RADIUS, ideal_model, run_of
+from tests.physics.runs import DATA_SHEET, ideal_model, run_of
 
 ROWS = 4000.0  # Hz, so fine that a spline through the rows has the slider's acceleration
-STEPS = {"tendon": 1.25e-4, "mujoco": 1.25e-5}  # s
-"""MuJoCo's are of first order: 0.010 N off after the greatest jump, and twice that at twice it."""
+STEP = 1.25e-4  # s
 QUERY_ROWS = round(ROWS / RATE)
 CLOSE = 0.02  # N
 SERVO = Model(actuator=NamedValues(name="pwm_servo", values=DATA_SHEET))
@@ -67,19 +65,15 @@ def model_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str],
     return model
 
 
-def simulated(
-    solver: str, bench: str, command: Array, model: Model, step: float | None = None
-) -> Books:
-    """Replay a command with one of the simulators."""
+def replayed(bench: str, command: Array, model: Model) -> Books:
+    """Replay a command."""
     run = run_of(command, bench=bench, rate=ROWS)
-    (out,) = find_simulator(solver)([run], model, time_step=step or STEPS[solver])
+    (out,) = replay([run], model, time_step=STEP)
     learned = model.actuator.name == "learned"
     return Books(
         bench=bench,
         time=run.time,
         slide=out.joint_position[:, 0],
-        # MuJoCo's slide is float32, whose second differences are no acceleration
-        speed=RADIUS * out.motor_velocity[:, 0] if solver == "mujoco" else None,
         force=out.force[:, 0],
         jumps=jumps_of(command, QUERY_ROWS if learned else None),
     )
@@ -92,9 +86,8 @@ def looped(bench: str, command: Array, model: Model) -> Books:
         query = TorchScriptQuery(Motor(), window=1, rate=ROWS, limit=LIMIT)
         if model.actuator.values["hold_stiffness"] == 0.0:
             jumps = np.arange(len(command))  # a staircase: each answer is held for a row
-    step = STEPS["tendon"]
     mechanism = load_mechanism(bench)
-    loop = ControlLoop(mechanism, model, 1, rate=ROWS, max_step=step, network=query, device="cpu")
+    loop = ControlLoop(mechanism, model, 1, rate=ROWS, max_step=STEP, network=query, device="cpu")
     commands = torch.tensor(command, dtype=torch.float32).reshape(-1, 1, 1)
     reading = loop.reset(commands[0])
     rows = np.zeros((len(command), 3))
@@ -113,8 +106,6 @@ def looped(bench: str, command: Array, model: Model) -> Books:
     )
 
 
-BY_PATH = {"control_loop": looped, "mujoco": partial(simulated, "mujoco")}
-"""Ways to simulate a command, beside a replay."""
 ACTUATORS = ("ideal", "pwm_servo", *HOLDS)
 
 
@@ -134,34 +125,21 @@ def assert_balanced(books: Books) -> None:
     "bench", ["spring_strong", pytest.param("spring_weak", marks=pytest.mark.slow)]
 )
 @pytest.mark.parametrize("actuator", ACTUATORS)
-@pytest.mark.parametrize("path", BY_PATH)
-def test_after_a_step_the_cell_reads_what_moves_the_slider(path, actuator, bench, model_of) -> None:
-    """Within 0.02 N in every row, and 1e-4 of the work."""
-    assert_balanced(BY_PATH[path](bench, one_step(ROWS), model_of(actuator)))
+def test_after_a_step_the_cell_reads_what_moves_the_slider(actuator, bench, model_of) -> None:
+    """Within 0.02 N in every row of a control loop, and 1e-4 of the work."""
+    assert_balanced(looped(bench, one_step(ROWS), model_of(actuator)))
 
 
 @pytest.mark.parametrize("bench", STIFFNESS)
 @pytest.mark.parametrize("actuator", ACTUATORS)
 def test_in_random_steps_the_cell_reads_what_moves_the_slider(actuator, bench, model_of) -> None:
     """Within as much over 12 s of a replay."""
-    assert_balanced(simulated("tendon", bench, random_steps(ROWS), model_of(actuator)))
+    assert_balanced(replayed(bench, random_steps(ROWS), model_of(actuator)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("bench", STIFFNESS)
 @pytest.mark.parametrize("actuator", ACTUATORS)
-@pytest.mark.parametrize("path", BY_PATH)
-def test_other_paths_keep_their_books_in_random_steps(path, actuator, bench, model_of) -> None:
-    """The same over 12 s of the other paths."""
-    assert_balanced(BY_PATH[path](bench, random_steps(ROWS), model_of(actuator)))
-
-
-def test_what_mujoco_leaves_open_falls_with_its_step() -> None:
-    """Half the step, half the imbalance: it is the method's, of first order, and no wrong force."""
-    left = [
-        np.abs(
-            simulated("mujoco", "spring_strong", one_step(ROWS), ideal_model(), step).imbalance()
-        )
-        for step in (5.0e-5, 2.5e-5)
-    ]
-    assert left[0].max() / left[1].max() == pytest.approx(2.0, rel=0.05)
+def test_a_control_loop_keeps_its_books_in_random_steps(actuator, bench, model_of) -> None:
+    """The same over 12 s of a control loop."""
+    assert_balanced(looped(bench, random_steps(ROWS), model_of(actuator)))

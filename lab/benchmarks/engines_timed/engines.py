@@ -16,7 +16,6 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 
 GAIN, RADIUS, FORCE_LIMIT = 4.2, 0.0125, 21.0  # N/rad, m, N
 MODEL = Model(
@@ -28,6 +27,9 @@ START = 1.0  # Command under which the fingers rest before they swing [rad]
 CAPPED = {"iterations": 10, "ls_iterations": 50}
 """MuJoCo's most iterations of its solver and its line search. One iteration is the rule here, and a
 graph waits for the slowest world."""
+STICKING_FRICTION = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
+"""MuJoCo's `solimp` of joint friction with which a joint creeps least; its default lets a joint
+slide to the end."""
 SPRING_STOPS = (0.5, 0.5, 1.0e-3, 0.5, 2.0)
 """MuJoCo's `solimp` of end stops with which they come nearest to the asset's springs; by its
 default they are harder, and throw a link off at 2 ms."""

@@ -25,6 +25,7 @@ from lab.benchmarks.engines_timed.engines import (
     JOINT_FRICTION,
     RADIUS,
     SPRING_STOPS,
+    STICKING_FRICTION,
     MujocoEngine,
     SwingingEngine,
     even_substeps,
@@ -35,7 +36,6 @@ from lab.benchmarks.engines_timed.soundness import CONTROL_STEP
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
-from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 
 MOST_CONSTRAINTS = 4  # Two joints that rub, two stops
 

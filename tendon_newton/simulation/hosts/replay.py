@@ -125,6 +125,23 @@ def replay(
     return Replay(recordings, model, time_step=time_step, network=network, trust=trust).run()
 
 
+def simulate(
+    recordings: Sequence[Recording], model: Model, **options: Any
+) -> tuple[Recording, ...]:
+    """Return recordings as a model would have made them, from their commands and first rows.
+
+    Args:
+        recordings: Recordings of any benches.
+        model: Actuator and effects with their numbers.
+        **options: Those of `replay`, such as ``time_step`` [s].
+
+    Raises:
+        UnknownName: A bench, the actuator or an effect is not known.
+        InvalidModelFile: A number of the model is missing or out of range.
+    """
+    return tuple(map(simulated_recording, recordings, replay(recordings, model, **options)))
+
+
 def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recording:
     """Return a recording as the simulation would have logged it.
 

@@ -120,9 +120,6 @@ class Stepping:
     """How worlds are stepped."""
 
     time_step: float = TIME_STEP  # Longest step [s]; each row's interval is divided evenly
-    # Whether spools of servos with a rotor move on their own while their string is slack or
-    # stretches; else a rotor is only inertia at its mechanism
-    free_spools: bool = True
     # Whether kernels see each of K equal chains of a mechanism, such as a hand's, as one of its
     # own, as long as no network is asked for them together
     by_chain: bool = True
@@ -205,7 +202,7 @@ class Rollout:
         topology, copies = (divided.topology, divided.count) if by_chain else (whole, 1)
         counts = np.array([len(timeline.time) for timeline in self.timelines])
         self._chains = ChainLayout(count=copies, rows=counts)
-        frees = stepping.free_spools and self.driven_by == "command"
+        commanded = self.driven_by == "command"
         self.kernels: KernelSet = kernel_set(
             Structure(
                 **vars(topology),
@@ -214,7 +211,7 @@ class Rollout:
                 by_servo=self.table.of_chain(copies).by_servo,
                 planar=plane_of(worlds, whole) is not None,
                 driven_by=self.driven_by,
-                free_spool=frees and spools_are_free(worlds, self.table.actuator),
+                free_spool=commanded and spools_are_free(worlds, self.table.actuator),
             )
         )
         if self.kernels.structure.holds_force != self.force.is_network:

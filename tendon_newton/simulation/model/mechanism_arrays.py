@@ -351,10 +351,3 @@ def starts_of(model: Any, joints: Any) -> tuple[Any, Any]:
         for starts in (model.joint_q_start, model.joint_qd_start)
     )
     return positions, velocities
-
-
-def write_joints(target: Any, places: Any, values: Any) -> None:
-    """Write numbers of all joints, (W,) vectors of J, to one of Newton's arrays."""
-    out = target.numpy()
-    out[places.numpy().ravel()] = values.numpy().ravel()
-    target.assign(out)

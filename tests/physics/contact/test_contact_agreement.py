@@ -1,8 +1,7 @@
 """Contact in our solver against Newton's SolverMuJoCo with Newton's collision pipeline."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,20 +12,13 @@ from tendon_newton.mechanisms.geometry.joint_frames import ancestors
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle, Plane, Sphere
-from tendon_newton.mechanisms.geometry.parts import moment_arms
 from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
-from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tendon_newton.simulation.mujoco.mujoco_rollout import (
-    MujocoContacts,
-    MujocoRollout,
-    solver_with_contacts,
-)
 from tests.physics.contact.bodies import ball, block, ground, marble, wall
-from tests.physics.runs import GAIN, ideal_model, replayed, run_of, simulate
-from tests.physics.runs import RADIUS as SPOOL
+from tests.physics.mujoco_reference import moved_by_newton, torque_of
+from tests.physics.runs import ROWS, ideal_model, run_of, simulate
 
 STEP = 2.5e-4  # s
 STIFF = 2.0e4  # N/m
@@ -34,43 +26,58 @@ HOLD = 2.0  # rad, short of the end stops
 HELD = 58  # A row in which both are at rest
 
 
-def closing_pair(bench: str, obstacle: Obstacle) -> tuple[Mechanism, Trajectory, Trajectory]:
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """A bench that two engines move under the same commands."""
+
+    mechanism: Mechanism
+    command: Array  # [rad], shape (T, D)
+    ours: Array  # Joints [rad], shape (T, J)
+    theirs: Array
+
+    def apart(self, rows: slice = slice(None)) -> Array:
+        """Return how far the motions are apart (RMS), as a share of each joint's way [1], (J,)."""
+        errors = (self.ours - self.theirs)[rows]
+        return np.sqrt(np.mean(errors**2, axis=0)) / np.ptp(self.ours, axis=0)
+
+    def held_torques(self, row: int) -> tuple[Array, Array]:
+        """Return what contact must do to balance a bench that rests in a row [N m], (J,) each."""
+        ours, theirs = (
+            -passive_torque(self.mechanism, q) - torque_of(self.mechanism, q, self.command[row])
+            for q in (self.ours[row], self.theirs[row])
+        )
+        return ours, theirs
+
+
+def moved_by_both(mechanism: Mechanism, command: Array, *, bench: str, step: float) -> Pair:
+    """Let both engines begin at rest and follow a command [rad], shape (T,) or (T, D)."""
+    run = run_of(command, bench=bench)
+    assert run.command is not None
+    (ours,) = simulate([run], ideal_model(), time_step=step, mechanism=mechanism)
+    motion, each = ours.joint_position, round(1.0 / (ROWS * step))
+    steps = np.repeat(run.command[:-1], each, axis=0)
+    moved = moved_by_newton(mechanism, motion[0], np.zeros(motion.shape[1]), steps, step=step)
+    theirs = np.vstack([motion[:1], moved[each - 1 :: each]])
+    return Pair(mechanism=mechanism, command=run.command, ours=motion, theirs=theirs)
+
+
+def closed_on(bench: str, obstacle: Obstacle) -> Pair:
     """Let both engines close a bench on something, hold it, and open again."""
     mechanism = load_mechanism(bench).with_obstacles(obstacle)
     closing = np.linspace(0.3, HOLD, 30)
-    commands = np.concatenate([np.full(6, 0.3), closing, np.full(24, HOLD), np.full(10, 0.3)])
-    runs = [run_of(commands, bench=bench)]
-    (ours,) = simulate(runs, ideal_model(), time_step=STEP, mechanism=mechanism)
-    rollout = MujocoRollout(mechanism, runs, ideal_model(), time_step=STEP, device="cpu")
-    (theirs,) = rollout.run()
-    return mechanism, ours, theirs
+    command = np.concatenate([np.full(6, 0.3), closing, np.full(24, HOLD), np.full(10, 0.3)])
+    pair = moved_by_both(mechanism, command, bench=bench, step=STEP)
+    assert np.all(pair.apart() < 0.01)  # MuJoCo's contact is linear in its damping
+    return pair
 
 
-def check_alike(ours: Trajectory, theirs: Trajectory) -> None:
-    """Compare two motions, by the range that they move through."""
-    reach = np.ptp(ours.joint_position, axis=0)
-    apart = np.sqrt(np.mean((ours.joint_position - theirs.joint_position) ** 2, axis=0))
-    assert np.all(apart < 0.01 * reach)  # MuJoCo's contact is linear in its damping
-
-
-def held_torque(mechanism: Mechanism, run: Trajectory, row: int) -> Array:
-    """Return what contact must do for a bench at rest in a row to be in balance [N m], (J,)."""
-    q = run.joint_position[row]
-    torque = passive_torque(mechanism, q)
-    for tendon, tension in zip(mechanism.tendons, run.force[row], strict=True):
-        torque = torque + moment_arms(tendon, q) * tension
-    return -torque
-
-
-def held_force(mechanism: Mechanism, run: Trajectory, row: int, direction: Array) -> float:
-    """Return the force of a contact at the tip in a direction [N] that best balances a row."""
-    q = run.joint_position[row]
+def held_force(mechanism: Mechanism, q: Array, torque: Array, direction: Array) -> float:
+    """Return the force of a contact at the tip in a direction [N] that best gives a torque."""
     frames, tip = posture(mechanism, q), mechanism.tip
     point = frames.place(tip.body, tip.point)
     arms = np.zeros(len(q))
     for j in ancestors(mechanism.parents, tip.body):
         arms[j] = float(np.cross(frames.axis[j], point - frames.anchor[j]) @ direction)
-    torque = held_torque(mechanism, run, row)
     return float(arms @ torque / (arms @ arms))
 
 
@@ -83,9 +90,8 @@ def held_force(mechanism: Mechanism, run: Trajectory, row: int, direction: Array
 )
 def test_a_closing_finger_meets_an_obstacle_alike(obstacle: Callable[..., Obstacle]) -> None:
     """The same way in, the same hold, the same way out, and the same torques while it lasts."""
-    mechanism, ours, theirs = closing_pair("finger", obstacle(friction=0.0, stiffness=STIFF))
-    check_alike(ours, theirs)
-    torques = [held_torque(mechanism, run, HELD) for run in (ours, theirs)]
+    pair = closed_on("finger", obstacle(friction=0.0, stiffness=STIFF))
+    torques = pair.held_torques(HELD)
     size = float(np.linalg.norm(torques[0]))
     assert size > 0.01  # N m
     assert torques[1] == pytest.approx(torques[0], abs=0.005 * size)
@@ -96,9 +102,11 @@ def test_a_tip_on_a_floor_presses_alike() -> None:
     down = Plane(
         position=np.array([0.0, 0.0, -0.030]), normal=np.array([0.0, 0.0, 1.0]), friction=0.0
     )
-    mechanism, ours, theirs = closing_pair("finger", down)
-    check_alike(ours, theirs)
-    forces = [held_force(mechanism, run, HELD, down.normal) for run in (ours, theirs)]
+    pair = closed_on("finger", down)
+    forces = [
+        held_force(pair.mechanism, motion[HELD], torque, down.normal)
+        for motion, torque in zip((pair.ours, pair.theirs), pair.held_torques(HELD), strict=True)
+    ]
     assert forces[0] > 0.5  # N
     assert forces[1] == pytest.approx(forces[0], rel=0.005)
 
@@ -109,12 +117,9 @@ def test_a_finger_in_space_meets_a_ball_alike() -> None:
     sphere = Sphere(
         position=np.array([0.045, 0.004, -0.030]), radius=0.015, friction=0.0, stiffness=STIFF
     )
-    mechanism, ours, theirs = closing_pair("finger_routed", sphere)
-    check_alike(ours, theirs)
-    assert np.linalg.norm(held_torque(mechanism, ours, HELD)) > 0.01  # N m
+    pair = closed_on("finger_routed", sphere)
+    assert np.linalg.norm(pair.held_torques(HELD)[0]) > 0.01  # N m
 
-
-ARMS = np.array([0.0080, 0.0055])  # m
 
 TIME = 0.3  # s
 
@@ -139,37 +144,15 @@ def ours(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float =
     return np.array(rows)
 
 
-def theirs(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float = 0.0) -> Array:
-    """Return the same of SolverMuJoCo, whose joints get the torque of the tendon."""
-    model = build_model(mechanism, 1, device="cpu")
-    contacts, solver = MujocoContacts(model), solver_with_contacts(model)
-    states: Any = [model.state(), model.state()]
-    states[0].joint_q.assign(coordinates.astype(np.float32))
-    states[0].joint_qd.assign(speeds.astype(np.float32))
-    control: Any = model.control()
-
-    def step(begin: Any, end: Any) -> None:
-        solver.step(begin, end, control, contacts.find(begin), STEP)
-
-    steps = [replayed(partial(step, *ends)) for ends in (states, states[::-1])]
-    rows, torque = [coordinates], np.zeros(len(speeds), dtype=np.float32)
-    for number in range(round(TIME / STEP)):
-        wound = ARMS @ rows[-1][:2]
-        torque[:2] = ARMS * max(0.0, GAIN * (angle - wound / SPOOL))
-        control.joint_f.assign(torque)
-        steps[number % 2]()
-        rows.append(states[(number + 1) % 2].joint_q.numpy().astype(np.float64))
-    return np.array(rows[1:])
-
-
 def both(
     mechanism: Mechanism, place: Array | list[float], speed: float = 0.0, angle: float = 0.0
 ) -> tuple[Array, Array]:
     """Let both engines begin with a ball somewhere that moves along x, and an open finger."""
     coordinates = np.array([0.0, 0.0, *place, 0.0, 0.0, 0.0, 1.0])
     speeds = np.array([0.0, 0.0, speed, *np.zeros(5)])
-    return ours(mechanism, coordinates, speeds, angle), theirs(
-        mechanism, coordinates, speeds, angle
+    commands = np.full((round(TIME / STEP), 1), angle)
+    return ours(mechanism, coordinates, speeds, angle), moved_by_newton(
+        mechanism, coordinates, speeds, commands, step=STEP
     )
 
 

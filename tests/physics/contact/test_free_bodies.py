@@ -13,7 +13,6 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.chains.rotations import rotation_matrices
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
 from tests.physics.contact.bodies import (
     BODY,
     FAR,
@@ -247,7 +246,6 @@ def test_hosts_that_move_no_bodies_say_so() -> None:
     for host, build in (
         ("Rollout", lambda: simulate(runs, ideal_model(), time_step=STEP, mechanism=mechanism)),
         ("DifferentiableRollout", lambda: DifferentiableRollout(mechanism, runs, ideal_model())),
-        ("MujocoRollout", lambda: MujocoRollout(mechanism, runs, ideal_model())),
         ("an MJCF file with a servo", lambda: mujoco_spec(mechanism)),
     ):
         with pytest.raises(InvalidParameter, match=f"^{host} keeps obstacles where they are"):

@@ -1,4 +1,4 @@
-"""The learned actuator in the simulators: the force that its network gives, at the right rows."""
+"""The learned actuator in the simulator: the force that its network gives, at the right rows."""
 
 from dataclasses import replace
 
@@ -18,9 +18,9 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.query_rows import query_table, with_queries
+from tendon_newton.simulation.hosts.replay import replay as replay_in_closed_loop
 from tendon_newton.simulation.hosts.rollout import Rollout, Stepping, Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
-from tendon_newton.simulation.simulators import SIMULATORS, find_simulator
 from tests.physics.learned.networks import (
     EFFECTS,
     HOLD,
@@ -71,9 +71,8 @@ def recordings(rng: np.random.Generator) -> list[Recording]:
 
 
 @pytest.mark.parametrize("hold", [PLAIN_HOLD, HOLD], ids=["plain", "answering"])
-@pytest.mark.parametrize("solver", SIMULATORS)
 def test_the_force_is_what_the_network_says_of_the_log(
-    solver, hold, recordings, tmp_path, monkeypatch
+    hold, recordings, tmp_path, monkeypatch
 ) -> None:
     """Fed with the log's own rows at its rate, the module gives the log's force: 1e-5 N.
 
@@ -82,7 +81,7 @@ def test_the_force_is_what_the_network_says_of_the_log(
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     network = force_network()
     model = learned_model(str(write_force_network(tmp_path / "force.pt", network, hold=hold)))
-    runs = find_simulator(solver)(recordings, model, time_step=5e-4)
+    runs = replay_in_closed_loop(recordings, model, time_step=5e-4)
     for recording, run in zip(recordings, runs, strict=True):
         with torch.no_grad():
             said = network(windows_of(recording, run)).clamp(0.0, LIMIT).numpy()
@@ -92,9 +91,7 @@ def test_the_force_is_what_the_network_says_of_the_log(
         turned = run.motor_position[:, 0] - run.motor_position[asked, 0]
         faster = run.motor_velocity[:, 0] - run.motor_velocity[asked, 0]
         between = run.force[asked, 0] - hold.stiffness * turned - hold.damping * faster
-        # the log's angles come out of float32 in the other solver
-        expected = np.clip(between, 0.0, LIMIT)
-        assert run.force[:, 0] == pytest.approx(expected, abs=1e-9 if solver == "tendon" else 1e-4)
+        assert run.force[:, 0] == pytest.approx(np.clip(between, 0.0, LIMIT), abs=1e-9)
 
 
 class Motor(torch.nn.Module):

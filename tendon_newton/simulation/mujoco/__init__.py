@@ -1,1 +1,0 @@
-"""A bench in MuJoCo, as a reference."""
