@@ -337,6 +337,20 @@ def test_what_cannot_be_guessed_is_said(head, columns, said, lab, tmp_path, caps
     assert said in capsys.readouterr().err
 
 
+def test_an_object_a_line_is_found_again_by_its_line(lab: Path, tmp_path: Path, capsys) -> None:
+    """A logger that is stopped cuts its last object; empty lines count."""
+    rows = [{"Zeit [ms]": 25 * k, "Soll [°]": 1, "Ist [°]": k, "n [rpm]": 0} for k in range(4)]
+    told = {"a": ("", "must be a number; line 6 has 'a'"), "3": ("{", "JSON: Extra data")}
+    for angle, (cut, said) in told.items():
+        lines = ["", *map(json.dumps, rows), json.dumps({**rows[3], "Ist [°]": angle}) + cut]
+        (lab / "run_1.jsonl").write_text("\n".join(lines))
+        head = 'bench = "spring_weak"\nfiles = "*.jsonl"'
+        path = mapping(tmp_path, LAB_COLUMNS.replace("force = ", "# force = "), head)
+        assert run_import(lab, path, tmp_path / "out") == 2
+        assert said in (err := capsys.readouterr().err)
+        assert "line 6 " in err
+
+
 @pytest.mark.parametrize(
     ("spoilt", "said"),
     [

@@ -281,7 +281,7 @@ def left_out(
 def read_rows(path: Path, mapping: ColumnMapping) -> tuple[Iterable[tuple[int, Row]], CsvDialect]:
     """Read the rows of a file one by one with their places, by the suffix of its name."""
     if path.suffix in (".json", *LINES):
-        return enumerate(json_rows(path, mapping.rows)), CsvDialect(delimiter=",", decimal=".")
+        return json_rows(path, mapping.rows), CsvDialect(delimiter=",", decimal=".")
     sources = [column.source for column in mapping.columns.values() if column.source is not None]
     wanted = {*sources, *(source.split("[", 1)[0] for source in sources)}  # paths into a cell
     dialect = mapping.dialect.guessed(path, wanted)
@@ -317,17 +317,14 @@ def csv_rows(path: Path, dialect: CsvDialect, wanted: Collection[str]) -> Iterat
             raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
 
 
-def json_rows(path: Path, key: str | None) -> Sequence[Row]:
-    """Read the rows of a JSON file: a list of objects or an object of lists, maybe below a key."""
+def json_rows(path: Path, key: str | None) -> Iterable[tuple[int, Row]]:
+    """Read rows and their places: a list of objects or an object of lists, maybe below a key."""
     text = read_text(path, InvalidRecording, "a log is a JSON file", size_limit=JSON_SIZE_LIMIT)
-    try:
-        content = (
-            [json.loads(line) for line in text.splitlines() if line.strip()]
-            if path.suffix in LINES
-            else json.loads(text)
-        )
-    except (ValueError, RecursionError) as error:
-        raise InvalidRecording(f"{path}: a log must be JSON: {error}") from error
+    if path.suffix in LINES:
+        parts = [(k, part) for k, part in enumerate(text.split("\n"), start=1) if part.strip()]
+        content: Any = [json_part(path, k, part) for k, part in parts]
+    else:
+        parts, content = [], json_part(path, 1, text)
     table = is_table(content)
     rows = content if key is None else content.get(key) if table else None
     if is_table(rows) and (columns := lists_of(rows)):
@@ -335,7 +332,7 @@ def json_rows(path: Path, key: str | None) -> Sequence[Row]:
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"{name} {length}" for name, length in lengths.items())
             raise InvalidRecording(f"{path}: columns must be equally long; they have {told} rows")
-        return [
+        rows = [
             dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)
         ]
     if not are_tables(rows) or not rows:
@@ -351,7 +348,16 @@ def json_rows(path: Path, key: str | None) -> Sequence[Row]:
             f"{path}: {place} must hold a list of objects, one per row, or one list per column"
             + mend
         )
-    return rows
+    return zip((k for k, _ in parts), rows, strict=True) if parts else enumerate(rows)
+
+
+def json_part(path: Path, line: int, text: str) -> Any:
+    """Read what stands in a file from a line on."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        told = str(error).replace("line 1 ", f"line {line} ")
+        raise InvalidRecording(f"{path}: a log must be JSON: {told}") from error
 
 
 def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
@@ -378,7 +384,7 @@ def refuse_absent(path: Path, row: Row, sources: Iterable[str]) -> None:
 
 def place_word(path: Path) -> str:
     """Say what counts the rows of a file."""
-    return "row" if path.suffix in (".json", *LINES) else "line"
+    return "row" if path.suffix == ".json" else "line"
 
 
 def number_of(
