@@ -12,6 +12,7 @@ from tendon_newton.diagnosis.diagnosis_file import (
     ANSWER,
     MODEL,
     StatedCause,
+    StatedDiagnosis,
     diagnosis_table,
     state_diagnosis,
 )
@@ -20,6 +21,9 @@ from tendon_newton.diagnosis.next_experiment.open_sets import OpenSets, likelies
 from tendon_newton.diagnosis.posterior import Posterior, read_posterior
 from tendon_newton.errors import InvalidDiagnosis, NothingToSeparate, TendonNewtonError, listed
 from tendon_newton.identification.noise_floor import NoiseFloor
+
+ALONE = 0.99
+"""Weight beyond which a set is the only one that is left [1]: less than 0.1 bit is open then."""
 
 
 def read_open_sets(folder: Path) -> tuple[OpenSets, tuple[Setting, ...]]:
@@ -36,34 +40,38 @@ def read_open_sets(folder: Path) -> tuple[OpenSets, tuple[Setting, ...]]:
     table = diagnosis_table(path)
     stated, settings = state_diagnosis(table), read_recorded(table)
     question = OpenSets(
-        posterior=likeliest(as_told(read_posterior(path), stated.effects)),
+        posterior=likeliest(as_told(read_posterior(path), stated)),
         model=load_model(folder / MODEL),
         noise=table.value("noise_floor", NoiseFloor),
         scale=read_scale(table),
     )
     sets = question.posterior.sets
-    if len(sets) < 2:
+    if len(sets) < 2 or question.weights.max() > ALONE:
         raise NothingToSeparate(nothing_else(path, stated.effects))
     causes = {cause for own in sets for cause in own.causes}
     kept = tuple(effect for effect in question.model.effects if effect.cause not in causes)
     return replace(question, model=replace(question.model, effects=kept)), settings
 
 
-def as_told(posterior: Posterior, effects: Sequence[StatedCause]) -> Posterior:
+def as_told(posterior: Posterior, stated: StatedDiagnosis) -> Posterior:
     """Return sets of which those of one class are equally likely, the likeliest first.
 
     A set with a cause in the place of one that the diagnosis cannot tell from it is as likely as
-    the answer, as where the diagnosis itself proposes a run.
+    the answer, as where the diagnosis itself proposes a run; causes without a name may be in both.
     """
-    names = frozenset(effect.name for effect in effects)
+    names, unnamed = (
+        frozenset(e.name for e in causes) for causes in (stated.effects, stated.suspected)
+    )
     alike = {names} | {
         names - {effect.name} | {rival}
-        for effect in effects
+        for effect in stated.effects
         for rival in effect.indistinguishable_from
     }
     most = max((own.weight for own in posterior.sets), default=0.0)
     told = (
-        replace(own, weight=most) if len(alike) > 1 and frozenset(own.causes) in alike else own
+        replace(own, weight=most)
+        if len(alike) > 1 and frozenset(own.causes) - unnamed in alike
+        else own
         for own in posterior.sets
     )
     return Posterior(sets=tuple(sorted(told, key=lambda own: -own.weight)))

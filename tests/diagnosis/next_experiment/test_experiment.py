@@ -21,6 +21,7 @@ from tendon_newton.diagnosis.posterior import (
     Posterior,
     write_posterior,
 )
+from tendon_newton.errors import NothingToSeparate
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.physics.bench import BENCHES
 from tests.planted.physics.causes import Causes
@@ -130,6 +131,23 @@ def test_a_class_that_a_diagnosis_names_is_open(tmp_path, capsys) -> None:
     assert line.endswith(f"It proposes: {PROPOSED}")
 
 
+def test_a_cause_without_a_name_closes_no_class(tmp_path: Path) -> None:
+    """Sets of one class may all have it, as the written model does."""
+    write_open_sets(tmp_path, TILT, OFFSET, weights=(0.999, 0.0005), unnamed=("backlash",))
+    question, _ = read_open_sets(tmp_path)
+    assert question.weights.tolist() == [0.5, 0.5]
+
+
+def test_a_set_of_next_to_no_weight_is_not_open(tmp_path: Path) -> None:
+    """Where no name is in doubt no run is promised for what has a weight of 0.01 %."""
+    write_open_sets(tmp_path, TILT, OFFSET, weights=(0.9999, 0.0001))
+    path = tmp_path / "diagnosis.json"
+    alone = path.read_text(encoding="utf-8").replace('["position_offset"]', "[]")
+    path.write_text(alone, encoding="utf-8")
+    with pytest.raises(NothingToSeparate, match="no run is designed"):
+        read_open_sets(tmp_path)
+
+
 def test_what_predicts_the_same_everywhere_is_not_promised_a_run(tmp_path: Path) -> None:
     """A cause against itself: no run of the library; against another that a finger tells: one."""
     spring, finger = Setting(bench="spring_weak"), Setting(bench="finger")
@@ -145,14 +163,16 @@ def test_what_predicts_the_same_everywhere_is_not_promised_a_run(tmp_path: Path)
     assert "on bench finger" in text
 
 
-def sets_of(*shares: tuple[tuple[str, str, float], float]) -> Posterior:
+def sets_of(
+    *shares: tuple[tuple[str, str, float], float], unnamed: tuple[str, ...] = ()
+) -> Posterior:
     """Sets of one cause each, whose number is known to a hundredth of a radian."""
     scale = Coordinate(kind="linear", origin=0.0, unit=1.0, lower=-1.5, upper=1.5)
     return Posterior(
         sets=tuple(
             FittedSet(
                 weight=share,
-                causes=(owner,),
+                causes=(owner, *unnamed),
                 numbers=(OpenNumber(owner=owner, name=name, coordinate=scale, place=value),),
                 covariance=np.array([[(0.01 / 1.96) ** 2]]),
             )
@@ -162,10 +182,14 @@ def sets_of(*shares: tuple[tuple[str, str, float], float]) -> Posterior:
 
 
 def write_open_sets(
-    folder: Path, *causes: tuple[str, str, float], weights: tuple[float, ...] = ()
+    folder: Path,
+    *causes: tuple[str, str, float],
+    weights: tuple[float, ...] = (),
+    unnamed: tuple[str, ...] = (),
 ) -> None:
     """Write a diagnosis that names the first cause and leaves sets with the others open."""
     names = [name for name, *_ in causes]
+    suspected = {"side": "actuator", "parameters": {}, "indistinguishable_from": []}
     table = {
         "schema": 1,
         "verdict": "explained",
@@ -181,10 +205,11 @@ def write_open_sets(
                 "separating_experiment": PROPOSED if names[1:] else None,
             }
         ],
+        "suspected": [{"name": name, **suspected} for name in unnamed],
     }
     (folder / "diagnosis.json").write_text(json.dumps(table), encoding="utf-8")
     shares = list(zip(causes, weights or len(causes) * (1.0 / len(causes),), strict=False))
-    write_posterior(folder / "diagnosis.json", sets_of(*shares))
+    write_posterior(folder / "diagnosis.json", sets_of(*shares, unnamed=unnamed))
     (folder / "model.toml").write_text(
         '[actuator]\nkind = "ideal"\ngain = 4.2\nspool_radius = 0.0125\n', encoding="utf-8"
     )
