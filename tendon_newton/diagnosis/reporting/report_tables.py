@@ -143,28 +143,31 @@ def regimes(recording: Recording, noise: float | None) -> dict[str, Mask]:
 
 
 def regime_rows(
-    diagnosis: Diagnosis, comparisons: Sequence[HeldOutComparison]
+    diagnosis: Diagnosis, comparisons: Sequence[HeldOutComparison], signal: str
 ) -> list[tuple[str, str]]:
-    """Return the angle's error by regime, before and after, with its share of the rows."""
-    known = [~np.isnan(c.theta[0]) for c in comparisons]
-    masks = [
-        {name: rows & own for name, rows in regimes(c.recording, diagnosis.noise_force).items()}
-        for c, own in zip(comparisons, known, strict=True)
-    ]
-    total = sum(int(own.sum()) for own in known)
+    """Return the angle's or the force's error by regime, before and after, with its share of rows.
+
+    What dry friction holds at rest depends on how a motion ended: a force may be off there alone.
+    """
+    name, unit, scale = {"theta": ("angle", "mrad", 1e3),
+                         "force": ("force", diagnosis.scale.force_unit, 1.0)}[signal]  # fmt: skip
+    left, masks = [], []
+    for comparison in comparisons:
+        if (own := comparison.residual(signal)) is not None:
+            known = ~np.isnan(own[0])
+            there = regimes(comparison.recording, diagnosis.noise_force)
+            left.append(own)
+            masks.append({regime: rows & known for regime, rows in there.items()})
+    total = sum(int(rows.sum()) for mask in masks for rows in mask.values())
     rows: list[tuple[str, str]] = []
-    for name in masks[0]:
-        share = sum(int(mask[name].sum()) for mask in masks) / total
+    for regime in masks[0] if total else ():
+        share = sum(int(mask[regime].sum()) for mask in masks) / total
         if share > 0.0:
-            pair = (
-                np.concatenate(
-                    [c.theta[k][m[name]] for c, m in zip(comparisons, masks, strict=True)]
-                )
-                for k in ((0, 1) if diagnosis.effects else (0,))
-            )
-            change = " → ".join(number(1e3 * rms(residual)) for residual in pair)
-            rows.append((f"RMS error of the angle, {name}",
-                         f"{change} mrad, {percent(share)} % of the rows"))  # fmt: skip
+            pair = (np.concatenate([o[k][m[regime]] for o, m in zip(left, masks, strict=True)])
+                    for k in ((0, 1) if diagnosis.effects else (0,)))  # fmt: skip
+            change = " → ".join(number(scale * rms(residual)) for residual in pair)
+            rows.append((f"RMS error of the {name}, {regime}",
+                         f"{change} {unit}, {percent(share)} % of the rows"))  # fmt: skip
     return rows
 
 
@@ -178,12 +181,13 @@ def detail_rows(
     pair = (diagnosis.baseline, diagnosis.extended) if diagnosis.effects else (diagnosis.baseline,)
     mean = " → ".join(number(1e3 * errors.theta_mae) for errors in pair)
     angle = [("mean absolute error of the angle", f"{mean} mrad")]
-    angle += regime_rows(diagnosis, comparisons)
+    angle += regime_rows(diagnosis, comparisons, "theta")
     packages = [f"{name} {version(name)}" for name in PACKAGES]
     rows = [
         ("verdict", diagnosis.verdict.replace("_", " ")),
         ("effects tried", str(len(diagnosis.candidates))),
         *(angle if diagnosis.baseline.theta_mae else []),
+        *regime_rows(diagnosis, comparisons, "force"),
         ("recordings to learn from", ", ".join(r.name for r in evidence.train.wholes)),
         ("recordings held out", ", ".join(r.name for r in evidence.test.wholes)),
         ("wall time", f"{diagnosis.wall_time_s:.0f} s"),

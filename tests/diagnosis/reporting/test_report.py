@@ -294,12 +294,17 @@ def test_each_row_is_in_one_regime_and_its_error_stands_apart(pages: dict[str, s
     assert not regimes(pushed, 0.02)["string slack"].any()
     error = np.array([3e-3, 1e-3, 0.0, 0.0, 0.0, 0.0])
     compared = HeldOutComparison(
-        recording=measured, theta=np.stack([error, 0.5 * error]), force=None
+        recording=measured, theta=np.stack([error, 0.5 * error]), force=np.ones((2, 6))
     )
-    told = regime_rows(replace(diagnosis("explained"), noise_force=0.02), [compared])
+    found = replace(diagnosis("explained"), noise_force=0.02)
+    told = regime_rows(found, [compared], "theta")
     assert told[0] == ("RMS error of the angle, motor off", "3.00 → 1.50 mrad, 17 % of the rows")
     assert told[3] == ("RMS error of the angle, in motion", "1.00 → 0.500 mrad, 17 % of the rows")
+    told = regime_rows(found, [compared, replace(compared, force=None)], "force")
+    assert told[2] == ("RMS error of the force, at rest", "1.00 → 1.00 N, 33 % of the rows")
+    assert regime_rows(found, [replace(compared, force=None)], "force") == []
     assert "RMS error of the angle, at rest" in pages["explained"]
+    assert "RMS error of the force, at rest" in pages["explained"]
 
 
 def test_a_dataset_speaks_for_itself(with_force: Evidence, tmp_path: Path) -> None:
