@@ -184,8 +184,6 @@ MISTAKES: dict[str, Mistake] = {
     "a day since another bench's diagnosis":
         Mistake(words="diagnose data --against found --out new",
         said=("found is of thumb, this day of finger", "without --against")),
-    "a solver": Mistake(words="simulate data --model data/model.toml --solver mujco --out new",
-        said=("did you mean 'mujoco'?",)),
     "a target": Mistake(words="export found --to mujco --out new", said=("mean 'mujoco'?",)),
     "a port": Mistake(words="collect --port virtal --out new", said=("did you mean 'virtual'?",)),
     "a policy": Mistake(words="deploy --policy finger-stair --port virtual --out new",
