@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.channels import CHANNELS, TIME_STEP_RANGE
+from tendon_newton.data.channels import CHANNELS
 from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording_plot import recording_figure
-from tendon_newton.data.stamps import stamp_fault, unit_of_step
+from tendon_newton.data.stamps import stamp_fault, step_fault
 from tendon_newton.errors import InvalidRecording, shown
 from tendon_newton.frozen_mapping import frozen
 
@@ -236,13 +236,8 @@ def check_time(recording: Recording) -> None:
         raise InvalidRecording(
             f"{recording.name}: t must be finite; row {bad[0]} is {time[bad[0]]}"
         )
-    with np.errstate(over="ignore"):  # the step from -1e308 to 1e308 s is infinite, and refused
-        step = float(np.median(np.diff(time)))
-    if step > 0.0 and not TIME_STEP_RANGE[0] <= step <= TIME_STEP_RANGE[1]:
-        raise InvalidRecording(
-            f"{recording.name}: t must be in seconds; its median step is {step:g}, "
-            f"which looks like {unit_of_step(step)}"
-        )
+    if (fault := step_fault(time)) is not None:
+        raise InvalidRecording(f"{recording.name}: {fault}")
     if (fault := stamp_fault(time)) is not None:
         raise InvalidRecording(f"{recording.name}: t must strictly increase; {fault}")
 

@@ -5,6 +5,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_newton.data.channels import TIME_STEP_RANGE
+
 Array = NDArray[np.float64]
 OUT_OF_ORDER = 0.5  # [s] a row that came late is overtaken by no more; a clock restarts farther
 OFTEN = 3  # Restarts of a clock from which rows are rather out of order
@@ -13,6 +15,7 @@ FEW = 0.05  # Share of the rows that may be left out of a log [1]
 
 
 STEPS = {
+    "seconds": ("s", 1.0),
     "nanoseconds": ("ns", 1e-9),
     "microseconds": ("us", 1e-6),
     "milliseconds": ("ms", 1e-3),
@@ -34,6 +37,21 @@ def unit_of_step(step: float) -> str:
     word, _ = STEPS[unit]
     rows = "" if step != 1.0 else ", or row numbers (rate = ..., rows a second, in place of t)"
     return f'{unit} (unit = "{word}" in a mapping){rows}'
+
+
+def step_fault(time: Array, scale: float = 1.0) -> str | None:
+    """Say in which unit stamps rather are, whose steps no servo is read at; None where one is.
+
+    Args:
+        time: Stamps [s], shape (T,).
+        scale: Size [s] of the unit that they are said to be in.
+    """
+    with np.errstate(over="ignore"):  # the step from -1e308 to 1e308 s is infinite, and refused
+        step = float(np.median(np.diff(time)))
+    if step <= 0.0 or TIME_STEP_RANGE[0] <= step <= TIME_STEP_RANGE[1]:
+        return None
+    unit = unit_of_step(step / scale)
+    return f"t must be in seconds; its median step is {step:g} s, and its numbers look like {unit}"
 
 
 def stamp_fault(time: Array) -> str | None:

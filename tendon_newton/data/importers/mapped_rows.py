@@ -22,6 +22,7 @@ from tendon_newton.data.formats.mapped_column import ANGLE, UNITS, MappedColumn
 from tendon_newton.data.importers.column_mapping import ColumnMapping
 from tendon_newton.data.importers.csv_dialect import COMMENTS, PROMISE, CsvDialect
 from tendon_newton.data.recording import Array
+from tendon_newton.data.stamps import step_fault
 from tendon_newton.errors import InvalidRecording, listed, shown
 
 STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
@@ -29,6 +30,7 @@ STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 LINES = (".jsonl", ".ndjson")  # Suffixes of files with one JSON object per line
 JSON_SIZE_LIMIT = 1 << 25  # Bytes of a JSON log, whose rows take twenty times as much in memory
 Row = Mapping[str, Any]
+BEYOND = "cells beyond the header's"
 PLACE = "line"
 """Column of the lines, or of the rows of a JSON file, in which the rows stand."""
 
@@ -78,6 +80,12 @@ def read_mapped_columns(
     for count, (line, row) in enumerate(rows, start=1):
         if count == 1:
             refuse_absent(path, row, [column.source or "" for column in wanted.values()])
+        if any(map(str.strip, beyond := row.get(BEYOND, ()))):
+            raise InvalidRecording(
+                f"{path}: line {line} has {len(row) - 1 + len(beyond)} cells, and the header "
+                f"{len(row) - 1}: name every column; numbers with decimal commas stand in quotes "
+                "where commas separate cells"
+            )
         found = {
             ours: number_of(path, line, row, ours, column, commas=dialect.decimal == ",")
             for ours, column in wanted.items()
@@ -108,6 +116,8 @@ def read_mapped_columns(
         for ours, column in wanted.items()
     }
     refuse_far_offsets(path, wanted, columns)
+    if "t" in wanted and (fault := step_fault(columns["t"], wanted["t"].scale)) is not None:
+        raise InvalidRecording(f"{path}: {fault}")
     columns[PLACE] = np.frombuffer(lines)
     if "t" not in columns:
         assert mapping.rate is not None
@@ -303,6 +313,7 @@ def csv_rows(path: Path, dialect: CsvDialect, wanted: Collection[str]) -> Iterat
             reader = csv.DictReader(
                 dialect.rows(counted(file)),
                 skipinitialspace=True,
+                restkey=BEYOND,
                 delimiter=dialect.delimiter or ",",
             )
             if reader.fieldnames is not None:
