@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.doors.logs import COUNT, ROWS, Columns, Edit, csv_logs, lerobot, lone, own_dataset
-from tests.doors.mistakes import CSV, LEROBOT, OWN, Mistake, Spoil
+from tests.doors.mistakes import CSV, LEROBOT, OWN, Mistake, Spoil, put
 
 
 def edit(old: str, new: str) -> Edit:
@@ -119,6 +119,10 @@ FILES: tuple[Mistake, ...] = (
     of_kind("stamps in nanoseconds since 1970", 'unit = "ns"', stamped(1e9, 1.7e9)),
     of_kind("stamps in hours", 'unit = "h"', stamped(1.0 / 3600.0)),
     of_kind("stamps of a spreadsheet", 'unit = "d"', stamped(1.0 / 86400.0, 86400.0 * 45234.5)),
+    in_mapping("stamps in seconds said to be in milliseconds", 'look like seconds (unit = "s"',
+        edit('"t"', '"t", unit = "ms"')),
+    in_file("decimal commas between commas", "cells, and the header 5",
+        lambda text: re.sub(r"(\d)\.(\d)", r"\1,\2", text)),
     of_kind("stamps in minutes", 'unit = "min"', stamped(1.0 / 60.0)),
     in_file("a second run below the first", "a second run begins", lambda text: text + text),
     in_file("a list in a cell", 'column = "goal_0[0]" in the mapping',
@@ -172,6 +176,12 @@ FILES: tuple[Mistake, ...] = (
         doors={CSV: csv_logs("finger"), OWN: partial(own_dataset, bench="finger")}),
     of_bench("a tension in grams", "in another unit",
         lambda run: (pulled(run), run.update(force=102.0 * run["force"]))),
+    of_bench("a spike of the cell", "the load cell was not read there",
+        lambda run: (pulled(run), put("force", slice(300, 301), 900.0)(run))),
+    of_bench("angle and command turned around", "angles grow as the string is wound in",
+        lambda run: (pulled(run), run.update(goal=-1.5 - run["goal"], q=-1.5 - run["q"]))),
+    of_bench("radians said to be degrees", 'taken for degrees (unit = "rad" in the mapping)',
+        lambda run: (pulled(run), run.update({n: np.deg2rad(run[n]) for n in ("goal", "q")}))),
     of_bench("sixteen kilograms", "masses are in kg", pulled,
         lambda text: 'bench_overrides = {mass = [16.0, 8.0]}\n' + text),
     of_bench("a negative gain", "must be between", pulled,

@@ -77,6 +77,13 @@ def swung(run: Columns) -> None:
     run["q_0"] = followed(run["goal_0"])
 
 
+def stepped(run: Columns) -> None:
+    """Answer each step over a tenth of a second, and write the answers as commands."""
+    for joint in ("0", "1"):
+        held = np.repeat(run[f"goal_{joint}"][::60], 60)
+        run |= {f"q_{joint}": held, f"goal_{joint}": followed(held, lag=8.0)}
+
+
 def rested(run: Columns) -> None:
     """Let one joint stay where it is."""
     run["goal_0"][:] = run["q_0"][:] = 0.5
@@ -312,6 +319,7 @@ COMMANDS: tuple[Mistake, ...] = (
         doors=OURS),
     Mistake(name="action and state exchanged", spoil=swapped, said="action are exchanged",
         doors=ALONE),
+    Mistake(name="steps and their slow answer exchanged", said="are exchanged", spoil=stepped),
     Mistake(name="a command a row late", said="map the goal that was sent",
         spoil=made("goal_0", lambda run: np.roll(run["q_0"], 1))),
     Mistake(name="a command twelve rows late", said="some rows late",

@@ -6,12 +6,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.measures import names_of
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.checks.measures import names_of, rows_text
+from tendon_newton.data.recording import FEW_ROWS, Array, Recording
 
 PUSH = 0.1  # [N] mean below zero that no load cell's offset explains after taring
 LEAST_READINGS = 4.0  # Readings of a cell in a recording, below which it was not asked
 STRONGER = 1.5  # [1] times the servo's limit, which no load cell misses by
+OFTEN = 0.5  # [1] of the rows or of the mean tension, which no offset of a cell makes
 OVERSHOOT = 0.05  # [1] of the range, which no end stop gives way by
 REACH = 5.0  # [1] times the bench's range, which no spool misses by
 OTHER_UNIT = {
@@ -58,6 +59,7 @@ def against(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
         yield from too_strong(recording, recording.force, bench)
         if bench.pulls:
             yield from pushed(recording, recording.force)
+            yield from slack(recording, recording.force, bench)
             yield from beyond_reach(recording, bench)
 
 
@@ -84,8 +86,17 @@ def another_unit(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
 
 def too_strong(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Finding]:
     """A force that is far beyond what the asset lets its servo give."""
-    most = float(np.abs(force).max())
-    if most > STRONGER * bench.force_limit:
+    most, beyond = (
+        float(np.abs(force).max()),
+        np.abs(force).max(axis=1) > STRONGER * bench.force_limit,
+    )
+    if 0.0 < beyond.mean() <= FEW_ROWS:
+        yield Examined(recording.name, "force").defect(
+            f"{rows_text(beyond)} lie beyond what the servo of {bench.name} gives, at up to "
+            f"{most:.4g}",
+            "the load cell was not read there: leave those rows out",
+        )
+    elif beyond.any():
         yield Examined(recording.name, "force").defect(
             f"reaches {most:.4g}, and the servo of {bench.name} gives at most "
             f"{bench.force_limit:.4g} by its asset",
@@ -150,6 +161,22 @@ def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
         )
 
 
+def slack(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Finding]:
+    """A tension of a string whose motor has let it go slack."""
+    columns = zip(names_of(recording, "theta"), recording.motor_position.T, force.T, strict=True)
+    for way, (column, theta, tension) in zip(bench.ways, columns, strict=False):
+        low, high = way.ends
+        let_go = theta * way.radius < low - OVERSHOOT * (high - low)
+        if let_go.mean() > OFTEN and tension[let_go].mean() > OFTEN * tension.mean() > PUSH:
+            yield Examined(recording.name, column).defect(
+                f"is below {low / way.radius:.3g} rad in {100.0 * let_go.mean():.0f} % of the "
+                f"rows, where a string of {bench.name} is slack, and pulls "
+                f"{tension[let_go].mean():.3g} N",
+                "angles grow as the string is wound in, from 0 where it is just taut: turn theta "
+                "(sign = -1 in the mapping; theta_d too if it lies as low), or mend its zero",
+            )
+
+
 def beyond_reach(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
     """A motor that turns much farther than its bench reaches."""
     span = float(np.ptp(recording.motor_position, axis=0).max())
@@ -158,4 +185,10 @@ def beyond_reach(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
         yield Examined(recording.name, "theta").defect(
             f"spans {span:.3g} rad, and the whole range of {bench.name} is {reach:.3g} rad",
             'theta is in degrees (unit = "deg" in the mapping), or the bench is another one',
+        )
+    elif 0.0 < span < reach / FAR_OFF:
+        yield Examined(recording.name, "theta").caution(
+            f"spans {1e3 * span:.3g} mrad, and the whole range of {bench.name} is {reach:.3g} rad",
+            'theta and theta_d were in rad and taken for degrees (unit = "rad" in the mapping), or '
+            "record a wider motion",
         )

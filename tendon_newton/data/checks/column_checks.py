@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tendon_newton.data.checks.command_checks import LEAST_TIME
+from tendon_newton.data.checks.command_checks import LEAST_TIME, lead_of
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.measures import lag_between, names_of, resolution
 from tendon_newton.data.recording import SERVO, Array, Recording
@@ -51,7 +51,10 @@ def ahead(recording: Recording) -> Iterator[Finding]:
         theta, command = recording.motor_position[:, place], recording.command[:, place]
         lag, score, gain = lag_between(time, command, theta, time, REACH)
         sure = gain > LEAD_GAIN and gain > LEAD_SHARE * (1.0 - score + gain)
-        if score > LIKENESS and max(LEAST_LEAD, LEAD_STEPS * step) < -lag < 0.9 * REACH and sure:
+        reach = 0.9 * REACH
+        if (far := lead_of(recording, place)) is not None:
+            lag, score, sure, reach = -far.same_delay * step, far.same, True, np.inf
+        if score > LIKENESS and max(LEAST_LEAD, LEAD_STEPS * step) < -lag < reach and sure:
             yield Examined(recording.name, column).defect(
                 f"{-1e3 * lag:.0f} ms ahead of theta_d, {-lag / step:.1f} rows (correlation "
                 f"{score:.3f})",

@@ -105,6 +105,18 @@ def clock_text(recording: Recording, place: int, same: float) -> tuple[str, str]
     )
 
 
+def lead_of(recording: Recording, place: int) -> Likeness | None:
+    """Return how a command follows its angle, later than a bus is read; None where it leads it."""
+    if recording.command is None or recording.coupled or recording.sample_count < LEAST_ROWS:
+        return None
+    goal, theta = recording.command[:, place], recording.motor_position[:, place]
+    delays, every = delays_of(recording), np.ones(recording.sample_count, dtype=np.bool_)
+    late, early = (likeness(a, b, delays, every) for a, b in ((goal, theta), (theta, goal)))
+    left, other = 1.0 - early.same**2, 1.0 - max(late.same, 0.0) ** 2
+    sure = early.same > ALIKE and early.same_delay > 1 and left < CLEARER * other
+    return early if sure and moves(goal) and moves(theta) else None
+
+
 def moves(values: Array) -> bool:
     """Tell whether a column goes farther than one that rests."""
     return bool(np.ptp(values) > rest_band(values))

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from tendon_newton.data.checks.command_checks import lead_of
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.following import expected
 from tendon_newton.data.checks.measures import (
@@ -121,6 +122,8 @@ def jumped_rows(recording: Recording, place: int) -> Mask:
     if theta.size < LEAST_ROWS:
         return bad
     off, jumps = unasked_jumps(recording, place)
+    if jumps.size and lead_of(recording, place) is not None:
+        return bad  # the angle is the command, and the command its answer
     steps = np.diff(off)
     pace = float(np.delete(np.abs(steps), jumps).max()) if jumps.size < steps.size else 0.0
     for out, back in pairwise(jumps):
@@ -129,9 +132,10 @@ def jumped_rows(recording: Recording, place: int) -> Mask:
         if lasts and again and not bad[out]:
             bad[out + 1 : back + 1] = steps[out] * steps[back] < 0.0
     if jumps.size:  # a bus that is not read yet, or no more
+        stay = np.median(np.diff(np.flatnonzero(np.r_[True, np.diff(theta) != 0.0, True])))
         for rows in (slice(jumps[0] + 1), slice(jumps[-1] + 1, None)):
             part = theta[rows]
-            if NEAR_ROWS < part.size < EDGE * theta.size and np.ptp(part) == 0.0:
+            if max(NEAR_ROWS, stay) < part.size < EDGE * theta.size and np.ptp(part) == 0.0:
                 bad[rows] = True
     return bad
 
