@@ -53,7 +53,3 @@ CHANNELS = (
     Channel("temperature", "temperature", "degrees Celsius", -40.0, 200.0,
         "kelvins (offset = -273.15 in a mapping) or tenths of a degree (scale = 0.1)"),
 )  # fmt: skip
-
-TIME_STEP_RANGE = (5e-5, 0.5)
-"""Credible median steps of the time column [s]. Shorter ones are above any servo bus (20 kHz),
-longer ones slower than any motion of a finger. 80 Hz written in milliseconds is a step of 12.5."""

@@ -5,8 +5,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_newton.data.channels import TIME_STEP_RANGE
-
 Array = NDArray[np.float64]
 OUT_OF_ORDER = 0.5  # [s] a row that came late is overtaken by no more; a clock restarts farther
 OFTEN = 3  # Restarts of a clock from which rows are rather out of order
@@ -24,6 +22,9 @@ STEPS = {
     "days": ("d", 86400.0),
 }
 """Unit of somebody's stamps -> how a mapping writes it, and its size [s]."""
+TIME_STEP_RANGE = (5e-5, 0.5)
+"""Credible median steps of the time column [s]. Shorter ones are above any servo bus (20 kHz),
+longer ones slower than any motion of a finger. 80 Hz written in milliseconds is a step of 12.5."""
 USUAL_STEP = 0.01  # [s] of logs of servos, within a factor of ten or so
 
 
