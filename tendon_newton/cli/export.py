@@ -29,7 +29,7 @@ class ExportConfig:
     """Model file, a diagnosis (its folder or its diagnosis.json), or a known servo; of an arm, that
     of `diagnose --arm` or its arm.json."""
     to: str
-    """Target: mujoco, newton, usd or urdf; docs/export.md says what each can hold."""
+    """Target: mujoco, newton or usd, and urdf for arms; docs/export.md says what each can hold."""
     out: Path  # Folder for the files; made if it is not there.
     bench: str | None = None
     """Bench to export, or the arm's asset; by default that of the recordings or of the diagnosis,
@@ -51,7 +51,8 @@ def main(config: ExportConfig) -> None:
     from tendon_newton.exports.source import read_source
 
     quiet_warp()
-    target = find_export(config.to)
+    if config.to not in ARM_EXPORTS:
+        find_export(config.to)  # a misspelt word is told before files are read
     if (file := arm_file(config.model)) is not None:
         target_of(config.to)
         arm = read_arm(file, config.bench)
@@ -61,7 +62,7 @@ def main(config: ExportConfig) -> None:
     if config.to in ARM_EXPORTS and (servo := servo_as_arm(source)) is not None:
         export_joints(config, *servo)
         return
-    out = make_folder(config.out)
+    target, out = find_export(config.to), make_folder(config.out)
     exported = target.write(out, source.mechanism, source.model)
     print(f"  {source.mechanism.name}, as {config.to} has it", flush=True)
     if numbers := recorded_numbers(config.model, source.mechanism.name):

@@ -9,10 +9,9 @@ from tendon_newton.errors import InvalidPlugIn, unknown_name
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.mujoco.mujoco_target import MUJOCO
 from tendon_newton.exports.newton.newton_target import NEWTON
-from tendon_newton.exports.urdf_target import URDF
 from tendon_newton.exports.usd_target import USD
 
-EXPORTS: dict[str, ExportTarget] = {"mujoco": MUJOCO, "newton": NEWTON, "usd": USD, "urdf": URDF}
+EXPORTS: dict[str, ExportTarget] = {"mujoco": MUJOCO, "newton": NEWTON, "usd": USD}
 
 
 def find_export(name: str) -> ExportTarget:

@@ -9,13 +9,14 @@ from typing import Any
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Recording
 from tendon_newton.exports.departure import Departure, departure, replayed, with_and_without
-from tendon_newton.exports.export_target import NOT_RUN, Exported, ExportTarget
+from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.source import Source
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
 PAGE, NUMBERS = "README.md", "replay.json"
 COUNT, NOISE = 1.5e-3, 0.05  # One count of a servo's encoder [rad], and a load cell's noise [N]
 ROUND_OFF = 1.0e-3  # What steps and solvers leave of a tension that is none [N]
+NOT_RUN = "It was not run: the program that reads these files is not installed here."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +83,7 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
     """
     files = ", ".join(f"`{path.name}`" for path in exported.files)
     lines = [f"# {title}", "", f"Files: {files}.", "", "## How to load it", "", exported.loading]
-    lines += [*fidelity_part(fidelity, exported.checked), *costs_part(fidelity, exported)]
+    lines += [*fidelity_part(fidelity), *costs_part(fidelity, exported)]
 
     def numbers_of(tables: Mapping[str, Mapping[str, Departure]]) -> dict[str, Any]:
         return {way: {k: asdict(d) for k, d in row.items()} for way, row in tables.items()}
@@ -97,10 +98,10 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
     write_text(folder / NUMBERS, json.dumps(numbers, indent=2) + "\n")
 
 
-def fidelity_part(fidelity: Fidelity, checked: str) -> list[str]:
-    """Tell how far each way of running it strays, or what was checked instead."""
+def fidelity_part(fidelity: Fidelity) -> list[str]:
+    """Tell how far each way of running it strays."""
     if not fidelity.replays:
-        return ["", "## How far it strays", "", checked]
+        return ["", "## How far it strays", "", NOT_RUN]
     names = ", ".join(fidelity.runs[:6])
     rows = [(way, f"{len(fidelity.runs)} runs ({names})", d) for way, d in fidelity.replays.items()]
     rows += [
@@ -116,7 +117,6 @@ def fidelity_part(fidelity: Fidelity, checked: str) -> list[str]:
         "|---|---|---|---|---|",
         *(f"| {way} | {what} | {d.text} |" for way, what, d in rows),
         *(line for told in push_lines(fidelity) for line in ("", f"**{told}**")),
-        *(["", checked] if checked != NOT_RUN else []),
     ]
 
 
@@ -172,7 +172,7 @@ def told_lines(fidelity: Fidelity, exported: Exported) -> list[str]:
     for way, own in fidelity.sines.items():
         lines += [f"  {way:24s} {d.text}, sine of {name}" for name, d in own.items()]
     lines += [f"  {line}" for line in push_lines(fidelity)]
-    lines += [] if fidelity.replays else [f"  {line}" for line in exported.checked.splitlines()]
+    lines += [] if fidelity.replays else [f"  {NOT_RUN}"]
     for way, costs in fidelity.costs.items():
         form = exported.nearly.get(way, ())
         left = [name for name in costs if name not in form]

@@ -15,9 +15,6 @@ Coverage = Literal["exact", "approximate", "none"]
 Replay = Callable[[Recording], Trajectory]
 
 
-NOT_RUN = "It was not run: the program that reads these files is not installed here."
-
-
 @dataclass(frozen=True, kw_only=True)
 class Exported:
     """What an export wrote, and how to run it."""
@@ -30,7 +27,6 @@ class Exported:
     left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     # Those of them that it has in another form
     nearly: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    checked: str = NOT_RUN  # What was checked where nothing can be replayed, in Markdown
 
 
 @dataclass(frozen=True, kw_only=True)
