@@ -16,6 +16,8 @@ from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_train.policy.config.environment_config import EnvironmentConfig
+from tendon_train.policy.worlds.environment import FingerEnvironment
 from tendon_train.policy.worlds.goal_path import GoalPath
 from tests.train.policy.small import environment, random_actions
 
@@ -198,3 +200,10 @@ def test_what_makes_no_sense_is_refused(changes: dict[str, Any], said: str) -> N
     """In one sentence with the number that came."""
     with pytest.raises(InvalidParameter, match=said):
         environment(**changes)
+
+
+def test_goals_are_refused_before_anything_is_simulated() -> None:
+    """On a new bench kernels compile for half a minute, and then nothing can be learned."""
+    config = EnvironmentConfig(worlds=2, goals=(0.0, 3.0))  # randomised: refused beside a simulator
+    with pytest.raises(InvalidParameter, match="goals must be angles that this finger passes"):
+        FingerEnvironment(config, simulator=object())

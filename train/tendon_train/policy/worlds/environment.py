@@ -18,7 +18,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import HIDDEN, OBSERVED
 from tendon_train.policy.worlds.force_model import open_force_model
-from tendon_train.policy.worlds.goal_path import of_each_servo
+from tendon_train.policy.worlds.goal_path import GoalPath, of_each_servo
 from tendon_train.policy.worlds.observation_tensors import ObservationTensors
 from tendon_train.policy.worlds.randomisation import Randomiser, effects_of, ranges_of
 from tendon_train.policy.worlds.task import Task
@@ -82,8 +82,11 @@ class FingerEnvironment(VecEnv):
         self.mechanism = load_mechanism(config.finger)
         self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
         self.force = open_force_model(config.force, self.mechanism)
-        if config.task == "turn":
+        path = GoalPath(self.mechanism, self.device) if config.task == "tip" else None
+        if path is None:
             refuse_long_steps(config.max_step, self.force.model)
+        else:
+            path.require(config.goals)
         ranges = ranges_of(config, self.force.model)
         drawn = ranges or config.task != "tip"
         if simulator is not None and drawn:
@@ -97,8 +100,8 @@ class FingerEnvironment(VecEnv):
             self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
         )
         self.task: Task = (
-            TipGoal(config, self.loop, self.mechanism, self._draws)
-            if config.task == "tip"
+            TipGoal(config, self.loop, path, self._draws)
+            if path is not None
             else Turning(config, self.loop, self.mechanism, self._draws)
         )
         """What the fingers are for."""

@@ -5,7 +5,6 @@ from math import inf
 import torch
 from torch import Tensor
 
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.goal_path import GoalPath
@@ -14,20 +13,15 @@ from tendon_train.policy.worlds.world_draws import WorldDraws
 
 
 class TipGoal:
-    """Goal angles of the tip.
-
-    Raises:
-        InvalidParameter: The finger does not pass the goals.
-    """
+    """Goal angles of the tip."""
 
     greatest_start = inf
 
     def __init__(
-        self, config: EnvironmentConfig, loop: ControlLoop, mechanism: Mechanism, draws: WorldDraws
+        self, config: EnvironmentConfig, loop: ControlLoop, path: GoalPath, draws: WorldDraws
     ) -> None:
         self._config, self._loop, self._draws = config, loop, draws
-        self.path = GoalPath(mechanism, draws.device)  # Goal points
-        self.path.require(config.goals)
+        self.path = path  # Goal points
         self.goal = torch.zeros(config.worlds, device=draws.device)  # Goal angles [rad], shape (W,)
 
     def place(self, worlds: Tensor) -> dict[str, Tensor]:
