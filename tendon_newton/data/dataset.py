@@ -22,6 +22,7 @@ from tendon_newton.data.files.checked_table import CheckedTable, table_of
 from tendon_newton.data.files.file_names import check_path
 from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.text_file import kept_inside
+from tendon_newton.data.files.together import together
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
@@ -217,18 +218,19 @@ def load_recording(file: Path, bench: str = "finger") -> Recording:
 
 
 def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:
-    """Write recordings as CSV and the ``dataset.toml`` that lists them."""
+    """Write recordings as CSV and the ``dataset.toml`` that lists them, all of them or none."""
     path.mkdir(parents=True, exist_ok=True)
     entries: list[ListedRecording] = []
-    for split, recordings in zip(SPLITS, (train, test), strict=True):
-        for recording in recordings:
-            entry = entry_of(recording, split)
-            check_path(entry.file, f"{path / FILE_NAME}: file", InvalidDataset)
-            file = path / entry.file
-            file.parent.mkdir(parents=True, exist_ok=True)
-            write_csv(file, recording)
-            entries.append(entry)
-    write_entries(path, entries)
+    with together():
+        for split, recordings in zip(SPLITS, (train, test), strict=True):
+            for recording in recordings:
+                entry = entry_of(recording, split)
+                check_path(entry.file, f"{path / FILE_NAME}: file", InvalidDataset)
+                file = path / entry.file
+                file.parent.mkdir(parents=True, exist_ok=True)
+                write_csv(file, recording)
+                entries.append(entry)
+        write_entries(path, entries)
 
 
 def list_recording(path: Path, entry: ListedRecording) -> None:

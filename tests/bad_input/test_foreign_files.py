@@ -3,8 +3,10 @@
 import os
 import resource
 import threading
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tendon_newton.cli import main
@@ -150,6 +152,22 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
     assert path.read_text(encoding="utf-8") == 'plan = "short"\n'
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_full_disk_leaves_a_dataset_as_it_was(tmp_path: Path) -> None:
+    """No recording is cut or of another import than the list, which stands as it stood."""
+    write_dataset(tmp_path, [recording("a.csv")], [recording("b.csv")])
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    resting = recording("a.csv", force=None)
+    tip = np.full((resting.sample_count, 2), 1.0 / 3.0)
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (max(map(len, before.values())), limit[1]))
+    try:
+        with pytest.raises(InvalidOutput, match=r"b\.csv: cannot be written: File too"):
+            write_dataset(tmp_path, [resting], [replace(resting, name="b.csv", tip=tip)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:

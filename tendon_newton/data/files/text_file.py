@@ -67,12 +67,22 @@ def write_bytes(path: Path, content: bytes) -> None:
     Raises:
         InvalidOutput: The file cannot be written; the message names it.
     """
+    with drafted(path) as draft, draft.open("wb") as file:
+        file.write(content)
+
+
+@contextmanager
+def drafted(path: Path) -> Generator[Path]:
+    """Give a place beside a file, where its next content is written whole or not at all.
+
+    Raises:
+        InvalidOutput: The file cannot be written; the message names it.
+    """
     with together() as drafts:
-        drafts[path] = path.with_name(f".{path.name}.{os.getpid()}")
+        drafts[path] = draft = path.with_name(f".{path.name}.{os.getpid()}")
         try:
-            with drafts[path].open("wb") as file:
-                file.write(content)
-                file.flush()
+            yield draft
+            with draft.open("rb") as file:
                 os.fsync(file.fileno())  # else a power cut may leave a name without its content
         except OSError as error:
             raise InvalidOutput(f"{path}: cannot be written: {error.strerror or error}") from error

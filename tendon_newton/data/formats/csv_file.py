@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_newton.data.files.text_file import drafted
 from tendon_newton.data.formats.csv_columns import INDEX, Columns, require
 from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.errors import InvalidRecording, listed
@@ -72,7 +73,7 @@ def write_csv(path: Path, recording: Recording) -> None:
 def write_columns(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
     """Write named columns of equal length; floats in their shortest exact form."""
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows(rows)

@@ -11,6 +11,8 @@ from tendon_newton.data.checks.finding import Finding, findings_text
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import FILE_NAME, write_dataset
 from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.files.together import together
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.split import Split
 from tendon_newton.data.model_file import write_model
@@ -74,10 +76,11 @@ def write_import(
     ]
     told = [f for f in imported.findings if f.recording in written or f.recording == "all"]
     report = ImportReport(split=split, findings=(*told, *found, *lint_dataset(train, test)))
-    write_dataset(out, train, test)
-    write_model(out / "model.toml", imported.start_model(split.train))
-    (out / REPORT_NAME).write_text(json.dumps(report_table(report), indent=2) + "\n")
-    (out / "import.txt").write_text(report.text + "\n", encoding="utf-8")
+    with together():
+        write_dataset(out, train, test)
+        write_model(out / "model.toml", imported.start_model(split.train))
+        write_text(out / REPORT_NAME, json.dumps(report_table(report), indent=2) + "\n")
+        write_text(out / "import.txt", report.text + "\n")
     return report
 
 
