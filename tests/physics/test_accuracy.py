@@ -22,7 +22,7 @@ from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSol
 from tests import effect_bench
 from tests.conftest import SEED
 from tests.physics.hands.chains import TREES, write_chain
-from tests.physics.mujoco_reference import moved_by_the_file, torque_of
+from tests.physics.mujoco_reference import followed_in_mujoco, torque_of
 from tests.physics.runs import RADIUS, ideal_model, run_of, simulate, stairs
 
 ANGLE, FORCE = 0.044e-3, 0.005  # rad, N: a tenth of an encoder's and a load cell's noise
@@ -139,9 +139,7 @@ COMMANDS = {"pendulum": (-0.1, 0.1)}
 """Commands that keep a bench off its stops [rad], where they are not those of the finger."""
 
 
-def disagreement(
-    mechanism: Mechanism, bench: str, lower: float, upper: float, folder: Path
-) -> float:
+def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -> float:
     """Return the greatest RMS difference of a joint as a share of the range it moves through."""
     rng = np.random.default_rng(1)
     # more than one recording: worlds of different length in one solver
@@ -155,7 +153,8 @@ def disagreement(
     ours = simulate(runs, ideal_model(), time_step=STEP, mechanism=mechanism)
     shares = []
     for run, motion in zip(runs, (made.joint_position for made in ours), strict=True):
-        other = moved_by_the_file(mechanism, run, motion[0], step=STEP, folder=folder)
+        assert run.command is not None
+        other = followed_in_mujoco(mechanism, run.command, motion[0], step=STEP)
         shares.append(np.sqrt(np.mean((motion - other) ** 2, axis=0)) / np.ptp(motion, axis=0))
     return float(np.max(shares))
 
@@ -163,10 +162,10 @@ def disagreement(
 # the servo's load is unknown: its bare horn is there to be looked at, and turned by positions
 # alone; the hand is four of the routed fingers, and its twelve joints take a compiler minutes
 @pytest.mark.parametrize("name", WITHOUT_HANDS)
-def test_every_asset_moves_as_its_mjcf_file_in_mujoco(name: str, tmp_path: Path) -> None:
+def test_every_asset_moves_as_its_mjcf_file_in_mujoco(name: str) -> None:
     """Without friction the trajectories agree to 1 % of the motion."""
     lower, upper = COMMANDS.get(name, (0.5, 2.5))
-    assert disagreement(load_mechanism(name), name, lower, upper, tmp_path) < 0.01
+    assert disagreement(load_mechanism(name), name, lower, upper) < 0.01
 
 
 @pytest.mark.parametrize("tree", TREES)
@@ -174,7 +173,7 @@ def test_chains_of_three_move_alike(tree: str, tmp_path: Path) -> None:
     """Three joints in a plane, with axes that are not parallel, and in a tree with two branches."""
     mechanism = load_mechanism(write_chain(tmp_path, tree))
     assert len(mechanism.joints) == 3
-    assert disagreement(mechanism, "finger", 0.5, 2.0, tmp_path) < 0.01
+    assert disagreement(mechanism, "finger", 0.5, 2.0) < 0.01
 
 
 WORLDS = 96

@@ -1,4 +1,4 @@
-"""Links that meet in our solver against SolverMuJoCo with Newton's collision pipeline."""
+"""Links that meet in our solver against MuJoCo."""
 
 from dataclasses import replace
 from pathlib import Path
