@@ -67,6 +67,10 @@ class InvalidNetworkFile(TendonNewtonError):
     """A force network's file breaks what its format or its card promises."""
 
 
+class UntrustedNetworkFile(TendonNewtonError):
+    """A force network's file holds code that the user has not said to trust."""
+
+
 class InvalidPolicyFile(TendonNewtonError):
     """A policy's file breaks what its format or its card promises."""
 

@@ -39,6 +39,13 @@ def rng() -> np.random.Generator:
 
 
 @pytest.fixture
+def own_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the list of trusted files out of the user's own."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.delenv("TENDON_NEWTON_TRUST", raising=False)
+
+
+@pytest.fixture
 def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no test wait for someone at a terminal."""
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)

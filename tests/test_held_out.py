@@ -7,6 +7,8 @@ import pytest
 from tendon_newton.cli import VERBS
 from tests.held_out import CASES, NO_DATASET, differences
 
+pytestmark = pytest.mark.usefixtures("own_trust")
+
 
 def test_every_verb_is_looked_at() -> None:
     """A verb either has a case or is known to read no dataset."""

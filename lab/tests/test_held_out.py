@@ -8,6 +8,7 @@ from lab.tests.held_out import CASES
 from tendon_newton.cli import VERBS, every_verb
 from tests.held_out import differences
 
+pytestmark = pytest.mark.usefixtures("own_trust")
 SLOW = {"reproduce": pytest.mark.slow, "exam": pytest.mark.slow}
 """An exam is diagnoses; `make nightly` runs all."""
 

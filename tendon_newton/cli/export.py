@@ -38,6 +38,8 @@ class ExportConfig:
     """Dataset whose recordings are replayed, or the folder of joints of an arm; by default some
     steps and a sine."""
     seconds: float = 20.0  # Time of the dataset's commands that is replayed [s]; inf takes all.
+    trust: bool = False
+    """Trust the network's file from now on: it is a program that runs with your rights."""
 
 
 def main(config: ExportConfig) -> None:
@@ -72,7 +74,7 @@ def main(config: ExportConfig) -> None:
         ways = " and by ".join(exported.replays)
         print(f"  replaying {seconds:.0f} s of commands by {ways} ...", flush=True)
     told = TimeLeft(seconds * len(exported.replays))
-    fidelity = measure(target, exported, source, progress=told)
+    fidelity = measure(target, exported, source, trust=config.trust, progress=told)
     write_page(out, f"{source.mechanism.name}, for {config.to}", exported, fidelity)
     print("\n".join(told_lines(fidelity, exported)))
     print(f"\nwrote {', '.join(path.name for path in exported.files)}, README.md to {out}")

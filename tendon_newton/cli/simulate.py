@@ -39,6 +39,8 @@ class SimulateConfig:
     network: str = "torchscript"
     """How the force network of a learned actuator runs: torchscript, or fused (a Transformer as one
     kernel, checked against TorchScript when loaded; other networks run as TorchScript)."""
+    trust: bool = False
+    """Trust the network's file from now on: it is a program that runs with your rights."""
     plots: bool = True  # Whether to draw a picture per recording.
 
 
@@ -66,7 +68,7 @@ def main(config: SimulateConfig) -> None:
 
     from tendon_newton.simulation.hosts.replay import replay
 
-    options: Any = {"network": config.network}
+    options: Any = {"network": config.network, "trust": config.trust}
     if config.time_step is not None:
         options["time_step"] = config.time_step
     recordings = [beginning(r, config.seconds) if r.duration > config.seconds else r for r in whole]

@@ -153,7 +153,7 @@ def replayed(
 
 
 def with_and_without(
-    model: Model, recordings: Sequence[Recording], effects: Sequence[str]
+    model: Model, recordings: Sequence[Recording], effects: Sequence[str], *, trust: bool = False
 ) -> tuple[list[Trajectory], dict[str, list[Trajectory]]]:
     """Return our own simulation of recordings, and what it is without each of some effects.
 
@@ -163,7 +163,7 @@ def with_and_without(
     for members in rollout_groups(recordings):
         group = [recordings[i] for i in members]
         bench = bench_of(group[0].bench, model)
-        rollout = rollout_of(bench, group, model)
+        rollout = rollout_of(bench, group, model, trust=trust)
         base = rollout.base_vectors(model)
         null = rollout.table.null_vector()
         candidates = [base]

@@ -37,6 +37,7 @@ def measure(
     exported: Exported,
     source: Source,
     *,
+    trust: bool = False,
     progress: Callable[[float], None],
 ) -> Fidelity:
     """Replay recordings, and sines of some frequencies, in the target and in our own simulation.
@@ -53,10 +54,10 @@ def measure(
 
     mechanism, model, runs = source.mechanism, source.model, source.runs
     left_out = sorted({name for names in exported.left_out.values() for name in names})
-    ours, without = with_and_without(model, runs, left_out)
+    ours, without = with_and_without(model, runs, left_out, trust=trust)
     worth = {name: departure(mechanism, fewer, ours) for name, fewer in without.items()}
     waves = source.sines if exported.replays else {}
-    swung, _ = with_and_without(model, [*waves.values()], ())
+    swung, _ = with_and_without(model, [*waves.values()], (), trust=trust)
     return Fidelity(
         runs=tuple(run.name for run in runs),
         replays={way: departure(mechanism, replay_by(way, runs), ours) for way in exported.replays},

@@ -18,6 +18,7 @@ def exported_network(folder: Path, model: Model) -> tuple[dict[str, Any] | None,
 
     Raises:
         InvalidNetworkFile: The network's file is damaged.
+        UntrustedNetworkFile: It is a program that the user has not said to trust.
     """
     if not find_actuator(model.actuator.name).held:
         return None, model

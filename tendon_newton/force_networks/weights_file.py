@@ -1,8 +1,8 @@
 """A force network as weights alone: a safetensors file, which holds numbers and no program.
 
-The metadata has the card, as in an ONNX file. Under ``network`` stands what the shapes of the
+The metadata has the card, as in the other formats. Under ``network`` stands what the shapes of the
 weights do not tell: the heads of a Transformer, the activation of a perceptron. The program that
-reads it builds the network from its own classes, and runs no code of a stranger.
+reads it builds the network from its own classes, so that nobody needs to be trusted.
 """
 
 import json
@@ -18,7 +18,6 @@ from tendon_newton.force_networks import find_force_network
 from tendon_newton.force_networks.force_network import ForceNetwork
 
 SUFFIX = ".safetensors"
-PROMISE = "a force network is a safetensors file"
 CARD_KEY, NETWORK_KEY = "card", "network"
 # Bytes of names, shapes and metadata; safetensors itself allows a hundred times as many
 HEADER_LIMIT = 1 << 20
@@ -62,7 +61,10 @@ def metadata_of(content: bytes) -> dict[str, str]:
     """Return the texts in the head of a safetensors file."""
     size = int.from_bytes(content[:8], "little")
     if not 2 <= size <= min(HEADER_LIMIT, len(content) - 8):
-        raise InvalidNetworkFile(f"{PROMISE}; this one is damaged, cut short or something else")
+        raise InvalidNetworkFile(
+            "a force network is a safetensors or TorchScript file; this one is damaged, cut short "
+            "or something else"
+        )
     try:
         head = json.loads(content[8 : 8 + size])
         metadata = head.get("__metadata__", {})

@@ -40,6 +40,7 @@ from tendon_train.policy.scoring.policy_evaluation import (
     climb_stairs,
     reachable_error,
 )
+from tendon_train.policy.worlds.force_model import trust_force
 
 BENCH_DURATION = 16.5  # Length of the paper's stairs: eleven of 1.5 s [s]
 
@@ -96,11 +97,14 @@ def load_policies(options: ClimbOptions) -> list[RunnablePolicy]:
         raise InvalidParameter("name the files of one or more policies to evaluate")
     if not 0.1 <= options.dwell <= 1000.0:
         raise InvalidParameter(f"dwell must be 0.1 to 1000 s; it is {options.dwell}")
+    if options.trust:
+        for force in options.force:
+            trust_force(force)
     stems = [path.stem for path in options.policies]
     policies: list[RunnablePolicy] = []
     for path in options.policies:
         alone = stems.count(path.stem) == 1 and path.stem != "policy"
-        loaded = load_policy(policy_file(path))
+        loaded = load_policy(policy_file(path), trust=options.trust)
         name = path.stem if alone else path.resolve().parent.name
         policies.append(RunnablePolicy(name=name, card=loaded.card, run=loaded.run))
     return policies
@@ -176,6 +180,7 @@ def climbs_on_bench(
             duration=BENCH_DURATION,
             out=out / "deployments",
             split="test",
+            trust=options.trust,
         )
         for path, policy in zip(options.policies, policies, strict=True):
             log = drive(replace(deployment, policy=path), operator).path

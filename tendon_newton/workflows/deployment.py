@@ -142,7 +142,7 @@ def read_policy(options: DeployOptions) -> Policy | None:
         raise InvalidParameter("a deployment needs --port; without hardware: --port virtual")
     if options.policy is None:
         return None
-    return load_policy(policy_file(options.policy))
+    return load_policy(policy_file(options.policy), trust=options.trust)
 
 
 def bench_address(options: DeployOptions, policy: Policy | None) -> BenchAddress:

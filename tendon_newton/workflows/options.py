@@ -84,8 +84,8 @@ class DeployOptions(BenchOptions, BenchPorts):
     """Which policy, where the bench is, and how far it may go."""
 
     policy: Path | None = None
-    """ONNX file of the policy with its card inside; or finger-stairs or hand-turning, which come
-    along."""
+    """ONNX file of the policy with its card inside, or TorchScript where torch is installed; or
+    finger-stairs or hand-turning, which come along."""
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, stairs, a file of times [s] and angles
     [rad], or one angle [rad]. A policy that turns a ball takes rates [rad/s]."""
@@ -98,6 +98,7 @@ class DeployOptions(BenchOptions, BenchPorts):
     """Move the spool by hand with the arrow keys, without a policy; home is where it stands."""
     replay: Path | None = None
     """Log whose observations are given to the policy again, to compare its actions."""
+    trust: bool = False  # Trust this TorchScript policy from now on; it is a program.
     force_network: Path | None = None
     """ONNX file of a force network that estimates the tension where no load cell is."""
     camera_port: str | None = None
@@ -115,7 +116,8 @@ class ClimbOptions(BenchPorts):
     """Let policies follow stairs of goals, in simulation and on a bench, and compare them."""
 
     policies: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Policy files (.onnx); finger-stairs and hand-turning name those that come along."""
+    """Policy files, ONNX or TorchScript; finger-stairs and hand-turning name those that come
+    along."""
     out: Path  # Folder for the results; made if it is not there.
     force: tuple[str, ...] = ("ideal",)
     """What pulls the simulated finger: ideal, model files (.toml), known servos or force networks
@@ -132,6 +134,8 @@ class ClimbOptions(BenchPorts):
     seconds: float = 60.0  # Time for which they turn it [s].
     device: Literal["cpu", "cuda"] = "cpu"  # Where their worlds are simulated; all of these differ.
     seed: int = 0  # Seed of the numbers of the further worlds.
+    trust: bool = False
+    """Trust the TorchScript files from now on: they are programs and run with your rights."""
     logs: tuple[Path, ...] = ()
     """Logs of deployments on stairs, to be compared too; the first policy's bench is assumed."""
     plots: bool = True  # Whether to draw the figure.
@@ -149,6 +153,6 @@ def policy_file(given: Path) -> Path:
     if str(given) in known:
         return known[str(given)]
     raise InvalidPolicyFile(
-        f"{given}: a policy is an ONNX file that train-policy writes; "
+        f"{given}: a policy is an ONNX or TorchScript file that train-policy writes; "
         f"{absence(given)}. Policies that come along, by name: {listed(known)}"
     )

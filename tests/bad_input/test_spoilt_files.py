@@ -48,7 +48,7 @@ from tendon_train.policy.runs.policy_checkpoint import load_checkpoint
 from tests.bad_input.memory import peak_memory
 from tests.bad_input.spoiling import Change, change_cells, change_lines, either, flip, table_changer
 from tests.bad_input.test_bad_input_diagnoses import ANSWER, OPEN, SETS
-from tests.hardware.deploy.policies import card_of, network, write_onnx
+from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
 from tests.hardware.load_cells.test_calibration import fit, points
 from tests.importers.lerobot_files import lerobot_dataset
 from tests.importers.logs import ROWS, dataset, recording
@@ -57,7 +57,7 @@ from tests.importers.test_rosbag import Bag
 from tests.mechanisms.broken.flat_assets import flat_text
 from tests.train.actuator.network_files import written
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_trust")]
 
 FILES = 25  # Spoilt files of each format
 HANG = 5.0  # Longest time of a core that a file may take [s]
@@ -350,7 +350,7 @@ def flip_back(content: bytes, rng: Random) -> bytes:
 
 def read_policy(path: Path) -> None:
     """A policy that is taken gives numbers."""
-    policy = load_policy(path)
+    policy = load_policy(path, trust=True)
     observation = np.zeros((1, policy.card.observation_size), dtype=np.float32)
     assert np.isfinite(policy(observation)).all()
 
@@ -416,7 +416,16 @@ TARGETS: dict[str, Target] = {
         flip_back,
         read_policy,
     ),
-    "force-weights": Target(lambda at: written(at / "force.safetensors"), flip_head, load_network),
+    "policy-pt": Target(
+        lambda at: write_torchscript(at / "policy.pt", network(), card_of().to_json()),
+        flip,
+        read_policy,
+    ),
+    "force-weights": Target(
+        lambda at: written(at / "force.safetensors"),
+        flip_head,
+        lambda path: load_network(path, trust=True),
+    ),
     "checkpoint": Target(checkpoint, flip, read_checkpoint),
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -41,10 +42,12 @@ NUDGE = 1.0e-6  # rad, rad/s
 
 
 @pytest.fixture(scope="module")
-def network_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A force network's file."""
+def network_path(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A force network that this process trusts."""
     folder = tmp_path_factory.mktemp("network")
-    return write_force_network(folder / "force.safetensors", force_network())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(folder))
+        yield write_force_network(folder / "force.pt", force_network())
 
 
 def typical_model(kind: str, network_path: Path) -> Model:

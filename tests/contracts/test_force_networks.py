@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.actuators.networks.artifact import load_network, torchscript
+from tendon_newton.actuators.networks.artifact import load_network, torchscript, write_network
 from tendon_newton.actuators.networks.fused_query import forces_of
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.onnx_file import write_onnx
 from tendon_newton.actuators.networks.query import open_query
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
+from tendon_newton.data.files.trust import trust_file
 from tendon_newton.errors import UnknownName
 from tendon_newton.force_networks import FORCE_NETWORKS, SETS, build_network, find_force_network
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
@@ -24,6 +25,8 @@ from tendon_train.actuator.samples.windows import Windows
 from tendon_train.actuator.training_config import TrainingConfig
 from tests.physics.learned.networks import LIMIT, force_network, learned_model, write_force_network
 from tests.train.actuator.network_files import card_of
+
+pytestmark = pytest.mark.usefixtures("own_trust")
 
 EVERY = [(of_set, kind) for kind in FORCE_NETWORKS for of_set in find_force_network(kind).sizes]
 every_network = pytest.mark.parametrize(("of_set", "kind"), EVERY)
@@ -109,19 +112,29 @@ def test_a_training_learns_the_ideal_source(kind: str, tmp_path: Path) -> None:
     assert isinstance(network, find_force_network(kind))
 
 
+@every_kind
+def test_a_torchscript_file_gives_back_its_card_and_its_network(tmp_path: Path, kind: str) -> None:
+    """The card survives word by word, and the weights bit by bit, under readable names."""
+    network = made(kind)
+    write_network(tmp_path / "network.pt", network, card_of(kind))
+    file = load_network(tmp_path / "network.pt")
+    assert file.card == card_of(kind)
+    own, read = network.state_dict(), file.module.state_dict()
+    assert own.keys() == read.keys()
+    assert all(torch.equal(own[name], read[name]) for name in own)
+
+
 @every_network
-def test_a_file_gives_back_its_card_and_its_network(tmp_path, of_set, kind) -> None:
-    """Bit by bit, under readable names, with all that the simulation calls."""
+def test_weights_give_the_same_forces_and_need_no_trust(tmp_path, of_set, kind) -> None:
+    """Bit by bit, as a TorchScript module with all that the simulation calls."""
     network = made(kind, of_set)
     write_weights(tmp_path / "network.safetensors", network, card_of(kind))
     file = load_network(tmp_path / "network.safetensors")
     with torch.no_grad():
         assert torch.equal(file.module(windows()), network(windows()))
         assert torch.equal(file.module.last_query(windows()), network.last_query(windows()))
-    own, read = network.state_dict(), file.module.state_dict()
-    assert own.keys() == read.keys()
-    assert all(torch.equal(own[name], read[name]) for name in own)
     assert file.card == card_of(kind)
+    assert not trust_file().exists()
 
 
 @every_kind
@@ -145,7 +158,7 @@ def test_onnx_says_what_torch_says_for_any_number_of_worlds(tmp_path: Path, kind
 def test_a_tendon_is_pulled_by_what_the_network_says(tmp_path: Path, kind: str) -> None:
     """What a simulation is told for each servo is the force of the module in the model's file."""
     network = made(kind)
-    path = write_force_network(tmp_path / "force.safetensors", network, kind)
+    path = write_force_network(tmp_path / "force.pt", network, kind)
     history = History(13, 30, "cpu")
     history.ring.assign(windows(13).permute(1, 2, 0).contiguous().numpy())
     history.newest.fill_(29)
@@ -157,7 +170,7 @@ def test_a_tendon_is_pulled_by_what_the_network_says(tmp_path: Path, kind: str) 
 @every_kind
 def test_worlds_of_a_loop_do_not_mix(tmp_path: Path, kind: str) -> None:
     """The second of three fingers moves as it moves alone; a network sums in another order."""
-    path = write_force_network(tmp_path / "force.safetensors", made(kind), kind)
+    path = write_force_network(tmp_path / "force.pt", made(kind), kind)
     commands = 1.0 + 3.0 * torch.rand(8, 3, 1, generator=torch.Generator().manual_seed(3))
     mechanism, model = load_mechanism("finger"), learned_model(str(path))
 

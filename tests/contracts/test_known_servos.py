@@ -20,7 +20,7 @@ from tendon_newton.exports.source import read_source
 from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_train.policy.worlds.force_model import open_force_model
+from tendon_train.policy.worlds.force_model import open_force_model, trust_force
 
 SERVOS = sorted(known_servos())
 ON_A_STAND = Model(
@@ -102,6 +102,7 @@ def test_a_name_stands_wherever_a_model_does(name: str) -> None:
     assert open_force_model(name, finger).model.effects == model.effects
     assert read_source(Path(name), "finger", None).model.actuator == model.actuator
     assert read_source(Path(name), None, None).mechanism.name == "finger"  # no stand
+    trust_force(name)  # nothing of it is a program
 
 
 @pytest.mark.parametrize("name", SERVOS)

@@ -59,8 +59,8 @@ def test_a_model_travels_to_another_process_as_it_is() -> None:
 def test_a_file_name_is_a_legal_value(tmp_path: Path) -> None:
     """The learned actuator names its network's file."""
     path = tmp_path / "model.toml"
-    path.write_text('[actuator]\nkind = "learned"\nfile = "a.safetensors"\nspool_radius = 0.0125\n')
-    assert load_model(path).actuator.values["file"] == "a.safetensors"
+    path.write_text('[actuator]\nkind = "learned"\nfile = "force.pt"\nspool_radius = 0.0125\n')
+    assert load_model(path).actuator.values["file"] == "force.pt"
 
 
 def test_every_reference_model_loads(shared: Path) -> None:

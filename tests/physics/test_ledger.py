@@ -44,12 +44,13 @@ class Motor(torch.nn.Module):
 
 
 @pytest.fixture
-def model_of(tmp_path: Path) -> Callable[[str], Model]:
-    """Each actuator's model; a network's file is written when asked for."""
+def model_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Model]:
+    """Each actuator's model; a network's file is written when asked for, and trusted."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
 
     def model(actuator: str) -> Model:
         if actuator in HOLDS:
-            file = tmp_path / "force.safetensors"
+            file = tmp_path / "force.pt"
             write_force_network(file, force_network())
             law = HOLDS[actuator]
             values = {

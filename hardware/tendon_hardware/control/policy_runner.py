@@ -1,11 +1,14 @@
 """A policy from its file: the card checked, the network tried, ready for one observation a step.
 
-onnxruntime runs it. A file is first tried in a process of its own, where it can do no harm by its
-size.
+An ONNX file is run by onnxruntime, a TorchScript file by torch, where that is installed. A file
+that comes from somebody else is first tried in a process of its own, where it can do no harm by
+its size.
 """
 
 import importlib
+import io
 import re
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +19,18 @@ from numpy.typing import NDArray
 
 from tendon_hardware.control.onnx_operators import refuse_operators
 from tendon_hardware.errors import PolicyFailure
-from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard
+from tendon_newton.data.cards.policy_card import CARD_KEY, CARD_NAME, PolicyCard
 from tendon_newton.data.files.guarded import TooMuch, guarded
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes
-from tendon_newton.errors import InvalidPolicyFile, MissingDependency, TendonNewtonError
+from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
+from tendon_newton.data.files.trust import VARIABLE, is_trusted, trust_content
+from tendon_newton.errors import (
+    InvalidPolicyFile,
+    MissingDependency,
+    TendonNewtonError,
+    UntrustedNetworkFile,
+)
 
 Observation = NDArray[np.float32]
 FILE_SIZE_LIMIT = 1 << 26  # Bytes; a policy has about 1 << 17
@@ -38,6 +48,7 @@ class Policy:
     path: Path
     sha256: str
     card: PolicyCard
+    engine: str  # Engine of the policy: onnxruntime or torch
     run: Callable[[Observation], Any]  # Gives the output of an observation of shape (1, N)
 
     def __call__(self, observation: Observation) -> tuple[float, ...]:
@@ -61,44 +72,62 @@ class Policy:
         return output
 
 
-def load_policy(path: Path) -> Policy:
+def load_policy(path: Path, *, trust: bool = False) -> Policy:
     """Read a policy and make sure that it does what its card says.
+
+    Args:
+        trust: Whether to trust a TorchScript file from now on: its code runs with the user's
+            rights.
 
     Raises:
         InvalidPolicyFile: The file is damaged, has no card, takes more memory or time than any
             policy, or its network and card disagree.
         MissingDependency: The file needs a package that is not installed.
+        UntrustedNetworkFile: The file is TorchScript, and the user has not said to trust it.
     """
     content = read_content(path)
+    scripted = content.startswith(START)
+    known = scripted and is_trusted(content_hash(content))
+    if scripted and not known and not trust:
+        raise UntrustedNetworkFile(
+            f"{path}: a TorchScript file is a program, and this one (SHA-256 "
+            f"{content_hash(content)}) is not trusted; if you know where it comes from, add "
+            f"--trust or set {VARIABLE} to its hash; an ONNX file needs no trust"
+        )
     try:
-        guarded(try_content, content)
-        card, run = open_content(content)
+        if not known:
+            guarded(try_content, content)
+        card, engine, run = open_content(content)
     except (InvalidPolicyFile, TooMuch) as error:
         raise InvalidPolicyFile(f"{path}: {error}") from error
-    return Policy(path=path, sha256=content_hash(content), card=card, run=run)
+    if scripted and not known:
+        trust_content(content, path.name)
+    return Policy(path=path, sha256=content_hash(content), card=card, engine=engine, run=run)
 
 
-def open_content(content: bytes) -> tuple[PolicyCard, Callable[..., Any]]:
-    """Return a policy's card, and how to run it."""
+def open_content(content: bytes) -> tuple[PolicyCard, str, Callable[..., Any]]:
+    """Return a policy's card, what runs it, and how."""
+    if content.startswith(START):
+        return torchscript_policy(content)
     metadata, run = onnx_session(content)
     if CARD_KEY not in metadata:
         raise InvalidPolicyFile(
             f"a policy's metadata has the key {CARD_KEY!r} with its card; this file has "
             f"{', '.join(metadata) or 'none'}: was it written by `tendon-newton train-policy`?"
         )
-    return PolicyCard.from_json(metadata[CARD_KEY]), run
+    return PolicyCard.from_json(metadata[CARD_KEY]), "onnxruntime", run
 
 
 def try_content(content: bytes) -> None:
     """Refuse a network that does not take the card's observations or act on its servos."""
-    card, run = open_content(content)
+    card, _, run = open_content(content)
     for level in TRIALS:
         try_observation(card, run, level)
 
 
 def read_content(path: Path) -> bytes:
     """Read a file's bytes; the same bytes are hashed and run."""
-    promise = "a policy or a force network is an ONNX file"
+    promise = "a policy is an ONNX or TorchScript file"
     return read_bytes(path, InvalidPolicyFile, promise, size_limit=FILE_SIZE_LIMIT)
 
 
@@ -143,6 +172,34 @@ def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[A
             raise
 
     return metadata, run
+
+
+def torchscript_policy(content: bytes) -> tuple[PolicyCard, str, Callable[..., Any]]:
+    """Read card and network of a TorchScript file."""
+    card = PolicyCard.from_json(read_extra(content, CARD_NAME, "a policy", InvalidPolicyFile))
+    refuse_damage(content, InvalidPolicyFile)
+    try:
+        torch: Any = importlib.import_module("torch")
+    except ModuleNotFoundError as error:
+        raise MissingDependency(
+            "a TorchScript policy needs the package 'torch', which is not installed here; "
+            "use the policy's ONNX file"
+        ) from error
+    with warnings.catch_warnings():  # PyTorch's advice to leave TorchScript
+        warnings.filterwarnings("ignore", r"`torch\.jit\.\w+` is deprecated", DeprecationWarning)
+        try:
+            module = torch.jit.load(io.BytesIO(content), map_location="cpu").eval()
+        except Exception as error:  # its reader of damaged bytes fails in any way
+            raise InvalidPolicyFile(
+                f"a TorchScript file that torch can read; it says: {first_line(error)}"
+            ) from error
+    torch.set_num_threads(1)
+
+    def run(observation: Observation) -> Any:
+        with torch.inference_mode():
+            return module(torch.from_numpy(observation)).numpy()
+
+    return card, "torch", run
 
 
 def try_observation(card: PolicyCard, run: Callable[..., Any], level: float) -> None:

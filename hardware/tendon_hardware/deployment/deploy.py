@@ -161,6 +161,7 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
         session |= {
             "policy.file": policy.path.name,
             "policy.sha256": policy.sha256,
+            "policy.engine": policy.engine,
             "policy.card": policy.card.to_json(),
         }
     return session

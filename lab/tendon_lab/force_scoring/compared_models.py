@@ -30,7 +30,7 @@ class Compared:
     gain: float | None = None  # Gain of an ideal source [N/rad]
 
 
-def load_networks(paths: Sequence[Path]) -> tuple[NetworkFile, ...]:
+def load_networks(paths: Sequence[Path], *, trust: bool) -> tuple[NetworkFile, ...]:
     """Read network files; a folder stands for all that lie in it.
 
     Raises:
@@ -38,11 +38,13 @@ def load_networks(paths: Sequence[Path]) -> tuple[NetworkFile, ...]:
     """
     files: list[Path] = []
     for path in paths:
-        found = sorted(path.glob(f"*{SUFFIX}")) if path.is_dir() else [path]
+        # of a network in both forms the one that holds no code
+        forms = {file.stem: file for suffix in (".pt", SUFFIX) for file in path.glob(f"*{suffix}")}
+        found = [forms[stem] for stem in sorted(forms)] if path.is_dir() else [path]
         if not found:
-            raise InvalidNetworkFile(f"{path}: no force network (*{SUFFIX}) in this folder")
+            raise InvalidNetworkFile(f"{path}: no force network (*{SUFFIX}, *.pt) in this folder")
         files += found
-    return tuple(load_network(file) for file in files)
+    return tuple(load_network(file, trust=trust) for file in files)
 
 
 def compare(

@@ -23,6 +23,8 @@ class EvaluateForceConfig:
     """Folder with dataset.toml and its recordings; its test recordings are used."""
     networks: tuple[Path, ...]  # Network files that train-force wrote, or folders of them.
     out: Path  # Folder for the results; made if it is not there.
+    trust: bool = False
+    """Trust these files from now on: a network file is a program and runs with your rights."""
 
 
 def main(config: EvaluateForceConfig) -> None:
@@ -40,7 +42,7 @@ def main(config: EvaluateForceConfig) -> None:
     from tendon_lab.force_scoring.force_evaluation import evaluate
 
     dataset = load_dataset(config.dataset, require_train=False)
-    networks = load_networks(config.networks)
+    networks = load_networks(config.networks, trust=config.trust)
     out = make_folder(config.out)
     evaluation = evaluate(networks, dataset)
     text = to_markdown(evaluation)

@@ -9,6 +9,7 @@ from tendon_newton.cli import main
 from tests.bad_input.damage import refusal
 from tests.train.actuator.servo_logs import write_servo_dataset
 
+pytestmark = pytest.mark.usefixtures("own_trust")
 SHORT = ("--epochs", "2", "--windows-per-epoch", "1024", "--batch", "256")
 
 
@@ -66,8 +67,11 @@ def test_a_network_is_not_tested_on_what_it_was_trained_on(dataset, tmp_path, ca
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--networks", "none.pt"], "none.pt: a force network is a safetensors file"),
-        (["--networks", "."], "no force network (*.safetensors) in this folder"),
+        (
+            ["--networks", "none.pt"],
+            "none.pt: a force network is a safetensors or TorchScript file",
+        ),
+        (["--networks", "."], "no force network (*.safetensors, *.pt) in this folder"),
     ],
 )
 def test_a_wrong_file_is_one_line(dataset, tmp_path, monkeypatch, capsys, words, said) -> None:

@@ -10,6 +10,13 @@ from lab.tests.reproduction.tiny import TinyBench
 from tendon_lab.reproduction.unit import Unit
 
 
+@pytest.fixture(autouse=True)
+def own_trust(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the list of trusted networks in a folder of the tests."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("config")))
+    monkeypatch.delenv("TENDON_NEWTON_TRUST", raising=False)
+
+
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a virtual bench with two minutes of recordings, made once for all processes."""

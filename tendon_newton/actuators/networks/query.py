@@ -36,10 +36,11 @@ def network_file(model: Model) -> Path:
     return Path(file)
 
 
-def open_query(model: Model, form: str, device: Any) -> ForceQuery:
+def open_query(model: Model, form: str, device: Any, *, trust: bool = False) -> ForceQuery:
     """Load a model's force network for a simulation, and warn of one that was not made for that.
 
-    The form is ``torchscript``, or ``fused`` where there is such a kernel.
+    The form is ``torchscript``, or ``fused`` where there is such a kernel; see `load_network` on
+    trust.
 
     Raises:
         UnknownName: No such form.
@@ -47,7 +48,7 @@ def open_query(model: Model, form: str, device: Any) -> ForceQuery:
     if form not in FORMS:
         raise unknown_name("form of a network", form, FORMS)
     where = str(wp.device_to_torch(wp.get_device(device)))
-    file = load_network(network_file(model), device=where)
+    file = load_network(network_file(model), trust=trust, device=where)
     if file.card.purpose != "simulation":
         warn_of_purpose(str(file.path))
     return fused_or_module(file, device) if form == "fused" else module_query(file)

@@ -4,7 +4,7 @@
 
 The network predicts the tension of a tendon from the last 1.5 s of commanded angle, angle and speed
 of its servo. Whole train recordings are held out to stop the training; test recordings only report.
-OUT gets the network (NAME.safetensors to use and share, NAME.onnx), how the training went
+OUT gets the network (NAME.safetensors to use and share, NAME.pt, NAME.onnx), how the training went
 (NAME.json, a TensorBoard log) and a checkpoint. The same command goes on with a training that was
 interrupted.
 
@@ -51,8 +51,8 @@ def main(config: TrainForceConfig) -> None:
     exported = train_to_file(dataset, config.training, out, report=show)
     card = exported.card
     print(
-        f"\nwrote {exported.weights}, to use and to share, and {exported.onnx.name}: "
-        f"{card.parameter_count} numbers"
+        f"\nwrote {exported.weights}, to use and to share, {exported.torchscript.name} and "
+        f"{exported.onnx.name}: {card.parameter_count} numbers"
     )
     print(
         f"in a simulation its force answers to the shaft by {card.hold.stiffness:.1f} N/rad and "

@@ -16,8 +16,8 @@ On four GPUs of one machine:
 A GPU is used where torch finds one. A try on a CPU, in some minutes:
   tendon-newton train-policy --worlds 256 --steps 32 --epochs 4 --learning-rate 1e-3 --out try
 
-OUT gets policy.onnx with its card, policy.json with the learning curve, a TensorBoard log and
-checkpoints. The same command goes on with a training that was interrupted, and
+OUT gets policy.onnx and policy.pt, each with its card, policy.json with the learning curve, a
+TensorBoard log and checkpoints. The same command goes on with a training that was interrupted, and
 with more --iterations also with a finished one.
 """
 
@@ -46,6 +46,8 @@ class TrainPolicyConfig:
     """Train a policy for a finger by reinforcement learning in simulation."""
 
     out: Path  # Folder for the files; made if it is not there.
+    trust: bool = False
+    """Trust the force network from now on: its file is a program and runs with your rights."""
     training: tyro.conf.OmitArgPrefixes[PolicyTrainingConfig] = field(
         default_factory=PolicyTrainingConfig
     )
@@ -59,11 +61,14 @@ def main(config: TrainPolicyConfig) -> None:
     from tendon_train.policy.runs.policy_export import export_policy
     from tendon_train.policy.runs.policy_training import train_policy
     from tendon_train.policy.runs.training_process import Process
+    from tendon_train.policy.worlds.force_model import trust_force
     from tendon_train.policy.worlds.randomisation import on_diagnosed_finger
 
     own = replace(config.training, environment=on_diagnosed_finger(config.training.environment))
     if own != config.training:
         print(f"  on {own.environment.finger}, the bench of the diagnosis", flush=True)
+    if config.trust:
+        trust_force(own.environment.force)
     rank = Process.own().rank
     out = make_folder(config.out, shared=rank > 0)
     trained = train_policy(
@@ -74,7 +79,7 @@ def main(config: TrainPolicyConfig) -> None:
     if rank > 0:
         return
     exported = export_policy(out, trained, own)
-    print(f"\nwrote {exported.onnx}")
+    print(f"\nwrote {exported.onnx} and {exported.torchscript.name}")
     if trained.points:
         last, environment = trained.points[-1], own.environment
         words = ["tendon-newton", "evaluate-policy", str(exported.onnx), "--out", "comparison"]

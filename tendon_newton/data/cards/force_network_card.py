@@ -1,7 +1,7 @@
 """The card of a force network: what goes in, what comes out, and where it comes from.
 
-It is the JSON text of ``card`` in the metadata of a safetensors or an ONNX file. Reading it needs
-neither torch nor onnxruntime.
+It is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value of
+``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
 """
 
 import json

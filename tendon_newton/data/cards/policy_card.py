@@ -1,7 +1,7 @@
 """The card of a policy: what it sees, what it does, and the bench that it was trained for.
 
-The card is the JSON text of ``card`` in the metadata of an ONNX file. Reading it needs no
-onnxruntime.
+The card is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value
+of ``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
 """
 
 import json
@@ -27,6 +27,7 @@ from tendon_newton.errors import InvalidPolicyFile
 from tendon_newton.frozen_mapping import frozen
 
 SCHEMA = 1
+CARD_NAME = "card.json"  # Name among the extra files of a TorchScript file
 CARD_KEY = "card"  # Key in the metadata of an ONNX file
 ACTION_UNIT, ACTION_MEANING = "rad", "motor position offset"
 NORMALISATIONS = ("in_network", "none")

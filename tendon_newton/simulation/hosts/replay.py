@@ -43,6 +43,7 @@ def rollout_of(
     *,
     candidates: Candidates | None = None,
     network: str = "torchscript",
+    trust: bool = False,
     stepping: Stepping | None = None,
     device: Any = None,
 ) -> Rollout:
@@ -51,20 +52,20 @@ def rollout_of(
     A force network runs as ``torchscript`` or ``fused``. Other arguments are those of `Rollout`.
     """
     held = find_actuator(model.actuator.name).held and recordings[0].command is not None
-    force = network_source(model, network, device) if held else None
+    force = network_source(model, network, device, trust=trust) if held else None
     return Rollout(
         mechanism, recordings, model, candidates=candidates, force=force, stepping=stepping,
         device=device,
     )  # fmt: skip
 
 
-def network_source(model: Model, form: str, device: Any) -> ForceSource:
+def network_source(model: Model, form: str, device: Any, *, trust: bool) -> ForceSource:
     """Return the forces of a model's network."""
     # here, so that equations run without torch
     from tendon_newton.actuators.networks.query import open_query
     from tendon_newton.simulation.hosts.network_source import NetworkSource
 
-    return NetworkSource(open_query(model, form, device))
+    return NetworkSource(open_query(model, form, device, trust=trust))
 
 
 class Replay:
@@ -80,6 +81,7 @@ class Replay:
         *,
         time_step: float = TIME_STEP,
         network: str = "torchscript",
+        trust: bool = False,
     ) -> None:
         recordings = [without_estimates(recording, model) for recording in recordings]
         self._rollouts: dict[tuple[int, ...], tuple[Rollout, Array]] = {}
@@ -89,6 +91,7 @@ class Replay:
                 [recordings[i] for i in members],
                 model,
                 network=network,
+                trust=trust,
                 stepping=Stepping(time_step=time_step),
             )
             self._rollouts[members] = rollout, rollout.base_vectors(model)[None]
@@ -109,16 +112,17 @@ def replay(
     *,
     time_step: float = TIME_STEP,
     network: str = "torchscript",
+    trust: bool = False,
 ) -> list[Trajectory]:
     """Simulate recordings in closed loop from their commands and first rows.
 
-    A force network runs as ``torchscript`` or ``fused``.
+    A force network runs as ``torchscript`` or ``fused``; its file may be trusted from now on.
 
     Raises:
         UnknownName: A bench, the actuator or an effect is not known.
         InvalidModelFile: A number of the model is missing or out of range.
     """
-    return Replay(recordings, model, time_step=time_step, network=network).run()
+    return Replay(recordings, model, time_step=time_step, network=network, trust=trust).run()
 
 
 def simulate(

@@ -14,6 +14,7 @@ from torch import nn
 
 from tendon_newton.data.cards.policy_card import (
     CARD_KEY,
+    CARD_NAME,
     FurtherServo,
     PolicyCard,
     PolicyTraining,
@@ -114,6 +115,15 @@ def write_onnx(path: Path, module: nn.Module, card: str | None, *, size: int = 1
     return path
 
 
+def write_torchscript(path: Path, module: nn.Module, card: str) -> Path:
+    """Write a policy as a TorchScript file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scripted = torch.jit.script(module)
+        torch.jit.save(scripted, path, _extra_files={CARD_NAME: card.encode()})
+    return path
+
+
 def policy_of(
     run: Callable[[np.ndarray], Any], card: PolicyCard | None = None, **changes: Any
 ) -> Any:
@@ -126,6 +136,7 @@ def policy_of(
         path=Path("made_up.onnx"),
         sha256="0" * 64,
         card=card,
+        engine="test",
         run=lambda observation: np.array([np.atleast_1d(run(observation[0, -width:]))]),
     )
 

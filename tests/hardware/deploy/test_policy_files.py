@@ -1,6 +1,7 @@
-"""Policy files: what is in them, and that onnxruntime gives torch's actions."""
+"""Policy files: what is in them, who may run them, and that every engine gives torch's actions."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,25 +16,30 @@ from tendon_hardware.control.policy_runner import load_policy
 from tendon_hardware.deployment.deploy_settings import DeploySettings, refuse_mismatch
 from tendon_hardware.errors import PolicyMismatch
 from tendon_newton.data.cards.policy_card import PolicyCard, PolicyTraining
-from tendon_newton.errors import InvalidPolicyFile
-from tests.hardware.deploy.policies import card_of, network, write_onnx
+from tendon_newton.errors import InvalidPolicyFile, UntrustedNetworkFile
+from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
+
+pytestmark = pytest.mark.usefixtures("own_trust")
 
 ADDRESS = BenchAddress(bench="finger", port="virtual")
 
 
 @pytest.mark.parametrize("activation", [nn.ELU, nn.ReLU, nn.Tanh, nn.Sigmoid])
-def test_a_file_gives_the_actions_of_torch(tmp_path: Path, activation: type) -> None:
-    """ONNX agrees with the module itself within 1e-5 rad."""
+def test_every_engine_gives_the_actions_of_torch(tmp_path: Path, activation: type) -> None:
+    """ONNX and TorchScript agree with the module itself within 1e-5 rad."""
     module = network(activation)
     card = card_of()
     path = write_onnx(tmp_path / "policy.onnx", module, card.to_json())
+    script = write_torchscript(tmp_path / "policy.pt", module, card.to_json())
     observations = np.random.default_rng(0).normal(0.0, 3.0, (200, 1, 150)).astype(np.float32)
     with torch.no_grad():
         expected = module(torch.from_numpy(observations[:, 0])).numpy()[:, 0]
-    policy = load_policy(path)
-    assert policy.card == card
-    actions = [policy(observation)[0] for observation in observations]
-    np.testing.assert_allclose(actions, expected, atol=1e-5)
+    policies = [load_policy(path), load_policy(script, trust=True)]
+    assert [policy.engine for policy in policies] == ["onnxruntime", "torch"]
+    for policy in policies:
+        assert policy.card == card
+        actions = [policy(observation)[0] for observation in observations]
+        np.testing.assert_allclose(actions, expected, atol=1e-5)
 
 
 def test_a_card_says_the_same_after_a_round_trip() -> None:
@@ -133,3 +139,22 @@ def test_weights_in_another_file_are_refused(tmp_path: Path) -> None:
     onnx.save(model, path, save_as_external_data=True, location="weights.data", size_threshold=0)
     with pytest.raises(InvalidPolicyFile, match="export with external_data=False"):
         load_policy(path)
+
+
+def test_a_torchscript_policy_must_be_trusted(tmp_path: Path) -> None:
+    """It is a program, so it runs only for who says so; once said, it stays said."""
+    path = write_torchscript(tmp_path / "policy.pt", network(), card_of().to_json())
+    with pytest.raises(UntrustedNetworkFile, match="an ONNX file needs no trust"):
+        load_policy(path)
+    load_policy(path, trust=True)
+    load_policy(path)
+
+
+def test_a_torchscript_policy_without_torch_says_what_to_do(tmp_path, monkeypatch) -> None:
+    """On a Pi there is no torch: the message points to the ONNX file."""
+    from tendon_newton.errors import MissingDependency
+
+    path = write_torchscript(tmp_path / "policy.pt", network(), card_of().to_json())
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(MissingDependency, match="use the policy's ONNX file"):
+        load_policy(path, trust=True)

@@ -5,6 +5,7 @@ from typing import Any
 
 import torch
 
+from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.actuators.networks.query import with_hold
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import (
@@ -16,7 +17,6 @@ from tendon_newton.data.cards.force_network_card import (
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.force_network import ForceNetwork
-from tendon_newton.force_networks.weights_file import write_weights
 from tests.physics.runs import RADIUS
 
 WINDOW = 30
@@ -67,12 +67,12 @@ def write_force_network(
         training=Training(recordings=(), split="untrained", seed=0, git_commit=None, version="0"),
         hold=hold,
     )
-    write_weights(path, network, card)
+    write_network(path, network, card)
     return path
 
 
 def learned_model(
-    file: str = "force.safetensors", *, hold: HoldLaw | None = None, **effects: dict[str, float]
+    file: str = "force.pt", *, hold: HoldLaw | None = None, **effects: dict[str, float]
 ) -> Model:
     """Return the learned actuator with some effects, and with a law of its own if one is given."""
     model = Model(

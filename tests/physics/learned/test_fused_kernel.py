@@ -9,7 +9,7 @@ import pytest
 import torch
 import warp as wp
 
-from tendon_newton.actuators.networks.artifact import load_network
+from tendon_newton.actuators.networks.artifact import load_network, write_network
 from tendon_newton.actuators.networks.fused_cuda import (
     LEAST_ARCHITECTURE,
     fits_cuda_kernel,
@@ -22,7 +22,6 @@ from tendon_newton.actuators.networks.query import open_query
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.errors import UnknownName
 from tendon_newton.force_networks.transformer import Transformer
-from tendon_newton.force_networks.weights_file import write_weights
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.conftest import SEED
@@ -34,6 +33,8 @@ from tests.physics.learned.networks import (
     learned_model,
     write_force_network,
 )
+
+pytestmark = pytest.mark.usefixtures("own_trust")
 
 WINDOWS = 10_000
 
@@ -65,7 +66,7 @@ def test_the_fused_kernel_is_the_module(seed: int) -> None:
 
 def test_a_loop_with_the_fused_kernel_is_one_with_the_module(tmp_path: Path) -> None:
     """One second in closed loop, from the same file, worlds in lanes that are not full."""
-    model = learned_model(str(write_force_network(tmp_path / "force.safetensors", force_network())))
+    model = learned_model(str(write_force_network(tmp_path / "force.pt", force_network())))
     commands = 1.0 + 3.0 * torch.rand(20, 3, 1, generator=torch.Generator().manual_seed(SEED))
     read = {}
     for form in ("fused", "torchscript"):
@@ -117,11 +118,11 @@ def test_the_fused_kernel_on_cuda_is_the_module(of_set: str) -> None:
 def test_only_a_transformer_has_a_fused_kernel(tmp_path: Path) -> None:
     """Every other kind runs as TorchScript, quietly, and a Transformer of other layers says why."""
     torch.manual_seed(0)
-    path = write_force_network(tmp_path / "deep.safetensors", Transformer(WINDOW, layers=3))
+    path = write_force_network(tmp_path / "deep.pt", Transformer(WINDOW, layers=3))
     with pytest.warns(UserWarning, match="runs as TorchScript: it is no Transformer of 2 layers"):
         query = open_query(learned_model(str(path)), "fused", "cpu")
     assert isinstance(query, TorchScriptQuery)
-    path = write_force_network(tmp_path / "mlp.safetensors", force_network("mlp"), "mlp")
+    path = write_force_network(tmp_path / "mlp.pt", force_network("mlp"), "mlp")
     assert isinstance(open_query(learned_model(str(path)), "fused", "cpu"), TorchScriptQuery)
     with pytest.raises(UnknownName, match="fused"):
         open_query(learned_model(str(path)), "fuse", "cpu")
@@ -132,9 +133,10 @@ def test_a_network_that_was_not_made_for_simulations_is_named_once(
     purpose: Literal["prediction", "simulation"], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """With the cure, however often it is opened; one that was made for them raises no word."""
-    path = tmp_path / f"{purpose}.safetensors"
-    write_force_network(path, network := force_network())
-    write_weights(path, network, replace(load_network(path).card, purpose=purpose))
+    path = tmp_path / f"{purpose}.pt"
+    write_force_network(path, force_network())
+    file = load_network(path)
+    write_network(path, file.module, replace(file.card, purpose=purpose))
     for _ in range(2):
         open_query(learned_model(str(path)), "torchscript", "cpu")
     warned = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]

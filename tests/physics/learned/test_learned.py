@@ -71,14 +71,17 @@ def recordings(rng: np.random.Generator) -> list[Recording]:
 
 
 @pytest.mark.parametrize("hold", [PLAIN_HOLD, HOLD], ids=["plain", "answering"])
-def test_the_force_is_what_the_network_says_of_the_log(hold, recordings, tmp_path) -> None:
+def test_the_force_is_what_the_network_says_of_the_log(
+    hold, recordings, tmp_path, monkeypatch
+) -> None:
     """Fed with the log's own rows at its rate, the module gives the log's force: 1e-5 N.
 
     In the rows between, the force is held, or answers to the shaft as its card says.
     """
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     network = force_network()
-    file = write_force_network(tmp_path / "force.safetensors", network, hold=hold)
-    runs = replay_in_closed_loop(recordings, learned_model(str(file)), time_step=5e-4)
+    model = learned_model(str(write_force_network(tmp_path / "force.pt", network, hold=hold)))
+    runs = replay_in_closed_loop(recordings, model, time_step=5e-4)
     for recording, run in zip(recordings, runs, strict=True):
         with torch.no_grad():
             said = network(windows_of(recording, run)).clamp(0.0, LIMIT).numpy()
@@ -216,16 +219,17 @@ def test_the_servo_gives_no_more_than_it_can_and_a_string_never_pushes(bias, for
     assert float(loop.step(torch.tensor([[2.0]])).force) == pytest.approx(force, abs=1e-5)
 
 
-def test_simulate_runs_a_learned_model(tmp_path, recordings) -> None:
+def test_simulate_runs_a_learned_model(tmp_path, monkeypatch, recordings) -> None:
     """The network's file lies beside the model file, from wherever the program is called."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     (tmp_path / "data").mkdir()
     for index, recording in enumerate(recordings):
         write_csv(tmp_path / "data" / f"{index}.csv", recording)
     rows = [f'[[recordings]]\nfile = "{i}.csv"\nbench = "finger"\nsplit = "train"' for i in (0, 1)]
     (tmp_path / "data" / "dataset.toml").write_text("\n".join(rows))
-    write_force_network(tmp_path / "force.safetensors", force_network())
+    write_force_network(tmp_path / "force.pt", force_network())
     (tmp_path / "model.toml").write_text(
-        '[actuator]\nkind = "learned"\nfile = "force.safetensors"\nspool_radius = 0.0125\n'
+        '[actuator]\nkind = "learned"\nfile = "force.pt"\nspool_radius = 0.0125\n'
     )
     words = [
         "simulate",

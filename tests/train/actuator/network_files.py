@@ -1,11 +1,13 @@
-"""Network files for tests."""
+"""Network files for tests, right and wrong ones."""
 
+import io
+import zipfile
 from pathlib import Path
 from typing import Any
 
 import torch
-from safetensors.torch import load, save
 
+from tendon_newton.actuators.networks.artifact import torchscript, write_network
 from tendon_newton.data.cards.force_network_card import (
     INPUTS,
     ForceNetworkCard,
@@ -15,7 +17,7 @@ from tendon_newton.data.cards.force_network_card import (
     TrainingRecording,
 )
 from tendon_newton.force_networks import build_network
-from tendon_newton.force_networks.weights_file import CARD_KEY, metadata_of, write_weights
+from tendon_newton.force_networks.weights_file import write_weights
 
 
 def card_of(kind: str = "mlp", **changes: Any) -> ForceNetworkCard:
@@ -41,6 +43,14 @@ def card_of(kind: str = "mlp", **changes: Any) -> ForceNetworkCard:
     return ForceNetworkCard(**values | changes)
 
 
+def write_file(path: Path, kind: str = "mlp", *, window: int = 30, **changes: Any) -> Path:
+    """Write a network file whose network looks at ``window`` samples."""
+    torch.manual_seed(0)
+    network = build_network(kind, of_set="paper", window=window)
+    write_network(path, network, card_of(kind, **changes))
+    return path
+
+
 def written(path: Path, kind: str = "transformer", of_set: str = "paper", **changes: Any) -> Path:
     """Write a network with random weights."""
     torch.manual_seed(0)
@@ -49,14 +59,20 @@ def written(path: Path, kind: str = "transformer", of_set: str = "paper", **chan
     return path
 
 
-def with_card(path: Path, text: str) -> Path:
-    """Replace the card of a file, as another program could."""
-    weights, metadata = opened(path)
-    path.write_bytes(save(weights, metadata | {CARD_KEY: text}))
+def write_foreign(path: Path, module: torch.nn.Module, card: str | None) -> Path:
+    """Write any module, with any text as its card, as another program could."""
+    extra = {} if card is None else {"card.json": card}
+    with torchscript():
+        torch.jit.save(torch.jit.script(module), str(path), _extra_files=extra)
     return path
 
 
-def opened(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, str]]:
-    """Return the weights and the metadata of a file."""
-    content = path.read_bytes()
-    return load(content), metadata_of(content)
+def with_card(path: Path, text: str) -> Path:
+    """Replace the card of a file, as an editor of zip files would."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(content, "w") as new:
+        for info in old.infolist():
+            card = info.filename.endswith("/extra/card.json")
+            new.writestr(info, text if card else old.read(info))
+    path.write_bytes(content.getvalue())
+    return path

@@ -1,29 +1,77 @@
-"""A network file says what it is, is refused where it is wrong, and holds no code."""
+"""A network file says what it is, is refused where it is wrong, and runs only if it is trusted."""
 
 import json
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
 import torch
-from safetensors.torch import save
+from safetensors.torch import load, save
+from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetworkCard
-from tendon_newton.errors import InvalidNetworkFile
+from tendon_newton.data.files.origin import content_hash
+from tendon_newton.data.files.trust import trust_content, trust_file, trusted_hashes
+from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
 from tendon_newton.force_networks.transformer import Transformer
 from tendon_newton.mechanisms.asset_library import asset_folder
-from tests.train.actuator.network_files import card_of, opened, with_card, written
+from tests.train.actuator.network_files import (
+    card_of,
+    with_card,
+    write_file,
+    write_foreign,
+    written,
+)
 
-FILE = "network.safetensors"
 PACKAGED = tuple((asset_folder() / "networks").glob("*.safetensors"))
 
 
-def test_a_network_of_the_program_is_for_simulations() -> None:
-    """With what it was found to miss, and weights alone: there is nothing to trust."""
+class Constant(nn.Module):
+    """A network of another program: any shape or value."""
+
+    def __init__(self, value: float, columns: int) -> None:
+        super().__init__()
+        self.value = value
+        self.columns = columns
+
+    def forward(self, window: Tensor) -> Tensor:
+        """Return the same for every window."""
+        return torch.full((window.shape[0], self.columns), self.value)
+
+
+def test_a_strange_file_does_not_run_until_it_is_trusted(tmp_path, own_trust, monkeypatch) -> None:
+    """Made elsewhere, a file is refused with its hash; --trust is remembered, the variable not."""
+    path = write_file(tmp_path / "network.pt")
+    trust_file().unlink()
+    with pytest.raises(UntrustedNetworkFile, match=r"SHA-256 [0-9a-f]{64}") as refusal:
+        load_network(path)
+    digest = str(refusal.value).split("SHA-256 ")[1][:64]
+    monkeypatch.setenv("TENDON_NEWTON_TRUST", f"{'a' * 64}, {digest}")
+    load_network(path)
+    monkeypatch.delenv("TENDON_NEWTON_TRUST")
+    load_network(path, trust=True)
+    assert load_network(path).sha256 == digest
+    assert trust_file().is_relative_to(own_trust)
+    assert trusted_hashes() == {digest}
+
+
+def test_a_changed_file_is_no_longer_trusted(tmp_path: Path) -> None:
+    """Another card around the same weights is another file, which nobody has trusted."""
+    path = write_file(tmp_path / "network.pt")
+    load_network(path)
+    with_card(path, card_of(force_limit=30.0).to_json())
+    with pytest.raises(UntrustedNetworkFile):
+        load_network(path)
+
+
+def test_a_network_of_the_program_runs_without_trust(own_trust: Path) -> None:
+    """What is shipped holds weights alone, so that there is nothing to trust."""
     files = sorted((asset_folder() / "networks").glob("*"))
     assert {path.suffix for path in files} == {".onnx", ".safetensors"}
     for path in PACKAGED:
@@ -31,6 +79,19 @@ def test_a_network_of_the_program_is_for_simulations() -> None:
         assert file.card.purpose == "simulation"
         assert file.card.hold.damping > 0.0
         assert file.card.held_out is not None
+    assert not trust_file().exists()
+
+
+def test_the_name_of_a_trusted_file_trusts_nothing(tmp_path: Path, own_trust: Path) -> None:
+    """A harmless file may be named as the hash of another: only the first word of a line counts."""
+    path = write_file(tmp_path / "network.pt")
+    digest = load_network(path).sha256
+    trust_file().unlink()
+    trust_content(b"harmless", f"{digest}.pt")
+    trust_content(b"harmless too", f"a\n{digest} .pt")
+    assert trusted_hashes() == {content_hash(b"harmless"), content_hash(b"harmless too")}
+    with pytest.raises(UntrustedNetworkFile):
+        load_network(path)
 
 
 @pytest.mark.parametrize("path", PACKAGED)
@@ -49,22 +110,42 @@ def test_the_onnx_file_of_a_network_of_the_program_is_the_same_network(path: Pat
 
 
 def test_a_file_cut_short_is_named(tmp_path: Path) -> None:
-    """Wherever it ends too early, the message says that it is damaged or lacks weights."""
-    path = written(tmp_path / FILE, "rnn")
+    """Wherever it ends too early, the message says that it is damaged, and nothing runs."""
+    path = write_file(tmp_path / "network.pt", "rnn")
     content = path.read_bytes()
     for size in (0, 1, 100, len(content) // 2, len(content) - 1):
         path.write_bytes(content[:size])
-        with pytest.raises(InvalidNetworkFile, match=f"{FILE}: .*(damaged|the weights of a rnn)"):
-            load_network(path)
+        with pytest.raises(InvalidNetworkFile, match=r"network\.pt: .*(damaged|one card)"):
+            load_network(path, trust=True)
+
+
+def test_an_archive_that_claims_more_than_it_has_is_refused_before_it_is_unpacked(tmp_path) -> None:
+    """16 MB of zeros packed a thousandfold: 90 s of unpacking, before the question of trust."""
+    path = write_file(tmp_path / "network.pt")
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("network/data/bomb", bytes(1 << 28))
+    began = process_time()
+    with pytest.raises(UntrustedNetworkFile):
+        load_network(path)
+    with pytest.raises(InvalidNetworkFile, match=r"network\.pt: .* packs to a 10th at most"):
+        load_network(path, trust=True)
+    assert process_time() - began < 1.0
 
 
 @pytest.mark.parametrize(
-    ("card", "said"), [("{", "card: must be JSON"), ("[]", "card: must be a JSON object")]
+    ("module", "card", "said"),
+    [
+        (Constant(1.0, 1), None, "one card, extra/card.json"),
+        (Constant(1.0, 1), "{", "card: must be JSON"),
+        (Constant(1.0, 1), "[]", "card: must be a JSON object"),
+        (Constant(1.0, 1), card_of().to_json(), r"one tension per window of 30 samples"),
+    ],
 )
-def test_a_card_that_is_none_is_refused(tmp_path: Path, card: str, said: str) -> None:
-    """Whoever wrote the file."""
+def test_a_foreign_file_is_refused(tmp_path, module, card, said) -> None:
+    """TorchScript of other programs has no card, or not the network that the card promises."""
+    path = write_foreign(tmp_path / "foreign.pt", module, card)
     with pytest.raises(InvalidNetworkFile, match=said):
-        load_network(with_card(written(tmp_path / FILE), card))
+        load_network(path, trust=True)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +156,7 @@ def test_a_card_that_is_none_is_refused(tmp_path: Path, card: str, said: str) ->
         ("inputs", ["theta", "theta_d", "theta_dot"], "inputs must be"),
         ("kind", "nonesuch", "kind must be one of mlp, rnn, .*; it is 'nonesuch'"),
         ("kind", "../mlp", "kind must be a name in small letters"),
-        ("window", 20, "must hold the weights of a mlp"),
+        ("window", 20, "must take windows of 20 samples"),
         ("window", 0, "window must be 1 to 10000 samples"),
         ("window", 29.5, "window must be a whole number; it is 29.5"),
         ("rate_hz", 0.0, "rate_hz must be"),
@@ -94,10 +175,10 @@ def test_a_card_that_is_none_is_refused(tmp_path: Path, card: str, said: str) ->
 )
 def test_a_card_that_cannot_be_kept_is_refused(tmp_path, key, value, said) -> None:
     """Each promise of the card is checked, and the message names the key."""
-    path = written(tmp_path / FILE, "mlp")
+    path = write_file(tmp_path / "network.pt")
     with_card(path, json.dumps(json.loads(card_of().to_json()) | {key: value}))
     with pytest.raises(InvalidNetworkFile, match=said):
-        load_network(path)
+        load_network(path, trust=True)
 
 
 def test_a_card_without_a_hold_is_the_papers(tmp_path: Path) -> None:
@@ -105,8 +186,8 @@ def test_a_card_without_a_hold_is_the_papers(tmp_path: Path) -> None:
     table = json.loads(card_of().to_json())
     del table["hold"]
     assert "purpose" not in table, "defaults are left out"
-    path = with_card(written(tmp_path / FILE, "mlp"), json.dumps(table))
-    card = load_network(path).card
+    path = with_card(write_file(tmp_path / "network.pt"), json.dumps(table))
+    card = load_network(path, trust=True).card
     assert (card.hold, card.purpose) == (PLAIN_HOLD, "prediction")
 
 
@@ -114,15 +195,22 @@ def test_a_missing_key_is_named(tmp_path: Path) -> None:
     """A card without its rate says so."""
     table = json.loads(card_of().to_json())
     del table["rate_hz"]
-    path = with_card(written(tmp_path / FILE, "mlp"), json.dumps(table))
+    path = with_card(write_file(tmp_path / "network.pt"), json.dumps(table))
     with pytest.raises(InvalidNetworkFile, match="rate_hz must be a finite number; it is missing"):
+        load_network(path)
+
+
+def test_a_network_for_other_windows_is_found_by_a_test_call(tmp_path: Path) -> None:
+    """The card says 30 samples, the network takes 20."""
+    path = write_file(tmp_path / "network.pt", window=20)
+    with pytest.raises(InvalidNetworkFile, match="window of 30 samples"):
         load_network(path)
 
 
 def test_no_file_is_named(tmp_path: Path) -> None:
     """A path that leads nowhere, or to a folder, says so."""
     with pytest.raises(InvalidNetworkFile, match="no such file"):
-        load_network(tmp_path / "none.safetensors")
+        load_network(tmp_path / "none.pt")
     with pytest.raises(InvalidNetworkFile, match="it is a folder"):
         load_network(tmp_path)
 
@@ -151,8 +239,11 @@ CHANGES: dict[str, tuple[Change, str]] = {
 def test_weights_that_are_none_of_a_network_are_refused(tmp_path: Path, case: str) -> None:
     """Before memory is taken for what the file claims, the names and shapes must agree."""
     change, said = CHANGES[case]
-    path = written(tmp_path / FILE)
-    weights, metadata = opened(path)
+    path = written(tmp_path / "network.safetensors")
+    content = path.read_bytes()
+    weights = load(content)
+    head = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
+    metadata = head["__metadata__"]
     change(weights, metadata)
     path.write_bytes(save(weights, metadata))
     with pytest.raises(InvalidNetworkFile, match=said):
@@ -164,7 +255,6 @@ def test_weights_that_are_none_of_a_network_are_refused(tmp_path: Path, case: st
     [
         b"",
         b"junk",
-        b"PK, a program of TorchScript",
         b"\xff" * 100,
         (8).to_bytes(8, "little") + b"{}",
         bytes(1 << 20),
@@ -173,9 +263,9 @@ def test_weights_that_are_none_of_a_network_are_refused(tmp_path: Path, case: st
 )
 def test_a_file_that_is_none_is_named(tmp_path: Path, content: bytes) -> None:
     """Whatever the head claims."""
-    path = tmp_path / FILE
+    path = tmp_path / "network.safetensors"
     path.write_bytes(content)
-    with pytest.raises(InvalidNetworkFile, match=f"{FILE}: "):
+    with pytest.raises(InvalidNetworkFile, match=r"network\.safetensors: "):
         load_network(path)
 
 

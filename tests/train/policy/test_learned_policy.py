@@ -1,11 +1,13 @@
 """A policy that learned for seconds on a CPU: what it can, its files, and its evaluation."""
 
 import json
+import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import onnx
 import pytest
 import torch
 
@@ -13,6 +15,7 @@ from tendon_hardware.control.pilot import PolicyPilot
 from tendon_hardware.control.policy_runner import Policy, load_policy
 from tendon_hardware.servos.base import ServoState
 from tendon_newton.cli import main
+from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
@@ -54,11 +57,13 @@ class Learned:
 
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Learned:
-    """One training for all tests."""
+    """One training for all tests, whose files are trusted in a folder of their own."""
     out = tmp_path_factory.mktemp("policy") / "quick"
     out.mkdir()
-    trained = train_policy(CONFIG, out, report=lambda progress: None)
-    return Learned(trained=trained, exported=export_policy(out, trained, CONFIG))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(out))
+        trained = train_policy(CONFIG, out, report=lambda progress: None)
+        return Learned(trained=trained, exported=export_policy(out, trained, CONFIG))
 
 
 def runnable(policy: Policy, **changes: Any) -> RunnablePolicy:
@@ -98,16 +103,23 @@ def test_at_the_open_finger_gravity_leaves_an_error(learned: Learned) -> None:
     assert reachable[1] < 0.001
 
 
-def test_the_file_carries_the_card_and_acts_as_in_training(learned: Learned) -> None:
+def test_both_files_carry_the_card_and_act_as_in_training(learned: Learned) -> None:
     """Float32 in another order of summation: 1e-5 rad."""
     exported, actor = learned.exported, learned.trained.runner.alg.get_policy()
     observation = 0.5 * torch.randn(7, 150, generator=torch.Generator().manual_seed(0))
     expected = actor.as_jit().eval()(observation).detach()
     assert float(expected.abs().max()) > 0.1
-    policy = load_policy(exported.onnx)
-    assert policy.card == exported.card
-    found = [float(np.ravel(policy.run(row[None].numpy()))[0]) for row in observation]
-    assert found == pytest.approx(expected[:, 0].tolist(), abs=1e-5)
+    texts = [
+        entry.value for entry in onnx.load(exported.onnx).metadata_props if entry.key == "card"
+    ]
+    with zipfile.ZipFile(exported.torchscript) as archive:
+        (name,) = (n for n in archive.namelist() if n.endswith("extra/card.json"))
+        texts.append(archive.read(name).decode())
+    assert [PolicyCard.from_json(text) for text in texts] == [exported.card] * 2
+    for file in (exported.onnx, exported.torchscript):
+        policy = load_policy(file, trust=True)
+        found = [float(np.ravel(policy.run(row[None].numpy()))[0]) for row in observation]
+        assert found == pytest.approx(expected[:, 0].tolist(), abs=1e-5)
 
 
 def test_the_card_says_where_a_policy_comes_from(learned: Learned) -> None:

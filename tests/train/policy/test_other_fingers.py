@@ -74,9 +74,11 @@ def antagonist(tmp_path_factory: pytest.TempPathFactory) -> Trained:
 
 @pytest.fixture(scope="module")
 def exported(antagonist: Trained, tmp_path_factory: pytest.TempPathFactory) -> ExportedPolicy:
-    """Its file."""
+    """Its files, trusted in a folder of their own."""
     out = tmp_path_factory.mktemp("exported")
-    return export_policy(out, antagonist, config_of("finger_antagonist"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(out))
+        return export_policy(out, antagonist, config_of("finger_antagonist"))
 
 
 @pytest.mark.slow
@@ -134,14 +136,15 @@ def test_tendons_that_close_together_share_the_goal_path() -> None:
 
 
 def test_a_card_of_two_servos_says_what_each_may_do(antagonist, exported) -> None:
-    """Its file gives two actions; the first servo stands where that of one servo does."""
+    """Its files give two actions; the first servo stands where that of one servo does."""
     card = exported.card
     assert (card.servo_count, card.observation) == (2, sample_of(2))
     assert card.command_ranges == antagonist.environment.command_ranges
     assert PolicyCard.from_json(card.to_json()) == card
-    policy = load_policy(exported.onnx)
-    assert policy.card == card
-    assert np.shape(policy.run(np.zeros((1, 30 * 9), dtype=np.float32))) == (1, 2)
+    for file in (exported.onnx, exported.torchscript):
+        policy = load_policy(file, trust=True)
+        assert policy.card == card
+        assert np.shape(policy.run(np.zeros((1, 30 * 9), dtype=np.float32))) == (1, 2)
     goals = np.repeat([0.4, 1.2, 0.4], 30)
     runnable = RunnablePolicy(name="two", card=card, run=policy.run)
     config = EnvironmentConfig(finger="finger_antagonist", randomise=("none",), worlds=1)

@@ -33,7 +33,7 @@ def card_of(out: Path) -> PolicyCard:
 
 
 def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Two iterations and two more: one curve, in JSON and TensorBoard, and one policy file."""
+    """Two iterations and two more: one curve, in JSON and TensorBoard, and two policy files."""
     out = tmp_path / "run"
     assert train(out, "--iterations", "2") == 0
     said = capsys.readouterr().out
@@ -52,6 +52,7 @@ def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture
         "checkpoints",
         "policy.json",
         "policy.onnx",
+        "policy.pt",
         "tensorboard",
     }
     assert train(out, "--iterations", "4", "--discount", "0.5") == 2
@@ -96,12 +97,10 @@ def test_a_finger_of_ones_own_is_evaluated_as_that_finger(tmp_path, monkeypatch,
 
 def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> None:
     """A learned actuator with friction; what only a load cell sees is left out; hashes are kept."""
-    network = write_force_network(tmp_path / "net.safetensors", force_network("mlp"), "mlp")
+    network = write_force_network(tmp_path / "force.pt", force_network("mlp"), "mlp")
     effects = {"coulomb_friction": {"force": 0.4}, "load_cell_lag": {"time_constant": 0.02}}
     model = Model(
-        actuator=NamedValues(
-            name="learned", values={"file": "net.safetensors", "spool_radius": 0.0125}
-        ),
+        actuator=NamedValues(name="learned", values={"file": "force.pt", "spool_radius": 0.0125}),
         effects=tuple(NamedValues(name=n, values=v) for n, v in effects.items()),
     )
     file = tmp_path / "model.toml"
@@ -113,17 +112,17 @@ def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> No
     card = card_of(tmp_path / "policy")
     assert card.model == file_hash(file)
     assert card.training.force == "model.toml"
-    assert dict(card.training.files).keys() == {"finger.usda", "model.toml", "net.safetensors"}
+    assert dict(card.training.files).keys() == {"finger.usda", "model.toml", "force.pt"}
     assert train(tmp_path / "other", "--force", str(network), "--iterations", "1") == 0
     assert card_of(tmp_path / "other").model is None
-    assert card_of(tmp_path / "other").training.files["net.safetensors"] == file_hash(network)
+    assert card_of(tmp_path / "other").training.files["force.pt"] == file_hash(network)
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--force", "none.toml"], "error: none.toml: a model is a TOML file"),
-        (["--force", "none.safetensors"], "error: none.safetensors: "),
+        (["--force", "none.pt"], "error: none.pt: "),
         (["--randomise", "joint_springs"], "did you mean 'joint_spring'"),
         (["--iterations", "0"], "iterations must be positive; it is 0"),
         pytest.param(
@@ -139,3 +138,12 @@ def test_what_cannot_be_trained_is_one_line(tmp_path, capsys, words, said) -> No
     assert train(tmp_path, *words) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
+
+
+def test_a_model_without_a_network_needs_no_trust(tmp_path: Path) -> None:
+    """To say it anyway does no harm."""
+    values = {"gain": 4.0, "spool_radius": 0.0125}
+    path = tmp_path / "model.toml"
+    write_model(path, Model(actuator=NamedValues(name="ideal", values=values)))
+    words = ["--force", str(path), "--trust", "--iterations", "1"]
+    assert train(tmp_path / "policy", *words) == 0

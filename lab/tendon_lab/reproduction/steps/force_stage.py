@@ -9,7 +9,6 @@ from tendon_lab.force_scoring.sample_protocol import Experiment
 from tendon_lab.reproduction.outcome import Outcome, Row, row
 from tendon_lab.reproduction.reproduction import Reproduction
 from tendon_newton.actuators.networks.artifact import load_network
-from tendon_newton.force_networks.weights_file import SUFFIX
 from tendon_train.actuator.training_config import SERVO_LIMIT
 
 PAPER_STEPS = 0.61  # The paper's Transformer on the steps, mean of three setups [N]
@@ -61,8 +60,8 @@ def evaluated(reproduction: Reproduction, place: int) -> dict[str, Any]:
     unit = reproduction.units[place]
     kinds = reproduction.settings.kinds[: None if place == 0 else 1]
     folder = reproduction.folder("networks", unit.name)
-    files = [folder / f"{reproduction.settings.training(kind).name}{SUFFIX}" for kind in kinds]
-    evaluation = evaluate([load_network(file) for file in files], unit.dataset)
+    names = [reproduction.settings.training(kind).name for kind in kinds]
+    evaluation = evaluate([load_network(folder / f"{name}.pt") for name in names], unit.dataset)
     return {
         "table": to_table(evaluation),
         "steps": {kind: steps_of(evaluation, f"{kind} (paper)") for kind in kinds},

@@ -44,7 +44,7 @@ def trained(reproduction: Reproduction, item: tuple[int, Kind, Purpose]) -> dict
     reproduction.tell(f"  {unit.name}: {config.name}")
     exported = train_to_file(unit.dataset, config, folder, report=lambda progress: None)
     if aim == IN_LOOP:
-        model = learned_model(exported.weights)
+        model = learned_model(exported.torchscript)
         write_model(reproduction.model_file(unit, "network"), model)
     held_out = exported.card.held_out
     return {} if held_out is None else {"test_force_rmse_n": held_out.force_rmse}

@@ -25,6 +25,7 @@ class ExportedNetwork:
     """The files of a network."""
 
     weights: Path  # Numbers alone: the form to share
+    torchscript: Path
     onnx: Path
     card: ForceNetworkCard
 
@@ -34,16 +35,19 @@ def export_network(
 ) -> ExportedNetwork:
     """Measure a network on the test recordings and write it with its card."""
     # imported here, so that a machine without Warp can train: actuators load it
+    from tendon_newton.actuators.networks.artifact import write_network
     from tendon_newton.actuators.networks.onnx_file import write_onnx
     from tendon_newton.force_networks.weights_file import SUFFIX, write_weights
 
     card = make_card(network, config, dataset, data)
     if data.test:
         card = dataclasses.replace(card, held_out=measure(network, card, data))
-    weights, onnx = out / f"{config.name}{SUFFIX}", out / f"{config.name}.onnx"
+    torchscript = out / f"{config.name}.pt"
+    weights, onnx = torchscript.with_suffix(SUFFIX), torchscript.with_suffix(".onnx")
     write_onnx(onnx, network, card)
+    write_network(torchscript, network, card)
     write_weights(weights, network, card)
-    return ExportedNetwork(weights=weights, onnx=onnx, card=card)
+    return ExportedNetwork(weights=weights, torchscript=torchscript, onnx=onnx, card=card)
 
 
 def make_card(

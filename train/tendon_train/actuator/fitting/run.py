@@ -24,7 +24,7 @@ def train_to_file(
     """Train a network and write its files; what is finished already is not done again.
 
     Writes NAME.checkpoint, NAME.json with the errors after each epoch, a TensorBoard log,
-    NAME.safetensors and NAME.onnx.
+    NAME.safetensors, NAME.pt and NAME.onnx.
     """
     torch.set_num_threads(config.threads)
     data = prepare(dataset, config)

@@ -1,4 +1,4 @@
-"""From a trained policy to its ONNX file with the policy's card."""
+"""From a trained policy to its files: ONNX and TorchScript, each with the policy's card."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from tendon_newton import __version__
+from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.actuators.networks.onnx_file import export
 from tendon_newton.data.cards.policy_card import CARD_KEY, FurtherServo, PolicyCard, PolicyTraining
 from tendon_newton.data.cards.policy_observation import sample_of
@@ -31,6 +32,7 @@ class ExportedPolicy:
     """The files of a policy."""
 
     onnx: Path
+    torchscript: Path
     card: PolicyCard
 
 
@@ -48,7 +50,7 @@ class PolicyNetwork(nn.Module):
 
 
 def export_policy(out: Path, trained: Trained, config: PolicyTrainingConfig) -> ExportedPolicy:
-    """Write ``policy.onnx`` with its card, and ``policy.json`` with the curve.
+    """Write ``policy.onnx`` and ``policy.pt`` with their card, and ``policy.json`` with the curve.
 
     Raises:
         InvalidOutput: A file cannot be written.
@@ -56,8 +58,9 @@ def export_policy(out: Path, trained: Trained, config: PolicyTrainingConfig) -> 
     card = make_card(trained.environment, config, trained.points)
     unit = config.environment.action_unit
     network = PolicyNetwork(trained.runner.alg.get_policy(), unit).eval()
-    exported = ExportedPolicy(onnx=out / "policy.onnx", card=card)
+    exported = ExportedPolicy(onnx=out / "policy.onnx", torchscript=out / "policy.pt", card=card)
     write_policy_onnx(exported.onnx, network, card)
+    write_network(exported.torchscript, network, card)
     table = {"config": asdict(config), "curve": curve_table(trained.points)}
     write_json(out / "policy.json", table)
     return exported

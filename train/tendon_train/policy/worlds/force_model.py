@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
+from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.actuators.networks.query import network_file
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.diagnosis.diagnosed_bench import model_path, open_model
 from tendon_newton.effects import Stage, law_of
 from tendon_newton.errors import InvalidModelFile
@@ -16,6 +17,7 @@ from tendon_newton.force_networks.weights_file import SUFFIX
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 IDEAL = "ideal"
+NETWORKS = (SUFFIX, ".pt")  # Endings of force networks; all else is a model
 IDEAL_GAIN = 4.2  # Gain of the ideal source [N/rad]; Yuryev and Hughes (2026), section II-E
 
 
@@ -40,7 +42,7 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
 
     Args:
         force: ``ideal``, a model file, a diagnosis (its folder), a known servo, or a force network
-            (``.safetensors``).
+            (``.pt``).
         mechanism: Its spool is wound by the ideal source and by a network without a model file.
 
     Raises:
@@ -52,7 +54,7 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
         ideal = NamedValues(name="ideal", values={"gain": IDEAL_GAIN, "spool_radius": radius})
         return ForceModel(name=IDEAL, model=Model(actuator=ideal), sha256=None, files={})
     path = Path(force)
-    if path.suffix == SUFFIX:
+    if path.suffix in NETWORKS:
         values = {"file": str(path.resolve()), "spool_radius": radius}
         model = Model(actuator=NamedValues(name="learned", values=values))
         return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))
@@ -63,6 +65,19 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
     return ForceModel(
         name=path.name, model=replace(model, effects=kept), sha256=files[path.name], files=files
     )
+
+
+def trust_force(force: str) -> None:
+    """Trust the force network that a training names, if it names one, from now on."""
+    path = Path(force)
+    if force == IDEAL:
+        return
+    if path.suffix not in NETWORKS:
+        model = load_model(model_path(path))
+        if "file" not in model.actuator.values:
+            return
+        path = network_file(model)
+    load_network(path, trust=True)
 
 
 def moves_finger(effect: str) -> bool:
