@@ -1,4 +1,4 @@
-"""The Transformer's fused kernel for CUDA: a warp takes a servo through the network."""
+"""The Transformer's fused kernel for CUDA: a warp takes servos through the network."""
 
 from functools import cache
 from pathlib import Path
@@ -11,9 +11,9 @@ from tendon_newton.actuators.networks.fused_weights import Shape
 LANES = 32  # Threads of a CUDA warp
 WARPS = 8  # Warps of a block
 BLOCK = WARPS * LANES  # Threads of a block
-# Most blocks for each multiprocessor; a block reads the weights once, and then takes servos by the
-# stride of all blocks. Three are resident; eight leave none of them idle at the end (one H200).
-BLOCKS_PER_PROCESSOR, RESIDENT = 8, 3
+# Most blocks for each multiprocessor, all of them resident; a block lays out the weights once, and
+# then takes servos by the stride of all blocks.
+BLOCKS_PER_PROCESSOR = RESIDENT = 2
 LEAST_ARCHITECTURE = 80  # Of a GPU whose tensor cores take parts of single precision
 MOST_FEED = 64  # Units between the layers that leave room in a block's shared memory
 SOURCE = Path(__file__).with_name("fused_transformer.cuh")
