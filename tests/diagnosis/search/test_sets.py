@@ -446,6 +446,7 @@ def test_no_limit_is_looked_for_beyond_its_range() -> None:
     assert not is_nothing(pool, quicker, "command_rate_limit")
     assert between(pool.worlds, quick, rate, [(quicker, 1.0)]) > 0.0
     assert between(pool.worlds, quick, rate, [(quick, 0.5), (none, 0.5)]) == 0.0
+    assert between(pool.worlds, quick, rate, [(quicker, 0.0)]) == 0.0, "far behind: no weight"
 
 
 def test_a_profile_with_a_slope_starts_as_one_without() -> None:

@@ -150,10 +150,9 @@ def between(
         if column in o.columns and (owner in o.names) == (owner in fit.names)
         and not (owner in o.names and is_nothing(o.place[o.columns.index(column)]))
     ]  # fmt: skip
-    if not moved:
-        return 0.0
-    off, weights = np.array(moved).T
-    return SURE * float(np.sqrt(np.average(off**2, weights=weights)))
+    off, weights = np.reshape(moved, (-1, 2)).T
+    total = weights.sum()  # none where all other sets are far behind
+    return SURE * float(np.sqrt(weights @ off**2 / total)) if total > 0.0 else 0.0
 
 
 def in_seconds(worlds: SearchWorlds, fit: Fit) -> Fit:
