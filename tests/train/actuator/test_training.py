@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from tendon_newton.cli import main
-from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
+from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, InvalidParameter
 from tendon_train.actuator.fitting import descent
 from tendon_train.actuator.fitting.checkpoint import RECIPE, TOLERANCE
 from tendon_train.actuator.fitting.descent import WARM_UP, Descent, cycle
@@ -19,6 +19,7 @@ from tendon_train.actuator.samples import changed_windows, sample_departure, ser
 from tendon_train.actuator.samples.changed_windows import ANGLE, COMMAND, SPEED, ZERO, disturbed
 from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows
 from tendon_train.actuator.training_config import TrainingConfig
+from tests.faults.outside import full_disk
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.servo_logs import servo_log
 
@@ -152,6 +153,13 @@ def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
         weights_of(replace(FEW, batch=128), tmp_path / "a.checkpoint")
     with pytest.raises(InvalidNetworkFile, match="began with data"):
         train_network(FEW, windows_of(0, 3), windows_of(2), tmp_path / "a.checkpoint")
+
+
+def test_a_full_disk_ends_a_training_in_words(tmp_path: Path) -> None:
+    """The error names the checkpoint, and no half of one is left."""
+    with full_disk(1000), pytest.raises(InvalidOutput, match=r"checkpoint: cannot be written"):
+        weights_of(FEW, tmp_path / "a.checkpoint")
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_checkpoint_of_another_recipe_is_refused(tmp_path: Path) -> None:

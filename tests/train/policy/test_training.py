@@ -7,7 +7,7 @@ import pytest
 import torch
 from tensordict import TensorDict
 
-from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
+from tendon_newton.errors import InvalidOutput, InvalidParameter, InvalidPolicyFile
 from tendon_train.policy.config.policy_training_config import (
     OBSERVED,
     PolicyTrainingConfig,
@@ -20,6 +20,7 @@ from tendon_train.policy.runs.kept_noise import KeptNoise
 from tendon_train.policy.runs.policy_export import PolicyNetwork
 from tendon_train.policy.runs.policy_training import Trained, train_policy
 from tendon_train.policy.runs.training_process import Process
+from tests.faults.outside import full_disk
 from tests.train.policy.small import environment, random_actions, short_training
 
 
@@ -150,6 +151,13 @@ def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
     file.write_bytes(file.read_bytes()[:1000])
     with pytest.raises(InvalidPolicyFile, match=r"000002\.pt: the checkpoint of a training"):
         train(config, tmp_path)
+
+
+def test_a_full_disk_ends_a_training_in_words(tmp_path: Path) -> None:
+    """The error names the checkpoint, and no half of one is left."""
+    with full_disk(20_000), pytest.raises(InvalidOutput, match=r"000002\.pt: cannot be written"):
+        train(short_training(iterations=2), tmp_path)
+    assert not list((tmp_path / "checkpoints").iterdir())
 
 
 def test_a_world_that_diverges_does_not_reach_the_weights(tmp_path: Path) -> None:

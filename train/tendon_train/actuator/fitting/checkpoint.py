@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks.force_network import ForceNetwork
 from tendon_train.actuator.fitting.descent import Descent
@@ -89,9 +91,9 @@ def save_checkpoint(
         "generator": state.generator.get_state(),
         "random": torch.get_rng_state(),  # dropout draws from it
     }
-    draft = path.with_suffix(".draft")
-    torch.save(table, draft)
-    draft.replace(path)
+    content = BytesIO()  # torch tells of a full disk by an error of its own
+    torch.save(table, content)
+    write_bytes(path, content.getvalue())
 
 
 def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingState) -> Checkpoint:

@@ -3,11 +3,13 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import torch
 
+from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.errors import InvalidPolicyFile
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.curve import CurvePoint, curve_table, read_curve
@@ -35,9 +37,9 @@ def save_checkpoint(
     }
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{len(points):06d}.pt"
-    draft = path.with_suffix(".draft")
-    torch.save(table, draft)
-    draft.replace(path)
+    content = BytesIO()  # torch tells of a full disk by an error of its own
+    torch.save(table, content)
+    write_bytes(path, content.getvalue())
 
 
 def load_checkpoint(
