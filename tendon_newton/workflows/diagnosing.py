@@ -11,6 +11,7 @@ from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.diagnosis_file import ANSWER, MODEL
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis, write_diagnosis
+from tendon_newton.errors import InvalidOutput
 
 
 def diagnose_into(
@@ -33,8 +34,12 @@ def diagnose_into(
     """
     make_folder(out)
     diagnosis, evidence = diagnose(dataset, model, progress=progress, budget=budget)
-    with together():
-        write_model(out / MODEL, finish(diagnosis))
-        write_report(out / "report.html", diagnosis, evidence, origin)
-        write_diagnosis(out / ANSWER, diagnosis)
+    try:
+        with together():
+            write_model(out / MODEL, finish(diagnosis))
+            write_report(out / "report.html", diagnosis, evidence, origin)
+            write_diagnosis(out / ANSWER, diagnosis)
+    except InvalidOutput:
+        progress(f"found, but not written:\n{diagnosis!r}\n")
+        raise
     return diagnosis

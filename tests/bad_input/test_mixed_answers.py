@@ -111,6 +111,37 @@ def test_files_of_one_answer_are_placed_together_or_not_at_all(tmp_path: Path) -
     assert {path.read_text() for path in tmp_path.iterdir()} == {"new"}
 
 
+def test_the_first_error_is_the_one_that_is_told(tmp_path: Path) -> None:
+    """A draft that cannot be taken away either is no news."""
+    (tmp_path / "draft").mkdir()
+
+    def fill() -> None:
+        with together() as drafts:
+            drafts[tmp_path / "a"] = tmp_path / "draft"
+            raise InvalidOutput("the disk is full")
+
+    with pytest.raises(InvalidOutput, match="full"):
+        fill()
+
+
+def test_a_folder_that_takes_no_files_is_refused_at_once(tmp_path, monkeypatch, capsys) -> None:
+    """Not when an answer is there that took minutes: the disk is mounted to be read alone."""
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    data = small_dataset(tmp_path / "data")
+    assert main(["diagnose", str(data), "--out", str(tmp_path / "out")]) == 2
+    assert "nothing may be written to this one" in capsys.readouterr().err
+
+
+def test_an_answer_that_cannot_be_written_is_told(tmp_path: Path, capsys) -> None:
+    """Its verdict, at least: it took minutes."""
+    data, out = small_dataset(tmp_path / "data"), tmp_path / "out"
+    (out / "report.html").mkdir(parents=True)
+    assert main(["diagnose", str(data), "--out", str(out), "--budget", "1s"]) == 2
+    told = capsys.readouterr()
+    assert "found, but not written:\nDiagnosis(" in told.out
+    assert "report.html: cannot be written" in told.err
+
+
 def write_answer(folder: Path, **friction: float) -> Path:
     """Write the files of a made-up answer that programs read."""
     folder.mkdir(exist_ok=True)

@@ -51,6 +51,8 @@ def make_folder(
     except OSError as error:
         reason = "it is a file" if path.is_file() else error.strerror or error
         raise InvalidOutput(f"{path}: results need a folder; {reason}") from error
+    if not os.access(path, os.W_OK):
+        raise InvalidOutput(f"{path}: results need a folder; nothing may be written to this one")
     return path
 
 

@@ -1,7 +1,7 @@
 """Files of one answer: put in their places at once, and told apart from those of another."""
 
 from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,8 @@ def together() -> Generator[dict[Path, Path]]:
     finally:
         DRAFTS.reset(token)
         for beside in drafts.values():
-            beside.unlink(missing_ok=True)
+            with suppress(OSError):  # on a disk that takes nothing the first error tells of it
+                beside.unlink(missing_ok=True)
 
 
 def with_hashes(table: Mapping[str, Any], drafts: Mapping[Path, Path], folder: Path) -> Any:
