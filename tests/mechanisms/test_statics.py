@@ -199,21 +199,21 @@ def wrapped_share(mechanism: Mechanism, postures: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("name", ROUTED)
-def test_lengths_and_arms_are_those_of_the_spatial_tendons_of_solver_mujoco(name: str) -> None:
-    """To 1e-7 m, its float32; asked for are 1e-5 m. The arms to 1e-6 m/rad."""
+def test_lengths_and_arms_are_those_of_the_spatial_tendons_of_mujoco(name: str) -> None:
+    """To 1e-7 m; asked for are 1e-5 m. The arms to 1e-6 m/rad."""
     mechanism = load_mechanism(name)
     postures = draw_postures(mechanism)
-    model = build_model(mechanism, len(postures), device="cpu")
-    solver = SolverMuJoCo(model, disable_contacts=True)
-    state, after = model.state(), model.state()
-    state.joint_q.assign(postures.ravel().astype(np.float32))
-    solver.step(state, after, model.control(), None, 1.0e-6)
-    found = solver.mjw_data.ten_length.numpy()
-    for d, tendon in enumerate(mechanism.tendons):
+    model = in_mujoco(mechanism)
+    found, arms = map(np.array, zip(*(mujoco_arms(model, q) for q in postures), strict=True))
+    for d, tendon in enumerate(mechanism.tendons):  # float32 numbers of the asset
         assert found[:, d] == pytest.approx(lengths(tendon, postures), abs=1e-7)
-        ours = moment_arms(tendon, postures)
-        theirs = [mujoco_arms(solver.mj_model, q)[1][d] for q in postures]
-        assert np.array(theirs) == pytest.approx(ours, abs=1e-6)  # float32 numbers of the asset
+        assert arms[:, d] == pytest.approx(moment_arms(tendon, postures), abs=1e-6)
+
+
+def in_mujoco(mechanism: Mechanism, own: BenchOverrides | None = None) -> mujoco.MjModel:
+    """Return MuJoCo's view of a world."""
+    model = build_model(mechanism, 1, overrides=own and [own], device="cpu")
+    return SolverMuJoCo(model, disable_contacts=True, use_mujoco_cpu=True).mj_model
 
 
 def mujoco_arms(model: mujoco.MjModel, posture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -244,7 +244,7 @@ def test_a_string_meets_and_leaves_its_pulley_where_mujoco_says(height, oblique,
         path.write_text(text[:start] + text[start:].replace(*OBLIQUE, 1))
     mechanism = load_mechanism(path)
     postures = draw_postures(mechanism)
-    model = SolverMuJoCo(build_model(mechanism, 1, device="cpu"), disable_contacts=True).mj_model
+    model = in_mujoco(mechanism)
     found = [mujoco_arms(model, q) for q in postures]
     ours = lengths(mechanism.tendons[0], postures)
     assert np.array([length[0] for length, _ in found]) == pytest.approx(ours, abs=1e-7)
@@ -269,27 +269,17 @@ def test_the_arms_slope_is_their_difference(name: str) -> None:
 
 
 def test_a_stretched_link_carries_its_sites_with_it() -> None:
-    """Sites keep their share of the link; so does MuJoCo's view of them in that world alone."""
-    from tendon_newton.data.recording import BenchOverrides
-
+    """Sites keep their share of the link; so does MuJoCo's view of them in that world."""
     mechanism = load_mechanism("finger_routed")
-    longer = override_mechanism(mechanism, BenchOverrides(length=(0.050, 0.026, 0.021)))
-    model = build_model(
-        mechanism,
-        2,
-        overrides=[BenchOverrides(), BenchOverrides(length=(0.050, 0.026, 0.021))],
-        device="cpu",
-    )
+    same, longer = BenchOverrides(), BenchOverrides(length=(0.050, 0.026, 0.021))
     q = np.array([0.5, 0.7, 0.4])
-    solver = SolverMuJoCo(model, disable_contacts=True)
-    state, after = model.state(), model.state()
-    state.joint_q.assign(np.tile(q, 2).astype(np.float32))
-    solver.step(state, after, model.control(), None, 1.0e-6)
-    found = solver.mjw_data.ten_length.numpy()[:, 0]
-    assert found[0] == pytest.approx(lengths(mechanism.tendons[0], q[None])[0], abs=1e-7)
-    stretched = lengths(longer.tendons[0], q[None])[0]
-    assert stretched - found[0] > 3.0e-3  # 8 mm more of a link, less what it is bent
-    assert found[1] == pytest.approx(stretched, abs=1e-7)
+    found, expected = [], []
+    for own in (same, longer):
+        found.append(mujoco_arms(in_mujoco(mechanism, own), q)[0][0])
+        tendon = override_mechanism(mechanism, own).tendons[0]
+        expected.append(lengths(tendon, q[None])[0])
+    assert found == pytest.approx(expected, abs=1e-7)
+    assert expected[1] - expected[0] > 3.0e-3  # 8 mm more of a link, less what it is bent
 
 
 def test_the_assets_are_those_that_are_compared() -> None:

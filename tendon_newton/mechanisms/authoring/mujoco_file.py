@@ -88,7 +88,10 @@ def scene_spec(mechanism: Mechanism, names: Mapping[str, str]) -> Any:
         draft = Path(folder) / "export.xml"
         alone = replace(mechanism, obstacles=())
         model = build_model(alone, 1, overrides=[BenchOverrides()], device="cpu")
-        solver: Any = SolverMuJoCo(model, disable_contacts=True, save_to_mjcf=str(draft))
+        # its own kernels would compile for half a minute, and nothing is stepped
+        solver: Any = SolverMuJoCo(
+            model, disable_contacts=True, use_mujoco_cpu=True, save_to_mjcf=str(draft)
+        )
         text = short_names(draft.read_text(encoding="utf-8"), mechanism, names)
     mujoco = newton_s_mujoco()
     spec = mujoco.MjSpec.from_string(text)

@@ -52,7 +52,8 @@ def test_it_rests_where_the_energy_is_least_with_the_lengths_of_mujoco(name: str
     No moment arm is in it.
     """
     mechanism = load_mechanism(name)
-    model = SolverMuJoCo(build_model(mechanism, 1, device="cpu"), disable_contacts=True).mj_model
+    built = build_model(mechanism, 1, device="cpu")
+    model = SolverMuJoCo(built, disable_contacts=True, use_mujoco_cpu=True).mj_model
     data = mujoco.MjData(model)
 
     for tension in TENSIONS[name]:
