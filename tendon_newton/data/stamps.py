@@ -85,7 +85,9 @@ def stamp_fault(time: Array) -> str | None:
         )
     doubled = int((steps == 0.0).sum())
     if doubled > FEW * time.size:
-        rate = (time.size - 1) / max(time[-1] - time[0], 1e-12)
+        changes = np.flatnonzero(steps) + 1  # the first and the last stamp may be cut
+        first, last = changes[[0, -1]] if changes.size > 1 else (0, time.size - 1)
+        rate = (last - first) / max(time[last] - time[first], 1e-12)
         return (
             f"{at}; {doubled} of {time.size} rows have the stamp of the row before: their clock is "
             f"too coarse, say how many rows a second has (rate = {rate:.4g}) in place of t"

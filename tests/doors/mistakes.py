@@ -352,6 +352,8 @@ STAMPS: tuple[Mistake, ...] = (
     Mistake(name="a tenth of a second", spoil=cut, said="record 10 s or more", doors=OURS),
     Mistake(name="a clock that begins again", spoil=restarted, said="the clock restarted"),
     Mistake(name="stamps twice", spoil=doubled, said="their clock is too coarse"),
+    Mistake(name="whole seconds", said="(rate = 80) in place", doors={CSV: OURS[CSV]},
+        spoil=made("t", lambda run: np.floor(run["t"]))),
     Mistake(name="rows out of order", spoil=shuffled, said="sort them by t"),
     Mistake(name="rows that overtook others", spoil=overtaken, said="come out of order"),
     Mistake(name="a number beyond belief", spoil=put("q_0", FAILED[:4], -999.0),
