@@ -176,6 +176,8 @@ FILES: tuple[Mistake, ...] = (
         doors={CSV: csv_logs("finger"), OWN: partial(own_dataset, bench="finger")}),
     of_bench("a tension in grams", "in another unit",
         lambda run: (pulled(run), run.update(force=102.0 * run["force"]))),
+    of_bench("a cell at its end", "no sensor reads farther",
+        lambda run: (pulled(run), run.update(force=np.minimum(run["force"], 2.2)))),
     of_bench("a spike of the cell", "the load cell was not read there",
         lambda run: (pulled(run), put("force", slice(300, 301), 900.0)(run))),
     of_bench("angle and command turned around", "angles grow as the string is wound in",

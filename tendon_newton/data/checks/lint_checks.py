@@ -26,6 +26,8 @@ GEAR_RATIOS = (100.0, 1000.0)  # [1] of hobby servos
 UNIT_NEAR = 2.0 * np.pi / 4096.0  # [1] counts of an encoder taken for radians
 UNIT_SPARE = 0.05  # [1] within which a scale is such a unit
 SUPPLY_RANGE = (0.5, 1.5)  # [1] of the median; no sag and no surge goes beyond
+CLIPPED = 0.02  # Share of the rows with the greatest force [1]; a peak of a sine has less
+CLIPPED_WAY = 0.2  # [1] of a shaft's way, over which no string pulls alike to the last digit
 MOTION_LIMIT = 0.1  # [rad] less motion of the shaft counts as standing still
 STUCK_LIMIT = 0.5  # [s] shorter rests are turning points
 BLOCKED_ERROR = 0.1  # [rad] no lag of a moving position servo reaches it
@@ -165,7 +167,7 @@ def wrapped(recording: Recording) -> Iterator[Finding]:
 
 
 def dead_channels(recording: Recording) -> Iterator[Finding]:
-    """Channels that never change while the shaft moves."""
+    """Channels that never change while the shaft moves, and forces that stay at their greatest."""
     moves = np.ptp(recording.motor_position, axis=0) > MOTION_LIMIT
     own = {
         name: bool(moves[place])
@@ -179,6 +181,18 @@ def dead_channels(recording: Recording) -> Iterator[Finding]:
             yield Examined(recording.name, column).defect(
                 f"{values[0]:g} in all {values.size} rows although theta moves",
                 "the channel was not measured: remove the column",
+            )
+    if recording.force is None:
+        return
+    columns = zip(names_of(recording, "force"), recording.force.T, strict=True)
+    for (column, values), theta in zip(columns, recording.motor_position.T, strict=True):
+        top = values == values.max()
+        way = float(np.ptp(theta[top]))
+        if np.ptp(values) > 0.0 and top.mean() > CLIPPED and way > CLIPPED_WAY * np.ptp(theta):
+            yield Examined(recording.name, column).caution(
+                f"is {values.max():.4g} in {rows_text(top)} while theta moves by {way:.3g} rad",
+                "no sensor reads farther, and a fit takes it for a force: leave those rows out, or "
+                "give the cell a wider range",
             )
 
 
