@@ -15,6 +15,7 @@ import tyro
 from tendon_newton.cli.duration import TimeLeft
 from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.errors import InvalidParameter, listed
 
 if TYPE_CHECKING:
     from tendon_newton.arms.arm import ArmMotion
@@ -46,7 +47,7 @@ def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
     from tendon_newton.arms.arm_file import arm_file, read_arm
     from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
-    from tendon_newton.exports import find_export
+    from tendon_newton.exports import EXPORTS, find_export
     from tendon_newton.exports.arms import ARM_EXPORTS
     from tendon_newton.exports.arms.arm_export import arm_motions, servo_as_arm, target_of
     from tendon_newton.exports.export_page import measure, told_lines, write_page
@@ -64,6 +65,11 @@ def main(config: ExportConfig) -> None:
     if config.to in ARM_EXPORTS and (servo := servo_as_arm(source)) is not None:
         export_joints(config, *servo)
         return
+    if config.to in ARM_EXPORTS and config.to not in EXPORTS:
+        raise InvalidParameter(
+            f"--to {config.to} takes arms, and shafts without a string; "
+            f"{source.mechanism.name!r} goes to {listed(EXPORTS)}"
+        )
     target, out = find_export(config.to), make_folder(config.out)
     exported = target.write(out, source.mechanism, source.model)
     print(f"  {source.mechanism.name}, as {config.to} has it", flush=True)

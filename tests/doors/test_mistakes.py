@@ -185,6 +185,8 @@ MISTAKES: dict[str, Mistake] = {
         Mistake(words="diagnose data --against found --out new",
         said=("found is of thumb, this day of finger", "without --against")),
     "a target": Mistake(words="export found --to mujco --out new", said=("mean 'mujoco'?",)),
+    "a finger as an arm": Mistake(words="export found --to urdf --out new",
+        said=("takes arms", "'thumb' goes to mujoco, newton, usd")),
     "a port": Mistake(words="collect --port virtal --out new", said=("did you mean 'virtual'?",)),
     "a policy": Mistake(words="deploy --policy finger-stair --port virtual --out new",
         said=("that come along, by name: finger-stairs",)),
