@@ -8,7 +8,7 @@ import numpy as np
 from tendon_newton import __version__
 from tendon_newton.data.checks.finding import Finding, kinds_of
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
-from tendon_newton.data.recording import Mask, Recording
+from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.accounts.checked_data import findings_of
 from tendon_newton.diagnosis.diagnose import Evidence
@@ -151,7 +151,7 @@ def regime_rows(
     """
     name, unit, scale = {"theta": ("angle", "mrad", 1e3),
                          "force": ("force", diagnosis.scale.force_unit, 1.0)}[signal]  # fmt: skip
-    left, masks = [], []
+    left, masks = list[Array](), list[dict[str, Mask]]()
     for comparison in comparisons:
         if (own := comparison.residual(signal)) is not None:
             known = ~np.isnan(own[0])
