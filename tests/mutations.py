@@ -169,7 +169,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "whole = np.hypot(half, [", "whole = np.hypot(half, 0.0) + 0.0 * np.array([",
         f"{SETS} by_their_weight"),
     Mutation("sets-say-as-much-as-another", "tendon_newton/diagnosis/search/decide/fitted_sets.py",
-        "np.average(off**2, weights=weights)", "np.average(off**2)", f"{SETS} by_their_weight"),
+        "weights @ off**2 / total", "np.mean(off**2)", f"{SETS} by_their_weight"),
     Mutation("a-form-left-open-excludes-its-special-case",
         "tendon_newton/diagnosis/search/decide/decision.py",
         "found.intervals[column][0] <= form.lower", "found.intervals[column][0] < form.lower",
