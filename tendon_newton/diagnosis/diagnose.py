@@ -478,19 +478,21 @@ def undoubted_columns(study: Study, effects: Sequence[str]) -> tuple[int, ...]:
 
 
 def as_built(study: Study, found: Found) -> tuple[str, ...]:
-    """Say which numbers of benches surely differ from what was stated."""
-    told = []
+    """Say which numbers of benches surely differ from what was stated, and which by too much."""
+    told, far = [], []
     for column in study.tolerated_columns:
         drawn, (low, high) = study.base_value(column), found.intervals[column]
         if not low <= drawn <= high:
-            change = 100.0 * (found.values[column] / drawn - 1.0)
-            told.append(f"{study.parameter(column).name} {change:+.1f} %")
+            name, change = study.parameter(column).name, found.values[column] / drawn - 1.0
+            told.append(f"{name} {100.0 * change:+.1f} %")
+            far += [name] if abs(change) > TOLERANCE else []
     if not told:
         return ()
-    return (
+    text = (
         f"A bench may differ from its drawing by {100.0 * TOLERANCE:.0f} %, and no cause is named "
-        f"for that. Fitted: {', '.join(told)}. The model's bench_overrides have all such numbers.",
+        f"for that. Fitted: {', '.join(told)}. The model's bench_overrides have all such numbers."
     )
+    return (f"{text} Measure {', '.join(far)}: no drawing is so far off." if far else text,)
 
 
 def of_each_bench(study: Study, found: Found) -> tuple[str, ...]:

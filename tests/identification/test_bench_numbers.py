@@ -132,7 +132,10 @@ def test_held_out_benches_in_another_order_keep_their_numbers() -> None:
 
 
 def test_a_bench_may_differ_a_little_from_its_drawing() -> None:
-    """Numbers that nobody stated are fitted within 5 %, in the diagnosis and the model file."""
+    """Numbers that nobody stated are fitted, at a cost and far beyond what is usual.
+
+    Within 5 % alone, a bench that was 9 % off had a false damping or a false inertia.
+    """
     masses = [joint.mass for joint in load_mechanism("finger").joints]
     truth = BenchOverrides(mass=(1.04 * masses[0], 0.97 * masses[1]))
     data = [measured("finger", truth, 0.5 * steps_and_waves(80))]
@@ -145,7 +148,7 @@ def test_a_bench_may_differ_a_little_from_its_drawing() -> None:
     for c in study.tolerated_columns:
         parameter = study.parameter(c)
         ends = sorted((parameter.lower / parameter.nominal, parameter.upper / parameter.nominal))
-        assert ends == pytest.approx([1.0 / 1.05, 1.05])
+        assert (*ends, parameter.tolerance) == pytest.approx((0.8, 1.25, 0.025))
     worlds = SearchWorlds(study)
     floors = floors_of(worlds, ())
     start = ((), {c: study.base_value(c) for c in study.tolerated_columns})

@@ -23,9 +23,11 @@ from tendon_newton.mechanisms.geometry.overrides import override_mechanism, refu
 OWNER = "bench"  # Owner of these columns in a parameter table
 # A number may turn out so many times as large, or as small, as where its search starts
 REACH = 10.0
-# Numbers of a bench that are as built and not as drawn, and the share by which they may differ:
-# what kitchen scales and a ruler tell. Springs and dampers have effects of the catalogue.
+# Numbers of a bench that are as built and not as drawn, and two standard deviations of that: what
+# kitchen scales and a ruler tell. Springs and dampers have effects of the catalogue.
 TOLERATED, TOLERANCE = ("mass", "length", "moment_arm"), 0.05
+# Times by which they differ at most: what is further off is another bench
+ANOTHER = 1.25
 # Times by which a line's numbers differ from bench to bench, at most
 APART = 10.0
 # The same by a standard deviation: lines are cut from one reel, and guided and tied by hand
@@ -150,7 +152,7 @@ def tolerated_numbers(
             if set(values) & {0.0, BY_DEFINITION}:
                 continue
             out += [
-                replace(number, reach=1.0 + TOLERANCE, tolerance=0.5 * TOLERANCE)
+                replace(number, reach=ANOTHER, tolerance=0.5 * TOLERANCE)
                 for number in numbers_of_joints(key, bench, benches, values)
             ]
     return tuple(out)
