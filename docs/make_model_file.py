@@ -177,8 +177,8 @@ def unknown() -> str:
         "`fit` lists keys of the actuator, its `spool_radius`, or keys of a bench's numbers, that "
         "nobody has measured. A diagnosis refits them with every cause that it tries; other "
         "numbers of the actuator stay as they are.\n\n"
-        "Masses, lengths and moment arms of a bench may differ from its drawing by up to "
-        f"{100.0 * TOLERANCE:.0f} %, and no cause is named for that. The fitted ones stand in "
+        "Masses, lengths and moment arms of a bench may differ from its drawing, usually by less "
+        f"than {100.0 * TOLERANCE:.0f} %, and no cause is named for that. The fitted ones stand in "
         "`bench_overrides` of the answer's `model.toml`. Numbers that you state in "
         "`bench_overrides` are not changed.\n"
     )
