@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.diagnosis import evaluation
-from tendon_newton.diagnosis.diagnose import rivals
+from tendon_newton.diagnosis.diagnose import as_built, rivals
 from tendon_newton.diagnosis.evaluation import (
     SquaredErrors,
     explained_fraction,
@@ -85,3 +85,17 @@ def test_an_answer_beside_nothing_is_no_comparison() -> None:
     findings: Any = SimpleNamespace(predicts=1.0, plain=())
     after: Any = SimpleNamespace(pooled=lambda: None)
     assert rivals(findings, ("viscous_friction",), after, ()) == ()
+
+
+def test_a_bench_that_is_too_far_off_its_drawing_is_to_be_measured() -> None:
+    """4 % is what a ruler leaves, 8 % is not, and 1 % that may be none is not told."""
+    study: Any = SimpleNamespace(
+        tolerated_columns=(0, 1, 2),
+        base_value=lambda _: 1.0,
+        parameter=lambda c: SimpleNamespace(name=("mass", "length", "arm")[c]),
+    )
+    ends = ((1.02, 1.06), (1.05, 1.11), (0.99, 1.03))
+    found: Any = SimpleNamespace(values=(1.04, 1.08, 1.01), intervals=ends)
+    (text,) = as_built(study, found)
+    assert "mass +4.0 %, length +8.0 %." in text
+    assert text.endswith("Measure length: no drawing is so far off.")
