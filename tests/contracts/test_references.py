@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-
 import numpy as np
 import pytest
 import warp as wp
@@ -17,12 +15,6 @@ from tendon_newton.device_code.templates import (
     device_template,
 )
 from tendon_newton.errors import InvalidDeviceCode
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.worlds import build_model
-from tendon_newton.simulation.dynamics.settling import settle_kernel
-from tendon_newton.simulation.model import assembly
-from tendon_newton.simulation.model.chain_copies import copies_of
-from tendon_newton.simulation.model.structure import Structure
 
 
 @device_struct
@@ -133,21 +125,6 @@ def test_kernels_that_differ_in_a_bound_number_have_names_of_their_own() -> None
         return Specialiser(bound).kernel(offset_kernel, "offsets").key
 
     assert name((3, 5)) == name((3, 5)) != name((3, 6))
-
-
-@pytest.mark.parametrize("asset", ["finger", "hand", "hand_ball"])
-def test_kernels_of_an_asset_are_called_alike_in_each_process(
-    asset: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Else each would compile them anew: 20 s for a hand with a ball."""
-    model = build_model(load_mechanism(asset), 1, device="cpu")
-    structure = Structure(
-        **vars(copies_of(model).topology), actuator="ideal", effects=(), planar=False
-    )
-    uncached = inspect.unwrap(assembly.kernel_types)
-    monkeypatch.setattr(assembly, "kernel_types", uncached)
-    first, second = (assembly.assemble(structure).kernel(settle_kernel).key for _ in range(2))
-    assert first == second
 
 
 def test_the_result_of_a_call_is_refused_in_one_line() -> None:

@@ -22,6 +22,20 @@ own = Candidates(effects=["coulomb_friction"])
 rollout = rollout_of(load_mechanism(run.bench), [run], model, candidates=own)
 """
 REPLAY = "rollout.run(rollout.base_vectors(model)[None])"
+NAMES = """
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
+from tendon_newton.simulation.dynamics.settling import settle_kernel
+from tendon_newton.simulation.model.assembly import assemble
+from tendon_newton.simulation.model.chain_copies import copies_of
+from tendon_newton.simulation.model.structure import Structure
+
+for asset in ("finger", "hand_ball"):
+    model = build_model(load_mechanism(asset), 1, device="cpu")
+    topology = vars(copies_of(model).topology)
+    structure = Structure(**topology, actuator="ideal", effects=(), planar=False)
+    print("name", assemble(structure).kernel(settle_kernel).key)
+"""
 OTHER_WAY_ROUND = "wp.load_module(rollout.kernels.rollout.module)\n" + REPLAY
 
 
@@ -40,3 +54,17 @@ def test_a_kernel_is_compiled_once_in_any_order(tmp_path: Path) -> None:
         "rollout": 1,
     }
     assert sorted(compiled(tmp_path, OTHER_WAY_ROUND)) == sorted(first)
+
+
+def test_kernels_of_an_asset_are_called_alike_in_each_process() -> None:
+    """Else each would compile them anew: 20 s for a hand with a ball."""
+    first, second = (
+        subprocess.run(
+            [sys.executable, "-c", NAMES], cwd=ROOT, capture_output=True, text=True, check=True
+        ).stdout
+        for _ in range(2)
+    )
+    assert [line for line in first.splitlines() if line.startswith("name settle")] == [
+        line for line in second.splitlines() if line.startswith("name settle")
+    ]
+    assert first.count("name settle") == 2
