@@ -238,9 +238,10 @@ def direct_plan(config: New, kind: Kind) -> DirectPlan:
 
 def check(config: Check) -> None:
     """Print the findings about an asset; leave with code 1 where one is an error."""
+    from tendon_hardware.servos import SERVOS
     from tendon_newton.mechanisms.checks import check_asset
 
-    findings = check_asset(config.asset)
+    findings = check_asset(config.asset, SERVOS)
     for line in table(findings):
         print(line)
     errors = sum(finding.severity == "error" for finding in findings)

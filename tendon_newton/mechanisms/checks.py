@@ -3,6 +3,7 @@
 # The stubs of pxr leave out what its C++ modules define.
 # pyright: reportAttributeAccessIssue=false
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,14 @@ from tendon_newton.mechanisms.rules.stage_rules import stage_findings
 from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
 
 
-def check_asset(name_or_file: str | Path) -> tuple[AssetFinding, ...]:
+def check_asset(name_or_file: str | Path, servos: Collection[str] = ()) -> tuple[AssetFinding, ...]:
     """Check an asset by every rule.
 
     What the finished mechanism must keep is checked only where the stage itself is free of errors.
+
+    Args:
+        name_or_file: Name under assets/, or path of a USD file or of an asset's folder.
+        servos: Names that a tendon's servo may have; any where there are none.
 
     Raises:
         InvalidAsset: The file is unreadable.
@@ -31,7 +36,7 @@ def check_asset(name_or_file: str | Path) -> tuple[AssetFinding, ...]:
         return tuple(findings)  # USD's validators would repeat a missing layer, or stop at it
     findings = [*validator_findings(stage, path), *findings]
     if not any(finding.severity == "error" for finding in findings):
-        findings += mechanism_findings(load_mechanism(path))
+        findings += mechanism_findings(load_mechanism(path), servos)
     return tuple(findings)
 
 

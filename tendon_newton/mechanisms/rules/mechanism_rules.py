@@ -1,6 +1,6 @@
 """Rules that need the finished mechanism: moment arms, pulleys, spool, closing force."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -29,14 +29,24 @@ SLACK_NOTE, SLACK_LIMIT = 0.15, 0.5
 # Moment arms and the slope of the excursion agree to this share [1] in float64
 ARM_TOLERANCE = 1.0e-6
 
+# Cosine of the angle [1] below which axes of one string differ; a thumb's are 40 degrees apart
+ALIKE = 0.7
+# Share of its distance [1] by which a link's centre lies beside the axis that it turns about, below
+# which it is twisted; and of a joint's range beyond which it goes to both sides
+TWIST, SPREAD = 0.1, 0.25
+
 # Postures from open to closed at which paths are looked at [1]: every 4 degrees of a finger
 RANGE_STEPS = 25
 
 
-def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:
-    """Apply every rule to a mechanism."""
+def mechanism_findings(
+    mechanism: Mechanism, servos: Collection[str] = ()
+) -> Iterator[AssetFinding]:
+    """Apply every rule to a mechanism; without names of servos every name is one."""
     yield from _check_tip(mechanism)
+    axes: dict[str, AssetFinding] = {}
     for index, tendon in enumerate(mechanism.tendons):
+        yield from _check_servo(tendon, servos)
         positions = range_positions(mechanism, RANGE_STEPS)
         wrong = list(routed_findings(tendon, mechanism.joint_names, positions))
         yield from wrong
@@ -45,6 +55,7 @@ def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:
         yield from _check_arms(mechanism, tendon)
         if tendon.direct:
             continue
+        axes |= {finding.prim: finding for finding in _check_axes(mechanism, tendon)}
         yield from _check_spool(mechanism, tendon)
         if not np.any(moment_arms(tendon, closed_position(mechanism)) > 0.0):
             continue  # an opening tendon: its arms' signs were named, and it closes nothing
@@ -56,6 +67,7 @@ def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:
                 "a mechanism comes to rest at every tension; " + str(error).rstrip("."),
                 "Give every joint a spring or stop that holds it",
             )
+    yield from axes.values()
 
 
 def range_positions(mechanism: Mechanism, count: int) -> Array:
@@ -96,6 +108,49 @@ def _check_tip(mechanism: Mechanism) -> Iterator[AssetFinding]:
             "compared with tip_x and tip_z",
             "Add a Sphere named tip with MjcSiteAPI to the last link",
         )
+
+
+def _check_servo(tendon: Tendon, servos: Collection[str]) -> Iterator[AssetFinding]:
+    if servos and tendon.servo and tendon.servo.replace("-", "_") not in servos:
+        yield about(tendon.prim, "tendon_drive").warning(
+            f"tendon:servo names a servo that is known: {', '.join(sorted(servos))}; it is "
+            f"{tendon.servo!r}",
+            "Write one of these, or leave tendon:servo out for a servo of another kind",
+        )
+
+
+def _check_axes(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
+    """Find closing joints that a string would twist, or bend out of the plane of its others.
+
+    A joint that goes to both sides may spread fingers or turn a wrist.
+    """
+    positions = range_positions(mechanism, RANGE_STEPS)
+    axes = np.array(frames_of(mechanism.joints, positions[0]).axis)
+    moved = np.abs(moment_arms(tendon, positions)).max(axis=0) > NO_ARM
+    turned = [
+        j
+        for j, joint in enumerate(mechanism.joints)
+        if moved[j] and joint.kind == "revolute" and -joint.limits[0] < SPREAD * joint.limits[1]
+    ]
+    if not turned:
+        return
+    alike = np.abs(axes[turned] @ axes[turned].T) > ALIKE
+    usual = axes[turned][np.argmax(alike.sum(axis=1) + np.abs(axes[turned][:, 1]) / 2.0)]
+    for joint, axis in ((mechanism.joints[j], axes[j]) for j in turned):
+        arm = joint.child_rotation.T @ (joint.center_of_mass - joint.child_position)
+        twists = np.linalg.norm(np.cross(joint.axis, arm)) < TWIST * np.linalg.norm(arm)
+        if twists or abs(axis @ usual) < ALIKE:
+            what = "along its own link" if twists else f"across ({_three(usual)}), the others'"
+            yield about(joint.prim, "joint_axis").warning(
+                f"a string bends a finger in one plane; the axis of {joint.name}, "
+                f"({_three(axis)}), lies {what}",
+                'Write physics:axis = "Y" for a finger along x, unless it is meant to twist or '
+                "spread",
+            )
+
+
+def _three(axis: Array) -> str:
+    return ", ".join(f"{x + 0.0:.2g}" for x in axis.round(2))
 
 
 def _check_slack(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:

@@ -6,6 +6,7 @@ from time import process_time
 
 import pytest
 
+from tendon_hardware.servos import SERVOS
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -27,6 +28,8 @@ UPPER = "float physics:upperLimit = 100.26762"
 COEF = "uniform double[] mjc:path:coef = [0.008, 0.0055]"
 SPOOL = "double tendon:spoolRadius = 0.0125"
 BODY0 = "rel physics:body0 = </finger/middle_phalanx>"
+AXIS = f'uniform token physics:axis = "Y"\n            {BODY0}'
+TIP = "double3 xformOp:translate = (0.025, 0, 0)"
 BODY1 = "rel physics:body1 = </finger/distal_phalanx>"
 STOP = "float newton:limitStiffness = 0.5235988"
 GRAVITY = "float physics:gravityMagnitude = 9.81"
@@ -87,6 +90,16 @@ CASES: dict[str, Fault] = {
     "no centre of mass": fault("center_of_mass", MIDDLE, (CENTER, ""), severity="warning"),
     "a centre of mass in millimetres": fault("center_of_mass", MIDDLE,
         (CENTER, CENTER.replace("0.015", "15")), severity="warning"),
+    "a centre of mass beside its link": fault("center_of_mass", MIDDLE,
+        (CENTER, CENTER.replace("0.015, 0, 0", "0.015, 0.02, 0")), severity="warning"),
+    "a tip ten times as far": fault("tip", f"{DISTAL}/tip", (TIP, TIP.replace("0.025", "0.25")),
+        severity="warning"),
+    "a joint that twists": fault("joint_axis", DIP, (AXIS, AXIS.replace('"Y"', '"X"')),
+        severity="warning"),
+    "a joint that bends sideways": fault("joint_axis", DIP, (AXIS, AXIS.replace('"Y"', '"Z"')),
+        severity="warning"),
+    "a servo that nobody knows": fault("tendon_drive", FLEXOR, ("xc330-t288-t", "xc331-t288-t"),
+        severity="warning"),
     "no gravity": fault("gravity", "/", ('def PhysicsScene "scene"', 'def Scope "scene"'),
         severity="warning"),
     "gravity in cm/s^2": fault("gravity", "/finger/scene",
@@ -197,13 +210,21 @@ def test_a_fault_is_named_with_its_prim_and_its_remedy(case: str, tmp_path: Path
     rule, prim, severity, _ = CASES[case]
     path = spoiled(tmp_path, case)
     began = process_time()
-    findings = check_asset(path)
+    findings = check_asset(path, SERVOS)
     assert process_time() - began < LIMIT
     assert (rule, prim, severity) in {(f.rule, f.prim, f.severity) for f in findings}
     assert all(f.message and f.remedy and not f.message.endswith(".") for f in findings)
     refused = severity == "error" and rule != "closing_force"
     with pytest.raises(InvalidAsset) if refused else nullcontext():
         load_mechanism(path)
+
+
+def test_a_joint_that_spreads_to_both_sides_is_no_mistake(tmp_path: Path) -> None:
+    """It turns about z, from -20 to 20 degrees, as the first of a hand's fingers may."""
+    ends = "float physics:lowerLimit = {}\n            float physics:upperLimit = {}"
+    both = ends.format(0, "80.21409"), ends.format(-20, "20.0")
+    path = write_changed(tmp_path, "finger", (AXIS, AXIS.replace('"Y"', '"Z"')), both)
+    assert not [finding for finding in check_asset(path) if finding.rule == "joint_axis"]
 
 
 def test_a_string_may_open_what_another_one_closes(tmp_path: Path) -> None:
