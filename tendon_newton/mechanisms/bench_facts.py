@@ -6,9 +6,12 @@ import numpy as np
 
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.bench_checks import BenchFacts, MotorWay
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon, excursion
+from tendon_newton.mechanisms.geometry.statics import closing_path
 from tendon_newton.mechanisms.loading import load_mechanism
 
 AS_DRAWN = BenchOverrides()
@@ -27,6 +30,7 @@ def facts_of(bench: str, overrides: BenchOverrides = AS_DRAWN) -> BenchFacts:
         name=mechanism.name,
         force_limit=max(tendon.force_limit for tendon in mechanism.tendons),
         pulls=pulls_within_limits(mechanism),
+        holds=held_excursions(used),
         ways=tuple(way_of(used, tendon) for tendon in used.tendons),
         numbers={
             "mass": tuple(joint.mass for joint in mechanism.joints),
@@ -36,6 +40,18 @@ def facts_of(bench: str, overrides: BenchOverrides = AS_DRAWN) -> BenchFacts:
             else (),
         },
     )
+
+
+def held_excursions(mechanism: Mechanism) -> tuple[Array, Array] | None:
+    """Return excursions [m] and the tension that holds each [N]; None where no one string does."""
+    if len(mechanism.tendons) != 1 or not pulls_within_limits(mechanism):
+        return None
+    try:
+        path = closing_path(mechanism)
+    except InvalidParameter:
+        return None
+    order = np.argsort(path.excursion)
+    return path.excursion[order], path.tension[order]
 
 
 def way_of(mechanism: Mechanism, tendon: Tendon) -> MotorWay:

@@ -25,7 +25,7 @@ from tendon_newton.data.importers.split import read_conditions, split_logs
 from tendon_newton.data.importers.writing import ImportReport, write_import
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import SERVO, Array, BenchOverrides, Recording
-from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.errors import unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
 
 if TYPE_CHECKING:
@@ -209,20 +209,13 @@ def rest_of(
     bench: str, overrides: BenchOverrides, radius: float | str | None
 ) -> ImportedRest | None:
     """Return where a bench rests; None where that is not known."""
-    from tendon_newton.mechanisms.bench_facts import pulls_within_limits
-    from tendon_newton.mechanisms.geometry.overrides import override_mechanism
-    from tendon_newton.mechanisms.geometry.statics import closing_path
+    from tendon_newton.mechanisms.bench_facts import facts_of  # loads Newton, for some seconds
 
-    mechanism = override_mechanism(bench_of(bench), overrides)
-    if len(mechanism.tendons) != 1 or not pulls_within_limits(mechanism):
+    facts = facts_of(bench, overrides)
+    if facts.holds is None:
         return None
-    try:
-        path = closing_path(mechanism)
-    except InvalidParameter:
-        return None
-    radius = radius if isinstance(radius, float) else mechanism.tendons[0].spool_radius
-    order = np.argsort(path.excursion)
-    return ImportedRest(angle=path.excursion[order] / radius, tension=path.tension[order])
+    radius = radius if isinstance(radius, float) else facts.ways[0].radius
+    return ImportedRest(angle=facts.holds[0] / radius, tension=facts.holds[1])
 
 
 def refuse_model(model: Model) -> None:

@@ -153,7 +153,7 @@ def test_single_rows_that_were_not_read_are_counted() -> None:
     finding = only(lint_recording(log(motor_position=theta[:, None])))
     assert (finding.channel, finding.severity) == ("theta", "defect")
     assert finding.evidence.startswith(
-        "3 of 800 rows (100, 300, 500) lie beside the motion, at -3.14"
+        "3 of 800 rows (0.38 %, t = 1.25, 3.75, 6.25 s) lie beside the motion, at -3.14"
     )
     fast = 4.0 * np.sin(6.0 * TIME)
     swinging = log(
@@ -172,7 +172,7 @@ def test_a_supply_that_was_not_read_is_a_defect(read: float) -> None:
     assert lint_recording(log(voltage=supply)) == ()
     supply[40] = read
     found = [f for f in lint_recording(log(voltage=supply)) if f.severity == "defect"]
-    assert only(tuple(found)).evidence.startswith("1 of 800 rows say")
+    assert only(tuple(found)).evidence.startswith("1 of 800 rows (0.12 %, t = 0.5 s) say")
 
 
 def test_a_motor_that_is_off_is_noted() -> None:
@@ -193,15 +193,22 @@ def test_a_speed_that_was_divided_by_its_gear_twice_is_named(ratio: float, named
     assert ("gear ratio of 345" in finding.consequence) == named
 
 
+@pytest.mark.parametrize(("noise", "told"), [(0.01, True), (0.0, False)])
+def test_a_cell_at_its_end_is_no_servo_at_its_limit(noise: float, told: bool) -> None:
+    """A servo that may pull no more was taken for a cell's end in logs without noise."""
+    scatter = noise * np.random.default_rng(0).standard_normal(ROWS)
+    force = np.minimum(4.0 + 3.0 * np.sin(2.0 * TIME) + scatter, 5.5)[:, None]
+    found = [one.evidence for one in lint_recording(log(force=force))]
+    assert [" % in " not in text and "is 5.5 in " in text for text in found] == [True] * told
+
+
 def test_rows_at_a_known_limit_are_counted() -> None:
     """Only a limit that is known can be reached."""
     force = (20.5 + np.sin(3.0 * TIME))[:, None]
     assert lint_recording(log(force=force)) == ()
     finding = only(lint_recording(log(force=force), {"force": 21.0}))
-    assert (
-        finding.evidence
-        == f"{100.0 * (force >= 21.0).mean():.1f} % of the rows are at the limit of 21"
-    )
+    assert finding.evidence.startswith("279 of 800 rows (35 %, t = 0.175-0.8625, ")
+    assert finding.evidence.endswith("rows more) are at the limit of 21")
 
 
 def test_a_shaft_that_rests_under_a_moving_goal_is_noted() -> None:

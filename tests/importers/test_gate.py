@@ -148,6 +148,31 @@ def half_in_degrees(logs: Logs) -> None:
         log["q"] = np.rad2deg(log["q"])
 
 
+def in_kilograms(logs: Logs) -> None:
+    """Write the force in kgf."""
+    for log in logs.runs:
+        log["f"] = log["f"] / 9.80665
+
+
+def amplified(logs: Logs) -> None:
+    """Read the cell with ten times its gain, on a servo that is said to pull as much."""
+    logs.tail = logs.tail.replace("4.2", "42")
+    for log in logs.runs:
+        log["f"] = 10.0 * log["f"]
+
+
+def tared_under_load(logs: Logs) -> None:
+    """Take a string's mean pull for nothing."""
+    for log in logs.runs:
+        log["f"] = log["f"] - log["f"].mean()
+
+
+def slack_under_load(logs: Logs) -> None:
+    """Let the string go, with the zero of the cell 2 N off."""
+    for log in logs.runs:
+        log |= {"q": log["q"] - 1.0, "goal": log["goal"] - 1.0, "f": 2.0 + 0.01 * np.sin(log["q"])}
+
+
 def contradicting(logs: Logs) -> None:
     """Twenty-one repeats of one command, all but the first of a worn servo."""
     logs.runs = [run(0), *(run(seed, scale=0.8) for seed in range(1, 21))]
@@ -161,6 +186,10 @@ def contradicting(logs: Logs) -> None:
         (pushing, "N on average, below zero in", "sign = -1"),
         (in_degrees, "and the whole range of finger is", 'unit = "deg"'),
         (half_in_degrees, "times as far as theta_d", 'theta is in degrees: say unit = "deg"'),
+        (in_kilograms, "where springs and gravity of finger take", 'unit = "kgf"'),
+        (amplified, "where springs and gravity of finger take", "the scale of its cell"),
+        (tared_under_load, "lie below zero, down to", "tare it without a string"),
+        (slack_under_load, "rad and the string is slack", "tare it without a string"),
         (contradicting, "20 runs repeat a command and answer it otherwise", "leave one out"),
     ],
 )

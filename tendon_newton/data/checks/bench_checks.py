@@ -7,11 +7,17 @@ import numpy as np
 
 from tendon_newton.data.checks.finding import Examined, Finding
 from tendon_newton.data.checks.measures import names_of, rows_text
-from tendon_newton.data.recording import FEW_ROWS, Array, Recording
+from tendon_newton.data.checks.set_checks import LEAST_SLOW, SLOW
+from tendon_newton.data.recording import FEW_ROWS, FREE, Array, Recording
 
 PUSH = 0.1  # [N] mean below zero that no load cell's offset explains after taring
 LEAST_READINGS = 4.0  # Readings of a cell in a recording, below which it was not asked
 STRONGER = 1.5  # [1] times the servo's limit, which no load cell misses by
+FEW = 0.05  # [1] of the rows, which noise and impacts reach
+ZERO_OFF = 0.075  # [1] of the servo's strongest pull; what less is, a diagnosis names
+VARIED = 0.1  # [1] of a mean tension, by which it must vary to tell a slope
+LEAST_SLACK = 20  # Rows with a slack string from which their tension counts
+AS_STRONG = 4.0  # [1] times what springs and gravity take; friction and hidden stops reach 2
 OFTEN = 0.5  # [1] of the rows or of the mean tension, which no offset of a cell makes
 OVERSHOOT = 0.05  # [1] of the range, which no end stop gives way by
 REACH = 5.0  # [1] times the bench's range, which no spool misses by
@@ -24,6 +30,9 @@ OTHER_UNIT = {
     ),
 }
 """Number that a recording may state of its bench -> its unit, and what to do."""
+ZERO_MEND = (
+    "the cell's zero is off: tare it without a string, or say offset for force in the mapping"
+)
 FAR_OFF = 30.0  # [1] times the asset's number; a degree is 57 times off, and a gram 1000
 
 
@@ -46,6 +55,8 @@ class BenchFacts:
     force_limit: float  # The most that a servo of it pulls [N], or turns with [N m]
     pulls: bool  # Whether strings pull joints that have ends
     ways: tuple[MotorWay, ...] = ()  # Of each motor
+    # Excursions [m], increasing, and the tension that holds each [N]; of a bench with one string
+    holds: tuple[Array, Array] | None = None
     # Numbers that a recording may state otherwise, by the key of ``bench_overrides``
     numbers: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
 
@@ -58,7 +69,8 @@ def against(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
     if recording.force is not None:
         yield from too_strong(recording, recording.force, bench)
         if bench.pulls:
-            yield from pushed(recording, recording.force)
+            yield from pushed(recording, recording.force, bench)
+            yield from weighed(recording, recording.force, bench)
             yield from slack(recording, recording.force, bench)
             yield from beyond_reach(recording, bench)
 
@@ -92,8 +104,8 @@ def too_strong(recording: Recording, force: Array, bench: BenchFacts) -> Iterato
     )
     if 0.0 < beyond.mean() <= FEW_ROWS:
         yield Examined(recording.name, "force").defect(
-            f"{rows_text(beyond)} lie beyond what the servo of {bench.name} gives, at up to "
-            f"{most:.4g}",
+            f"{rows_text(beyond, recording.time)} lie beyond what the servo of {bench.name} gives, "
+            f"at up to {most:.4g}",
             "the load cell was not read there: leave those rows out",
         )
     elif beyond.any():
@@ -149,7 +161,7 @@ def upside_down(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
             )
 
 
-def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
+def pushed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Finding]:
     """A tension below zero: a string cannot push."""
     mean = float(force.mean())
     if mean < -PUSH:
@@ -158,6 +170,44 @@ def pushed(recording: Recording, force: Array) -> Iterator[Finding]:
             f"{mean:.2f} N on average, below zero in {100.0 * share:.0f} % of the rows",
             "a string cannot push: its sign is the other one (sign = -1 in the mapping), or its "
             "zero is off",
+        )
+    elif (below := (force < -ZERO_OFF * bench.force_limit).any(axis=1)).mean() > FEW:
+        yield Examined(recording.name, "force").defect(
+            f"{rows_text(below, recording.time)} lie below zero, down to {force.min():.3g} N",
+            ZERO_MEND,
+        )
+
+
+def weighed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Finding]:
+    """A tension at rest that is far from what springs and gravity take there."""
+    if bench.holds is None or recording.obstacle != FREE:
+        return
+    radius = recording.actuator_overrides.get("spool_radius") or bench.ways[0].radius
+    wound = recording.motor_position[:, 0] * radius
+    slow = np.abs(np.gradient(recording.motor_position[:, 0], recording.time)) < SLOW
+    taut, closed = bench.holds[0][[0, -1]]
+    loose = slow & (wound < taut - OVERSHOOT * (closed - taut))
+    if loose.sum() >= LEAST_SLACK and np.median(force[loose]) > ZERO_OFF * bench.force_limit:
+        yield Examined(recording.name, "force").defect(
+            f"is {np.median(force[loose]):.3g} N in the middle of "
+            f"{rows_text(loose, recording.time)}, where theta lies below {taut / radius:.3g} rad "
+            "and the string is slack",
+            f"{ZERO_MEND}, or mend the zero of theta",
+        )
+    slow &= (wound > taut) & (wound < closed)
+    needed, told = np.interp(wound, *bench.holds)[slow], force[slow, 0]
+    if slow.sum() < LEAST_SLOW or np.std(needed) < VARIED * needed.mean():
+        return
+    times = float(told.mean() / needed.mean())
+    grows = float(np.cov(needed, told)[0, 1] / np.var(needed))
+    weak = times > 0.0 and max(times, grows) < 1.0 / AS_STRONG
+    if weak or min(times, grows) > AS_STRONG:
+        yield Examined(recording.name, "force").defect(
+            f"is {told.mean():.3g} N in the mean of {slow.sum()} slow rows "
+            f"({100.0 * slow.mean():.0f} %), where springs and gravity of {bench.name} take "
+            f"{needed.mean():.3g} N, and grows {grows:.2g} times as fast",
+            'force is in another unit (unit = "kgf" in the mapping), the scale of its cell is off, '
+            "or the asset's springs and moment arms are",
         )
 
 

@@ -171,8 +171,8 @@ def no_command(recording: Recording) -> Iterator[Finding]:
             )
         elif (alone := unasked_rows(recording, place)).any():
             yield seen.defect(
-                f"{rows_text(alone)} hold one goal while theta goes {np.ptp(theta[alone]):.3g} rad "
-                "to and fro",
+                f"{rows_text(alone, recording.time)} hold one goal while theta goes "
+                f"{np.ptp(theta[alone]):.3g} rad to and fro",
                 "the goal was not logged there, the motor was off, or somebody moved the joint: "
                 "leave those rows out, or say enabled",
             )

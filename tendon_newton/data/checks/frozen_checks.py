@@ -30,7 +30,7 @@ def frozen_reads(recording: Recording) -> Iterator[Finding]:
         if not rows.any():
             continue
         theta = recording.motor_position[rows, place]
-        seen = f"{rows_text(rows)} stand still, the first at {theta[0]:.4g} rad, "
+        seen = f"{rows_text(rows, recording.time)} stand still, the first at {theta[0]:.4g} rad, "
         if recording.command is None:
             yield Examined(recording.name, column).defect(
                 f"{seen}and then jump", "the reading froze: leave those rows out"

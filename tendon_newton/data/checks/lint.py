@@ -30,6 +30,7 @@ from tendon_newton.data.checks.lint_checks import (
     velocity,
     wrapped,
 )
+from tendon_newton.data.checks.measures import rows_text
 from tendon_newton.data.checks.mends import (
     with_signs,
     with_supply,
@@ -155,9 +156,8 @@ def saturation(recording: Recording, limits: Mapping[str, float]) -> Iterator[Fi
     """Rows in which a channel sits at its known limit."""
     channels = dict(measured_channels(recording))
     for column, limit in limits.items():
-        share = float((np.abs(channels[column]) >= limit).mean()) if column in channels else 0.0
-        if share > 0.0:
+        if column in channels and (reached := np.abs(channels[column]) >= limit).any():
             yield Examined(recording.name, column).note(
-                f"{100.0 * share:.1f} % of the rows are at the limit of {limit:g}",
+                f"{rows_text(reached, recording.time)} are at the limit of {limit:g}",
                 "there the position loop does nothing; the model must limit too",
             )

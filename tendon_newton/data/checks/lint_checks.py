@@ -6,7 +6,7 @@ import numpy as np
 
 from tendon_newton.data.checks.command_checks import LIKE, follows
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.measures import lag_between, names_of, rows_text
+from tendon_newton.data.checks.measures import lag_between, names_of, rows_text, scatters
 from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
 from tendon_newton.data.lost_signs import lost_sign
 from tendon_newton.data.recording import Array, Mask, Recording
@@ -127,7 +127,7 @@ def supply_reads(recording: Recording) -> Iterator[Finding]:
     supply = recording.voltage
     if supply is not None and (lost := unread_rows(supply)).any():
         yield Examined(recording.name, "voltage").defect(
-            f"{lost.sum()} of {supply.size} rows say {supply[lost].min():.1f}-"
+            f"{rows_text(lost, recording.time)} say {supply[lost].min():.1f}-"
             f"{supply[lost].max():.1f} V where the median is {np.median(supply):.1f} V",
             "the register was not read there, or the supply failed: hold the last "
             "good value, since a simulated motor takes it at its word",
@@ -162,7 +162,8 @@ def wrapped(recording: Recording) -> Iterator[Finding]:
         lost = lost_sign(values)
         if lost is not None:
             yield Examined(recording.name, column).defect(
-                f"{rows_text(lost.rows)} stand {lost.period:.6g} too high", lost.text
+                f"{rows_text(lost.rows, recording.time)} stand {lost.period:.6g} too high",
+                lost.text,
             )
 
 
@@ -188,9 +189,12 @@ def dead_channels(recording: Recording) -> Iterator[Finding]:
     for (column, values), theta in zip(columns, recording.motor_position.T, strict=True):
         top = values == values.max()
         way = float(np.ptp(theta[top]))
-        if np.ptp(values) > 0.0 and top.mean() > CLIPPED and way > CLIPPED_WAY * np.ptp(theta):
+        far = top.mean() > CLIPPED and way > CLIPPED_WAY * np.ptp(theta)
+        # a servo that pulls as strongly as it may is read with the noise of its cell, if it has any
+        if far and scatters(values[~top]):
             yield Examined(recording.name, column).caution(
-                f"is {values.max():.4g} in {rows_text(top)} while theta moves by {way:.3g} rad",
+                f"is {values.max():.4g} in {rows_text(top, recording.time)} while theta moves by "
+                f"{way:.3g} rad",
                 "no sensor reads farther, and a fit takes it for a force: leave those rows out, or "
                 "give the cell a wider range",
             )
@@ -225,10 +229,11 @@ def unsigned_current(recording: Recording) -> Iterator[Finding]:
     if lost_sign(current) is not None:
         return  # its sign is there, read as unsigned
     speed = recording.motor_velocity.max(axis=1)
-    forth, back = (current[side].size for side in (speed > 0.0, speed < 0.0))
-    if min(forth, back) > SIGN_SHARE * current.size:
+    forth, back = (float(side.mean()) for side in (speed > 0.0, speed < 0.0))
+    if min(forth, back) > SIGN_SHARE:
         yield Examined(recording.name, "current").caution(
-            f"never negative, while the shaft turns forth in {forth} rows and back in {back}",
+            f"never negative, while the shaft turns forth in {100.0 * forth:.0f} % of the "
+            f"rows and back in {100.0 * back:.0f} %",
             "its sign was lost: it is a size, and no torque follows from it",
         )
 

@@ -12,6 +12,7 @@ STILL = 1.0e-7  # Change of an angle [rad] that is rounding
 USUAL_COUNT = 2.0 * np.pi / 4096.0  # Of the encoders of most servos [rad]
 SUMS_ROUNDING = 1e-12  # Share of a channel's squares that sums of them are off by [1]
 SMOOTHING = 0.04  # [s] above it, differences of an encoder are mostly its resolution
+NOISY = 0.5  # Share of third differences that turn about [1]; those of white noise are 0.8
 SHOWN_ROWS = 3  # Stretches of rows that are written out
 FEWEST_READINGS = 8.0  # Readings [1] below which nothing tells noise from a supply that moves
 LIKE_NOISE = 4.0  # Standard errors by which the variance of noise alone may differ [1]
@@ -38,6 +39,13 @@ def rest_band(values: Array) -> float:
     return max(3.0 * resolution(values), 6.0 * noise_of(values))
 
 
+def scatters(values: Array) -> bool:
+    """Tell whether a column has noise: its bends turn about row by row, as no motion's do."""
+    read = values[np.diff(values, prepend=np.nan) != 0.0]
+    bends = np.diff(read, 3)
+    return bends.size > 1 and bool(np.mean(bends[1:] * bends[:-1] < 0.0) > NOISY)
+
+
 def calm(values: Array) -> Array:
     """Return the median of five neighbours, shape (T,): single and double rows that are off go."""
     if len(values) < 5:
@@ -57,13 +65,15 @@ def stretches(mask: Mask) -> Indices:
     return edges.reshape(-1, 2)
 
 
-def rows_text(mask: Mask) -> str:
-    """Write which rows of how many: ``3 of 900 rows (4, 20-21)``."""
+def rows_text(mask: Mask, time: Array) -> str:
+    """Write how many rows, their share and when: ``3 of 900 rows (0.33 %, t = 0.4, 2-2.1 s)``."""
     found = stretches(mask)
-    words = [str(a) if b == a + 1 else f"{a}-{b - 1}" for a, b in found[:SHOWN_ROWS]]
+    ends = [(time[a], time[b - 1]) for a, b in found[:SHOWN_ROWS]]
+    words = [f"{a:.6g}" if a == b else f"{a:.6g}-{b:.6g}" for a, b in ends]
     left = int(mask.sum()) - int(sum(b - a for a, b in found[:SHOWN_ROWS]))
-    more = f" and {left} more" if left else ""
-    return f"{int(mask.sum())} of {mask.size} rows ({', '.join(words)}{more})"
+    more = f" and {left} rows more" if left else ""
+    share = f"{100.0 * mask.mean():.2g} %, t = {', '.join(words)} s{more}"
+    return f"{int(mask.sum())} of {mask.size} rows ({share})"
 
 
 def place_of(column: str) -> int:

@@ -46,7 +46,7 @@ def failed_reads(recording: Recording) -> Iterator[Finding]:
     for place, column in enumerate(names_of(recording, "theta")):
         bad = unread_angles(recording, place)
         if bad.any():
-            yield not_read(Examined(recording.name, column), bad, value_text(recording, place, bad))
+            yield not_read(recording, column, bad, value_text(recording, place, bad))
 
 
 def neighbours_reads(recording: Recording, joints: Sequence[str]) -> Iterator[tuple[int, Finding]]:
@@ -62,14 +62,14 @@ def neighbours_reads(recording: Recording, joints: Sequence[str]) -> Iterator[tu
         if (bad & ~failed_rows(angles[:, [place]], 0)).any():
             value = value_text(recording, place, bad)
             told = re.sub(r"\btheta_(\d+)\b", lambda found: joints[int(found[1])], value)
-            found = not_read(Examined(recording.name, "theta"), bad, told)
+            found = not_read(recording, "theta", bad, told)
             yield place, replace(found, check="failed read", safe=True)
 
 
-def not_read(examined: Examined, bad: Mask, value: str) -> Finding:
+def not_read(recording: Recording, column: str, bad: Mask, value: str) -> Finding:
     """Say that rows lie beside the motion, and what stands there."""
-    return examined.defect(
-        f"{rows_text(bad)} lie beside the motion, {value}",
+    return Examined(recording.name, column).defect(
+        f"{rows_text(bad, recording.time)} lie beside the motion, {value}",
         "the angle was not read there: leave those rows out",
     )
 
@@ -261,7 +261,7 @@ def value_text(recording: Recording, place: int, bad: Mask) -> str:
         if other != place and np.mean(theta[bad, other] == values) > 0.5:
             return f"where {name} is"
     before, after = theta[max(0, row - 1), place], theta[min(row + 1, theta.shape[0] - 1), place]
-    return f"row {row} at {theta[row, place]:.4g} rad between {before:.4g} and {after:.4g} rad"
+    return f"the first at {theta[row, place]:.4g} rad between {before:.4g} and {after:.4g} rad"
 
 
 def repeated_reads(recording: Recording) -> Iterator[Finding]:
@@ -272,7 +272,7 @@ def repeated_reads(recording: Recording) -> Iterator[Finding]:
             few = again.mean() < FEW
             yield Examined(recording.name, column).found(
                 "note" if few else "caution",
-                f"{rows_text(again)} repeat the row before amid a motion",
+                f"{rows_text(again, recording.time)} repeat the row before amid a motion",
                 "the angle was not read anew there: leave those rows out",
             )
 

@@ -45,8 +45,8 @@ def position_jumps(recording: Recording) -> Iterator[Finding]:
             if seam is not None:
                 size = "a turn" if seam.period == TURN else f"{seam.period:.4g} rad"
                 yield Examined(recording.name, column).defect(
-                    f"{int(seam.jumps.sum())} steps of {size} within one row, first at row "
-                    f"{int(seam.jumps.argmax())}",
+                    f"{int(seam.jumps.sum())} steps of {size} within one row, first at "
+                    f"t = {recording.time[seam.jumps.argmax()]:.6g} s",
                     "the encoder wrapped around inside the range: add the turns",
                 )
 
@@ -141,7 +141,8 @@ def changed_zero(recording: Recording, place: int) -> Told | None:
         if abs(change) > SLIPPED and lasting > LASTING and steady:
             return (
                 "defect",
-                f"jumps by {change:+.3g} rad at row {row} and stays there, as theta_d does not",
+                f"jumps by {change:+.3g} rad at t = {time[row]:.6g} s and stays there, as theta_d "
+                "does not",
                 "its zero changed there: cut the file there, or take the jump off",
             )
     return None

@@ -72,8 +72,8 @@ def whole(
     lost: Mask = np.asarray(~np.isfinite(both).all(axis=1))
     if lost.any():
         raise InvalidRecording(
-            f"{name}: action and observation.state must be finite; {rows_text(lost)} are not: "
-            "leave those rows out, or the episode"
+            f"{name}: action and observation.state must be finite; {rows_text(lost, time)} are "
+            "not: leave those rows out, or the episode"
         )
     position = columns_of(rows.state[chosen], {p.state: size for p, size in joints.items()})
     command = columns_of(rows.command[chosen], {p.command: size for p, size in joints.items()})
