@@ -171,7 +171,7 @@ def pushed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Fi
             "a string cannot push: its sign is the other one (sign = -1 in the mapping), or its "
             "zero is off",
         )
-    elif (below := (force < -ZERO_OFF * bench.force_limit).any(axis=1)).mean() > FEW:
+    elif (below := np.min(force, axis=1) < -ZERO_OFF * bench.force_limit).mean() > FEW:
         yield Examined(recording.name, "force").defect(
             f"{rows_text(below, recording.time)} lie below zero, down to {force.min():.3g} N",
             ZERO_MEND,
@@ -199,7 +199,7 @@ def weighed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[F
     if slow.sum() < LEAST_SLOW or np.std(needed) < VARIED * needed.mean():
         return
     times = float(told.mean() / needed.mean())
-    grows = float(np.cov(needed, told)[0, 1] / np.var(needed))
+    grows = float((needed - needed.mean()) @ told / (needed.size * np.var(needed)))
     weak = times > 0.0 and max(times, grows) < 1.0 / AS_STRONG
     if weak or min(times, grows) > AS_STRONG:
         yield Examined(recording.name, "force").defect(
