@@ -1,6 +1,6 @@
 """What the checks of recordings know of a bench."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def facts_of(bench: str, overrides: BenchOverrides = AS_DRAWN) -> BenchFacts:
         name=mechanism.name,
         force_limit=max(tendon.force_limit for tendon in mechanism.tendons),
         pulls=pulls_within_limits(mechanism),
-        holds=held_excursions(used),
+        holds=partial(held_excursions, bench, overrides),
         ways=tuple(way_of(used, tendon) for tendon in used.tendons),
         numbers={
             "mass": tuple(joint.mass for joint in mechanism.joints),
@@ -42,8 +42,10 @@ def facts_of(bench: str, overrides: BenchOverrides = AS_DRAWN) -> BenchFacts:
     )
 
 
-def held_excursions(mechanism: Mechanism) -> tuple[Array, Array] | None:
+@cache
+def held_excursions(bench: str, overrides: BenchOverrides) -> tuple[Array, Array] | None:
     """Return excursions [m] and the tension that holds each [N]; None where no one string does."""
+    mechanism = override_mechanism(load_mechanism(bench), overrides)
     if len(mechanism.tendons) != 1 or not pulls_within_limits(mechanism):
         return None
     try:

@@ -209,13 +209,12 @@ def rest_of(
     bench: str, overrides: BenchOverrides, radius: float | str | None
 ) -> ImportedRest | None:
     """Return where a bench rests; None where that is not known."""
-    from tendon_newton.mechanisms.bench_facts import facts_of  # loads Newton, for some seconds
+    from tendon_newton.mechanisms.bench_facts import held_excursions  # loads Newton
 
-    facts = facts_of(bench, overrides)
-    if facts.holds is None:
+    if (held := held_excursions(bench, overrides)) is None:
         return None
-    radius = radius if isinstance(radius, float) else facts.ways[0].radius
-    return ImportedRest(angle=facts.holds[0] / radius, tension=facts.holds[1])
+    radius = radius if isinstance(radius, float) else spool_radius(bench)
+    return ImportedRest(angle=held[0] / radius, tension=held[1])
 
 
 def refuse_model(model: Model) -> None:

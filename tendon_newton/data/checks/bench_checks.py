@@ -1,6 +1,6 @@
 """What a recording holds that its bench cannot do."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -55,8 +55,8 @@ class BenchFacts:
     force_limit: float  # The most that a servo of it pulls [N], or turns with [N m]
     pulls: bool  # Whether strings pull joints that have ends
     ways: tuple[MotorWay, ...] = ()  # Of each motor
-    # Excursions [m], increasing, and the tension that holds each [N]; of a bench with one string
-    holds: tuple[Array, Array] | None = None
+    # Gives excursions [m], increasing, and the tension that holds each [N]; None without one string
+    holds: Callable[[], tuple[Array, Array] | None] = lambda: None
     # Numbers that a recording may state otherwise, by the key of ``bench_overrides``
     numbers: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
 
@@ -180,12 +180,13 @@ def pushed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Fi
 
 def weighed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Finding]:
     """A tension at rest that is far from what springs and gravity take there."""
-    if bench.holds is None or recording.obstacle != FREE:
+    held = bench.holds() if recording.obstacle == FREE else None
+    if held is None:
         return
     radius = recording.actuator_overrides.get("spool_radius") or bench.ways[0].radius
     wound = recording.motor_position[:, 0] * radius
     slow = np.abs(np.gradient(recording.motor_position[:, 0], recording.time)) < SLOW
-    taut, closed = bench.holds[0][[0, -1]]
+    taut, closed = held[0][[0, -1]]
     loose = slow & (wound < taut - OVERSHOOT * (closed - taut))
     if loose.sum() >= LEAST_SLACK and np.median(force[loose]) > ZERO_OFF * bench.force_limit:
         yield Examined(recording.name, "force").defect(
@@ -195,7 +196,7 @@ def weighed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[F
             f"{ZERO_MEND}, or mend the zero of theta",
         )
     slow &= (wound > taut) & (wound < closed)
-    needed, told = np.interp(wound, *bench.holds)[slow], force[slow, 0]
+    needed, told = np.interp(wound, *held)[slow], force[slow, 0]
     if slow.sum() < LEAST_SLOW or np.std(needed) < VARIED * needed.mean():
         return
     times = float(told.mean() / needed.mean())
