@@ -168,9 +168,10 @@ def tared_under_load(logs: Logs) -> None:
 
 
 def slack_under_load(logs: Logs) -> None:
-    """Let the string go, with the zero of the cell 2 N off."""
+    """Let the string go for the last second, with the zero of the cell 2 N off."""
     for log in logs.runs:
-        log |= {"q": log["q"] - 1.0, "goal": log["goal"] - 1.0, "f": 2.0 + 0.01 * np.sin(log["q"])}
+        log["f"] = log["f"] + 2.0
+        log["q"][-80:], log["goal"][-80:], log["f"][-80:] = -0.1, -0.1, 2.0
 
 
 def contradicting(logs: Logs) -> None:

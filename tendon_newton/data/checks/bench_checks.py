@@ -70,9 +70,8 @@ def against(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
         yield from too_strong(recording, recording.force, bench)
         if bench.pulls:
             yield from pushed(recording, recording.force, bench)
-            yield from weighed(recording, recording.force, bench)
-            yield from slack(recording, recording.force, bench)
-            yield from beyond_reach(recording, bench)
+            angles = [*slack(recording, recording.force, bench), *beyond_reach(recording, bench)]
+            yield from angles or weighed(recording, recording.force, bench)
 
 
 def another_unit(recording: Recording, bench: BenchFacts) -> Iterator[Finding]:
