@@ -95,6 +95,12 @@ def asset_path(name_or_file: str | Path) -> Path:
     inside = path / f"{path.resolve().name}.usda"
     if is_file(inside):
         return inside.resolve()
+    if os.path.exists(path) or len(path.parts) > 1:  # noqa: PTH110 - as in `is_file`
+        came = "this is neither" if os.path.exists(path) else "no such file or folder"  # noqa: PTH110
+        raise InvalidAsset(
+            f"{path}: an asset is a USD file, or a folder with a {inside.name} in it; {came} (URDF "
+            "and MJCF come in by asset import)"
+        )
     raise unknown_asset("asset", str(name_or_file))
 
 

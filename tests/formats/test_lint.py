@@ -208,7 +208,7 @@ def test_rows_at_a_known_limit_are_counted() -> None:
     assert lint_recording(log(force=force)) == ()
     finding = only(lint_recording(log(force=force), {"force": 21.0}))
     assert finding.evidence.startswith("279 of 800 rows (35 %, t = 0.175-0.8625, ")
-    assert finding.evidence.endswith("rows more) are at the limit of 21")
+    assert finding.evidence.endswith("s and more) are at the limit of 21")
 
 
 def test_a_shaft_that_rests_under_a_moving_goal_is_noted() -> None:

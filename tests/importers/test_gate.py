@@ -161,6 +161,12 @@ def amplified(logs: Logs) -> None:
         log["f"] = 10.0 * log["f"]
 
 
+def of_another_time(logs: Logs) -> None:
+    """Log the force by a clock that is half a period off."""
+    for log in logs.runs:
+        log["f"] = np.roll(log["f"], 126)
+
+
 def tared_under_load(logs: Logs) -> None:
     """Take a string's mean pull for nothing."""
     for log in logs.runs:
@@ -189,6 +195,7 @@ def contradicting(logs: Logs) -> None:
         (half_in_degrees, "times as far as theta_d", 'theta is in degrees: say unit = "deg"'),
         (in_kilograms, "where springs and gravity of finger take", 'unit = "kgf"'),
         (amplified, "where springs and gravity of finger take", "the scale of its cell"),
+        (of_another_time, "where springs and gravity of finger take more", "its clock differs"),
         (tared_under_load, "lie below zero, down to", "tare it without a string"),
         (slack_under_load, "rad and the string is slack", "tare it without a string"),
         (contradicting, "20 runs repeat a command and answer it otherwise", "leave one out"),
@@ -203,7 +210,9 @@ def test_a_mistake_is_told_once_with_its_mend(
     (line,) = (line for line in text.splitlines() if mend in line)
     assert line.startswith(("defect, ", "caution, "))
     assert 1 <= sum(evidence in line for line in text.splitlines()) <= 4
-    assert ("\nmend the defects, then:\n" in text) == (spoil != contradicting)
+    assert ("\nmend the defects, then:\n" in text) == (
+        spoil not in (contradicting, of_another_time)
+    )
 
 
 def test_without_a_model_the_assets_spool_is_taken(logs: Logs, tmp_path: Path, capsys) -> None:

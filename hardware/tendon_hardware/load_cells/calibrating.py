@@ -18,6 +18,7 @@ POLL_PERIOD = 0.02  # Pause between looks at the cell [s]
 SILENCE_LIMIT = 3.0  # Longest wait for a reading [s]; a cell at 10 per second starts within 0.4 s
 STEADY_TIME = 1.5  # Readings that must agree before a measurement begins [s]
 STEADY_LIMIT = 60.0  # Longest wait for them [s]; a swinging mass calms down in ten
+MASS_LIMIT = 100.0  # [kg] no string of a finger carries; a mass in grams is beyond
 SWING_FACTOR = 5.0
 """Scatter of a mass at rest, at most, as a multiple of the scatter without one [1]."""
 SIGNIFICANCE = 4.0
@@ -111,9 +112,10 @@ class CalibrationPlan:
 
     def __post_init__(self) -> None:
         masses = set(self.masses)
-        if not all(isfinite(mass) and mass > 0.0 for mass in masses):
+        if not all(isfinite(mass) and 0.0 < mass <= MASS_LIMIT for mass in masses):
             raise InvalidCalibration(
-                f"masses must be above 0 kg; they are {listed(sorted(masses))}"
+                f"masses must be above 0 and at most {MASS_LIMIT:g} kg (divide grams by 1000); "
+                f"they are {listed(sorted(masses))}"
             )
         if len(masses) < MASSES_MIN:
             raise InvalidCalibration(

@@ -209,6 +209,13 @@ def weighed(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[F
             'force is in another unit (unit = "kgf" in the mapping), the scale of its cell is off, '
             "or the asset's springs and moment arms are",
         )
+    elif times > 0.0 > grows:
+        yield Examined(recording.name, "force").caution(
+            f"falls in {slow.sum()} slow rows ({100.0 * slow.mean():.0f} %) where springs and "
+            f"gravity of {bench.name} take more",
+            "it is another run's or another motor's, or its clock differs: map the column of the "
+            "same rows",
+        )
 
 
 def slack(recording: Recording, force: Array, bench: BenchFacts) -> Iterator[Finding]:

@@ -70,8 +70,7 @@ def rows_text(mask: Mask, time: Array) -> str:
     found = stretches(mask)
     ends = [(time[a], time[b - 1]) for a, b in found[:SHOWN_ROWS]]
     words = [f"{a:.6g}" if a == b else f"{a:.6g}-{b:.6g}" for a, b in ends]
-    left = int(mask.sum()) - int(sum(b - a for a, b in found[:SHOWN_ROWS]))
-    more = f" and {left} rows more" if left else ""
+    more = " and more" if len(found) > SHOWN_ROWS else ""
     share = f"{100.0 * mask.mean():.2g} %, t = {', '.join(words)} s{more}"
     return f"{int(mask.sum())} of {mask.size} rows ({share})"
 

@@ -329,8 +329,9 @@ def test_noise_alone_is_seldom_taken_for_drift(rng: np.random.Generator) -> None
     [
         ((0.5, 1.0), "needs 3 different masses; these are 2"),
         ((0.5, 0.5, 0.5, 1.0), "needs 3 different masses; these are 2"),
-        ((0.5, 1.0, -2.0), "above 0 kg"),
-        ((0.5, 1.0, float("nan")), "above 0 kg"),
+        ((0.5, 1.0, -2.0), "above 0 and at most"),
+        ((0.5, 1.0, float("nan")), "above 0 and at most"),
+        ((200.0, 500.0, 1000.0), "divide grams by 1000"),
     ],
 )
 def test_a_plan_without_an_end_is_refused(masses: tuple, said: str) -> None:

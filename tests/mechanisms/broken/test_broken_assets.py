@@ -28,6 +28,14 @@ def test_unknown_asset_lists_the_known_ones() -> None:
         asset_path(5000 * "x")  # longer than a file's name can be
 
 
+def test_a_path_that_is_no_asset_says_what_was_there(tmp_path: Path) -> None:
+    """A folder of something else, and one that is not there, were called unknown names."""
+    with pytest.raises(InvalidAsset, match=f"{tmp_path.name}.usda in it; this is neither"):
+        asset_path(tmp_path)
+    with pytest.raises(InvalidAsset, match="no such file or folder"):
+        asset_path(tmp_path / "finger")
+
+
 def test_missing_layer_is_a_composition_error(tmp_path: Path) -> None:
     """An interface copied without its layers says which layer is missing."""
     path = tmp_path / "finger.usda"
