@@ -102,9 +102,10 @@ def _check_limits(prim: Any, joint: dict[str, Any]) -> Iterator[AssetFinding]:
         message = "a joint that a tendon closes needs both ends of its range; one is missing"
     elif not lower < upper:
         message = f"a range's lower end lies below its upper end; it is [{lower:g}, {upper:g}]"
-    elif prim.GetTypeName() == "PhysicsRevoluteJoint" and upper - lower < SMALL_RANGE:
+    elif prim.GetTypeName() == "PhysicsRevoluteJoint" and not SMALL_RANGE < upper - lower <= 360.0:
         yield about(prim, "limits").warning(
-            f"a range of {upper - lower:g} degrees hardly moves",
+            f"a joint that a string closes turns by {SMALL_RANGE:.2g} to 360 degrees; this one by "
+            f"{upper - lower:g}",
             "Write physics:lowerLimit and physics:upperLimit in degrees: radians times 57.29578",
         )
         return

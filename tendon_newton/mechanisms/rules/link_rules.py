@@ -21,7 +21,7 @@ LINK = {
 # Masses that a bench on a table has [kg]; outside, grams or millimetres slipped in
 MASS_RANGE = (1.0e-4, 10.0)
 # Distance of a centre of mass from its link's frame [m] that no bench on a table exceeds, and share
-# of what is drawn of a link [1] by which neither centre nor tip lies beside it; motors that nobody
+# of what is drawn of a link [1] by which neither centre nor site lies beside it; motors that nobody
 # draws bring it to a tenth of that
 REACH, BESIDE = 0.5, 0.25
 GYRATION_LIMIT = 0.3  # Radius of gyration [m] that no link of a bench on a table exceeds
@@ -35,7 +35,7 @@ def link_findings(stage: Any) -> Iterator[AssetFinding]:
             yield from _check_mass(prim, link)
             yield from _check_inertia(prim, link)
             yield from _check_center(prim, link["physics:centerOfMass"])
-            yield from _check_places(prim, link["physics:centerOfMass"])
+            yield from _check_drawn(prim, link)
     yield from _check_tip(stage)
 
 
@@ -63,7 +63,6 @@ def _check_mass(prim: Any, link: dict[str, Any]) -> Iterator[AssetFinding]:
 
 
 def _check_inertia(prim: Any, link: dict[str, Any]) -> Iterator[AssetFinding]:
-    mass = float(link["physics:mass"])
     moments = sorted(float(x) for x in link["physics:diagonalInertia"])
     if not moments[0] > 0.0:
         yield about(prim, "inertia").error(
@@ -75,13 +74,6 @@ def _check_inertia(prim: Any, link: dict[str, Any]) -> Iterator[AssetFinding]:
         yield about(prim, "inertia").error(
             f"no principal moment of inertia may exceed the sum of the others; they are {moments}",
             "Check physics:diagonalInertia against the link's shape",
-        )
-    elif mass > 0.0 and (moments[2] / mass) ** 0.5 > GYRATION_LIMIT:
-        yield about(prim, "inertia").warning(
-            f"the largest moment of inertia, {moments[2]:g} kg m^2, is "
-            f"that of {mass:g} kg at {(moments[2] / mass) ** 0.5:.3g} m from the "
-            f"centre; no link of a bench is larger than {GYRATION_LIMIT:g} m",
-            "Check the unit of physics:diagonalInertia: kg m^2; a rod has m L^2 / 12",
         )
     axes = link["physics:principalAxes"]
     if axes is not None and abs(float(axes.GetLength()) - 1.0) > 1e-3:
@@ -100,17 +92,19 @@ def _check_center(prim: Any, center: Any) -> Iterator[AssetFinding]:
         )
 
 
-def _check_places(link: Any, center: Any) -> Iterator[AssetFinding]:
-    """Compare where centre of mass and tip are with what is drawn of a link, or with its frame."""
+def _check_drawn(link: Any, numbers: dict[str, Any]) -> Iterator[AssetFinding]:
+    """Compare centre of mass, inertia and sites with what is drawn of a link, or with its frame."""
     from pxr import Gf, Usd, UsdGeom
 
     cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), UsdGeom.Imageable.GetOrderedPurposeTokens())
+    center = numbers["physics:centerOfMass"]
     box, places = Gf.Range3d(), [(link, "center_of_mass", "physics:centerOfMass", center)]
     for prim in (prim for prim in Usd.PrimRange(link) if _carrier(prim) == link):
         bound = cache.ComputeRelativeBound(prim, link)
-        if is_site(prim) and prim.GetName() == "tip":
-            places.append((prim, "tip", "its place", bound.ComputeCentroid()))
-        elif prim.IsA(UsdGeom.Gprim) and not is_site(prim):
+        if is_site(prim):
+            rule = "tip" if prim.GetName() == "tip" else "tendon_path"
+            places.append((prim, rule, "xformOp:translate", bound.ComputeCentroid()))
+        elif prim.IsA(UsdGeom.Gprim):
             box.UnionWith(bound.ComputeAlignedRange())
     drawn = not box.IsEmpty()
     low, high = (np.array(box.GetMin()), np.array(box.GetMax())) if drawn else np.zeros((2, 3))
@@ -118,12 +112,20 @@ def _check_places(link: Any, center: Any) -> Iterator[AssetFinding]:
     for prim, rule, name, place in places:
         beside = 0.0 if place is None else np.linalg.norm(place - np.clip(place, low, high))
         if beside > (BESIDE * size if drawn else REACH):
-            what = f"the {size:.3g} m that are drawn of it" if drawn else "its frame"
+            what = "the centre of mass" if prim == link else prim.GetName()
+            where = f"the {size:.3g} m that are drawn of it" if drawn else "its frame"
             yield about(prim, rule).warning(
-                f"{'the tip' if rule == 'tip' else 'the centre of mass'} of {link.GetName()} lies "
-                f"in {what}; it is {beside:.3g} m beside",
+                f"{what} of {link.GetName()} lies in {where}; it is {beside:.3g} m beside",
                 f"Check {name}: metres in the link's frame",
             )
+    mass, most = float(numbers["physics:mass"]), max(numbers["physics:diagonalInertia"])
+    apart = (most / mass) ** 0.5 if mass > 0.0 and most > 0.0 else 0.0
+    if apart > (limit := (0.5 + BESIDE / 2.0) * size if drawn else GYRATION_LIMIT):
+        yield about(link, "inertia").warning(
+            f"the largest moment of inertia, {most:g} kg m^2, is that of {mass:g} kg at {apart:.3g}"
+            f" m from the centre; no part of {link.GetName()} is farther than {limit:.3g} m",
+            "Check the unit of physics:diagonalInertia: kg m^2; a rod has m L^2 / 12",
+        )
 
 
 def _carrier(prim: Any) -> Any:

@@ -10,6 +10,8 @@ from tendon_newton.mechanisms.usd.usd_route import authored, is_routed, targets_
 from tendon_newton.mechanisms.usd.usd_tendon import tendon_arms
 
 MOMENT_ARM_LIMIT = 0.1  # A moment arm above this [m] is no finger's; millimetres slipped in
+# What drives a tendon: attribute, unit, and the most on a bench on a table
+DRIVE = (("tendon:spoolRadius", "m", 0.1), ("tendon:forceLimit", "N", 1000.0))
 RATIO_LIMIT = 10.0  # Metres of tendon per metre of travel above this are no pulley's
 
 
@@ -119,7 +121,7 @@ def _check_arm(prim: Any, joint: Any, arm: float, *, closed: bool) -> Iterator[A
 
 
 def _check_drive(prim: Any) -> Iterator[AssetFinding]:
-    for name, unit in (("tendon:spoolRadius", "m"), ("tendon:forceLimit", "N")):
+    for name, unit, most in DRIVE:
         value = authored(prim, name, None)
         if value is None:
             yield about(prim, "tendon_drive").warning(
@@ -129,4 +131,9 @@ def _check_drive(prim: Any) -> Iterator[AssetFinding]:
         elif not value > 0.0:
             yield about(prim, "tendon_drive").error(
                 f"{name} must be positive; it is {value:g} {unit}", f"Write {name} [{unit}]"
+            )
+        elif value > most and not authored(prim, "tendon:direct", False):
+            yield about(prim, "tendon_drive").warning(
+                f"{name} of a bench on a table is at most {most:g} {unit}; it is {value:g} {unit}",
+                f"Check its unit: {unit}",
             )

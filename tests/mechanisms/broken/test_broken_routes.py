@@ -77,6 +77,11 @@ WARNINGS: dict[str, Fault] = {
         "changes sides within the range",
         (ABOVE_PLACE, "translate = (-0.0225, 0, -0.0165)"),
     ),
+    "a site ten times as far": fault(
+        "tendon_path",
+        "flexor_a4 of middle_phalanx lies in",
+        (A4_PLACE, "translate = (0.2, 0, -0.06)"),
+    ),
     "an arm that changes its sign": fault(
         "moment_arm_sign",
         "about mcp its moment arm goes from",
