@@ -14,6 +14,7 @@ from tendon_newton.data.files.text_file import read_text
 from tendon_newton.errors import InvalidGoal, shown
 
 FILE_SIZE_LIMIT = 1_000_000  # Bytes of a file of goals
+ROUNDING = 1e-4  # [rad] by which a goal that was written with few digits may lie beyond the bounds
 STEP = math.pi / 60.0  # Angle by which an arrow key moves the goal [rad]: 3 degrees
 STAIR, DWELL = math.pi / 10.0, 1.5
 """Height [rad] and length [s] of the paper's stairs; the last goal of a file is held as long."""
@@ -80,11 +81,20 @@ def stairs(dwell: float = DWELL) -> TimedGoals:
     return TimedGoals([dwell * place for place in range(len(levels))], levels, dwell)
 
 
-def read_goals(path: Path) -> TimedGoals:
+def check_goal(value: float, bounds: tuple[float, float], where: str = "") -> None:
+    """Refuse a goal that a policy never learnt to reach; it would take its greatest for it."""
+    if not bounds[0] - ROUNDING <= value <= bounds[1] + ROUNDING:
+        raise InvalidGoal(
+            f"{where}goals of this policy are {bounds[0]:.4g} to {bounds[1]:.4g} rad, of one that "
+            f"turns a ball rad/s; it is {value:g} (degrees are times 0.01745)"
+        )
+
+
+def read_goals(path: Path, bounds: tuple[float, float] = (-math.inf, math.inf)) -> TimedGoals:
     """Read goals from a file: on each line a time [s] and a goal [rad]; # begins a comment.
 
     Raises:
-        InvalidGoal: A line holds no goal, or times do not increase from 0.
+        InvalidGoal: A line holds no goal, or one beyond bounds, or times do not increase from 0.
     """
     promise = "goals are lines with a time in s and an angle in rad"
     text = read_text(path, InvalidGoal, promise, size_limit=FILE_SIZE_LIMIT)
@@ -100,6 +110,7 @@ def read_goals(path: Path) -> TimedGoals:
             raise InvalidGoal(f"{path}: line {number}: {promise}; it is {shown(line)}") from error
         if instant < 0.0 or (instants and instant <= instants[-1]):
             raise InvalidGoal(f"{path}: line {number}: times must increase from 0; it is {instant}")
+        check_goal(value, bounds, f"{path}: line {number}: ")
         instants.append(instant)
         values.append(value)
     if not instants:
@@ -112,11 +123,10 @@ def open_goals(word: str, bounds: tuple[float, float]) -> Goals:
 
     Args:
         word: ``keyboard``, ``stdin``, ``stairs``, an angle [rad], or the path of a file.
-        bounds: Least and greatest goal [rad] that keys may give.
+        bounds: Least and greatest goal [rad].
 
     Raises:
-        InvalidGoal: The file holds no goals.
-        InvalidParameter: The word names nothing.
+        InvalidGoal: The file holds no goals, or one lies beyond the bounds.
     """
     if word == "keyboard":
         return FixedGoal(bounds[0], bounds)
@@ -125,6 +135,8 @@ def open_goals(word: str, bounds: tuple[float, float]) -> Goals:
     if word == "stairs":
         return stairs()
     try:
-        return FixedGoal(parse_goal(word), bounds)
+        goal = parse_goal(word)
     except InvalidGoal:
-        return read_goals(Path(word))
+        return read_goals(Path(word), bounds)
+    check_goal(goal, bounds)
+    return FixedGoal(goal, bounds)

@@ -109,7 +109,9 @@ def fields(content: bytes) -> Iterator[tuple[int, bytes]]:
         elif kind in WIDTHS:
             place += WIDTHS[kind]
         else:
-            raise InvalidPolicyFile("an ONNX file; its bytes are no message")
+            raise InvalidPolicyFile(
+                "a policy is an ONNX or TorchScript file; its bytes are no message"
+            )
         if place > len(content):
             raise InvalidPolicyFile("an ONNX file; it is cut off")
         yield number, value
@@ -126,4 +128,4 @@ def varint(content: bytes, place: int) -> tuple[int, int]:
         number |= (byte & 127) << shift
         if byte < 128:
             return number, place
-    raise InvalidPolicyFile("an ONNX file; its bytes are no message")
+    raise InvalidPolicyFile("a policy is an ONNX or TorchScript file; its bytes are no message")

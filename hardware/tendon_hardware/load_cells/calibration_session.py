@@ -38,6 +38,8 @@ class CalibrationSession:
             raise InvalidCalibration(
                 f"gravity on the ground is 9.764 to 9.834 m/s^2; it is {self.gravity}"
             )
+        if self.out.is_dir():
+            raise InvalidCalibration(f"{self.out}: a calibration is a TOML file; it is a folder")
         if self.out.exists():
             raise InvalidCalibration(
                 f"{self.out}: there is a calibration already, which logs may name; give another "

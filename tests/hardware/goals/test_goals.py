@@ -94,11 +94,21 @@ def test_lines_give_goals_as_they_come() -> None:
 def test_a_word_names_a_kind_of_goals(tmp_path: Path) -> None:
     """An angle, the stairs, the keyboard or a file; anything else is a file that is not there."""
     assert open_goals("0.8", BOUNDS).value(0.0) == 0.8
-    assert open_goals("9", BOUNDS).value(0.0) == pytest.approx(pi / 2.0)
+    assert open_goals("1.5708", BOUNDS).value(0.0) == pytest.approx(pi / 2.0)
     assert open_goals("keyboard", BOUNDS).value(0.0) == 0.0
     assert open_goals("stairs", BOUNDS).value(3.1) == pytest.approx(pi / 5.0)
     with pytest.raises(InvalidGoal, match="no such file"):
         open_goals(str(tmp_path / "keybord"), BOUNDS)
+
+
+def test_goals_in_degrees_are_refused(tmp_path: Path) -> None:
+    """The policy took its greatest goal for each, without a word."""
+    with pytest.raises(InvalidGoal, match=r"0 to 1\.571 rad, .* it is 60 "):
+        open_goals("60", BOUNDS)
+    path = tmp_path / "goals.txt"
+    path.write_text("0 0.5\n1 45\n")
+    with pytest.raises(InvalidGoal, match=r"line 2: goals of this policy are 0 to 1\.571 rad"):
+        open_goals(str(path), BOUNDS)
 
 
 def test_goals_that_are_set_have_an_end(tmp_path: Path) -> None:
