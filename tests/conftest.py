@@ -8,8 +8,12 @@ import pytest
 import warp as wp
 from hypothesis import settings
 
-from tendon_newton.cli import COLLECT_AFTER
-from tendon_newton.simulation.model import assembly
+# No test walks Newton's own kernels back, whose adjoints are most of what they compile. A module
+# takes this when it is first imported; kernels of ours say for themselves what they need.
+wp.config.enable_backward = False
+
+from tendon_newton.cli import COLLECT_AFTER  # noqa: E402
+from tendon_newton.simulation.model import assembly  # noqa: E402
 
 # the same examples in every run, and no verdict by the clock of a busy machine
 settings.register_profile("steady", derandomize=True, deadline=None, database=None)

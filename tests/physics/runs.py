@@ -25,6 +25,14 @@ DATA_SHEET = {
 }  # fmt: skip
 """A servo whose host closes the position loop: the row of 9.0 V in a data sheet."""
 
+ASLEEP = {
+    "gain_error": {"scale": 1.0},
+    "viscous_friction": {"coefficient": 0.0},
+    "coulomb_friction": {"force": 0.0},
+    "joint_stiffness_error": {"scale": 1.0},
+}
+"""Effects that are switched off: tests that wake one of them, or none, share their kernels."""
+
 
 def ideal_model(**effects: dict[str, float]) -> Model:
     """Return the nominal actuator with some effects."""

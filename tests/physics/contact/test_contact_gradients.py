@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
-import torch
 
 from tendon_newton.data.recording import Array
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
-from tests.conftest import SEED
 from tests.physics.contact.bodies import ball, block, floor
 from tests.physics.gradients.test_gradients import check_gain_and_commands, check_numbers
 from tests.physics.runs import ideal_model, run_of
 
+pytestmark = pytest.mark.slow  # the quick tests of a ball are those beside links that meet
 SCENE = (ball(), block(), floor())
 NUMBERS = {
     "obstacle_position": ((0, 0, 2), (0, 0, 0), (1, 1, 2), (2, 2, 2)),
@@ -48,32 +46,11 @@ def rollout() -> DifferentiableRollout:
     return out
 
 
-@pytest.mark.slow
 def test_gradients_by_what_is_touched(rollout: DifferentiableRollout) -> None:
     """Place, size, material and friction of obstacles, and the finger that presses them."""
     check_numbers(rollout, NUMBERS, SIZES)
 
 
-@pytest.mark.slow
 def test_gradients_by_gain_and_commands_of_a_held_object(rollout: DifferentiableRollout) -> None:
     """What the motor does while the finger holds something."""
     check_gain_and_commands(rollout, ((2, 0), (15, 0), (30, 0), (37, 0)))
-
-
-def test_torch_moves_an_obstacle_out_of_the_way(rollout: DifferentiableRollout) -> None:
-    """The place of an obstacle is an input of a torch program, with a gradient that helps."""
-    place = np.array([[obstacle.position for obstacle in SCENE]] * 3)
-    position = torch.tensor(place, requires_grad=True)
-    rng = np.random.default_rng(SEED)
-    target = torch.tensor(rng.uniform(0.5, 1.0))
-    losses = []
-    for _ in range(2):
-        tracks = simulate_with_gradients(rollout, obstacle_position=position)
-        loss = ((tracks.joint_position[:, 0] - target) ** 2).mean()
-        position.grad = None
-        loss.backward()
-        losses.append(float(loss.detach()))
-        with torch.no_grad():
-            position -= 1e-3 * position.grad / position.grad.norm()
-    assert losses[1] < losses[0]
-    rollout.inputs.mechanism.obstacle_position.assign(place)

@@ -1,5 +1,6 @@
 """An effect of one servo acts there as that of all does, and nowhere else."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import product
 
@@ -17,8 +18,9 @@ from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import replay
-from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Trajectory
+from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Stepping, Trajectory
 from tendon_newton.simulation.model.bench_numbers import BenchNumber
+from tests.physics.runs import ASLEEP
 
 ROWS, RATE = 120, 80.0
 IDEAL = NamedValues(name="ideal", values={"gain": 4.2})
@@ -40,6 +42,7 @@ CAUSES = {
     "load_cell_lag": {"time_constant": 0.03},
     "load_cell_delay": {"delay": 0.02},
 }
+OVERLOAD = {"overload_cut": {"duty": 0.1, "fraction": 0.01, "time": 0.1}}
 OF_MOTOR = {"tendon_compliance": {"stiffness": 4e3}, "speed_limit": {"limit": 0.5}}
 
 
@@ -60,22 +63,33 @@ def effect(name: str, servo: int | None = None, **values: float) -> NamedValues:
     return NamedValues(name=name, servo=servo, values=values)
 
 
-def run(*effects: NamedValues, actuator: NamedValues = IDEAL) -> Trajectory:
-    """Simulate the finger between two strings."""
-    (out,) = replay([recording()], Model(actuator=actuator, effects=effects), time_step=1e-3)
-    return out
+def rollout_of(
+    log: Recording, actuator: NamedValues, causes: Iterable[str], time_step: float = 1e-3
+) -> Rollout:
+    """Return a finger between two strings, with effects of all servos and of each."""
+    names = [*causes, *(name_of(name, d) for name, d in product(causes, (0, 1)))]
+    return Rollout(
+        load_mechanism("finger_antagonist"), [log], Model(actuator=actuator),
+        candidates=Candidates(effects=names, shared=list(causes)),
+        stepping=Stepping(time_step=time_step), device="cpu",
+    )  # fmt: skip
+
+
+def run(*effects: NamedValues, log: Recording | None = None, time_step: float = 1e-3) -> Trajectory:
+    """Simulate some effects in the kernel that holds all causes."""
+    rollout = rollout_of(log or recording(), IDEAL, {**CAUSES, **OVERLOAD}, time_step)
+    model = Model(actuator=IDEAL, effects=effects)
+    return rollout.run(rollout.base_vectors(model)[None])[0][0]
 
 
 @pytest.mark.parametrize(
-    ("actuator", "causes"), [(IDEAL, CAUSES), (MOTOR, OF_MOTOR)], ids=["source", "motor"]
+    ("actuator", "causes"),
+    [(IDEAL, {**CAUSES, **OVERLOAD}), (MOTOR, OF_MOTOR)],
+    ids=["source", "motor"],
 )
 def test_the_same_at_each_servo_is_the_same_at_all(actuator, causes) -> None:
     """To the last bit; and one servo's alone is neither that nor nothing."""
-    names = [*causes, *(name_of(name, d) for name, d in product(causes, (0, 1)))]
-    rollout = Rollout(
-        load_mechanism("finger_antagonist"), [recording()], Model(actuator=actuator),
-        candidates=Candidates(effects=names, shared=list(causes)), device="cpu",
-    )  # fmt: skip
+    rollout = rollout_of(recording(), actuator, causes)
     models = [Model(actuator=actuator)]
     for name, values in causes.items():
         both, *own = (effect(name, servo, **values) for servo in (None, 0, 1))
@@ -102,12 +116,11 @@ def test_an_overload_of_the_second_servo_is_cut_inside_a_step() -> None:
     """Its own time divides a step, not that of the first: so steps of 2 ms err by 1 mrad."""
     jump = np.where(np.arange(ROWS) < 10, 0.5, 2.5)
     log = replace(recording(), command=np.stack([np.full(ROWS, 0.5), jump], axis=1))
-    cut = (
+    cut = [
         effect("overload_cut", d, duty=0.3, fraction=0.01, time=time)
         for d, time in enumerate((0.9, 0.5013))
-    )
-    model = Model(actuator=IDEAL, effects=tuple(cut))
-    coarse, fine = (replay([log], model, time_step=h)[0].motor_position[48:] for h in (2e-3, 1e-4))
+    ]
+    coarse, fine = (run(*cut, log=log, time_step=h).motor_position[48:] for h in (2e-3, 1e-4))
     np.testing.assert_allclose(coarse, fine, atol=1e-3)
     assert fine[0, 1] - fine[5, 1] > 0.2  # it is let go
 
@@ -245,8 +258,9 @@ def test_gradients_refuse_an_effect_of_one_finger() -> None:
 
 def test_a_control_loop_holds_effects_of_one_finger() -> None:
     """Its rows are those of a rollout, and its numbers stand by finger."""
-    entries = (effect("gain_error", 1, scale=0.7), effect("joint_stiffness_error", 3, scale=1.4))
-    model = Model(actuator=IDEAL, effects=entries)
+    own = (effect("gain_error", 1, scale=0.7), effect("joint_stiffness_error", 3, scale=1.4))
+    asleep = tuple(effect(name, **values) for name, values in ASLEEP.items())
+    model = Model(actuator=IDEAL, effects=(*asleep, *own))
     loop = ControlLoop(load_mechanism("hand"), model, 2, rate=RATE, device="cpu")
     assert loop.numbers("gain_error", "scale").tolist() == 2 * [[1.0, 0.7, 1.0, 1.0]]
     assert loop.numbers("joint_stiffness_error", "scale").tolist() == 2 * [[1.0, 1.0, 1.0, 1.4]]

@@ -17,13 +17,11 @@ from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.conftest import SEED
 from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds
-from tests.physics.runs import follow, ideal_model, run_of, simulate, stairs
+from tests.physics.runs import ASLEEP, follow, ideal_model, run_of, simulate, stairs
 
 STEP = 2.5e-4  # s
 STEPS = (2.0e-3, 1.0e-3, 5.0e-4, 2.5e-4)
 FINE = 1.25e-5  # s
-NONE = {"viscous_friction": {"coefficient": 0.0}, "coulomb_friction": {"force": 0.0}}
-"""Effects that are switched off: tests with one of them, and without any, share their kernels."""
 TENSIONS = {
     "finger_routed": ((1.0,), (3.0,), (5.0,)),
     "finger_antagonist": ((1.5, 0.0), (2.0, 0.5)),
@@ -82,7 +80,7 @@ def test_the_solver_settles_and_stays_where_statics_says(name: str) -> None:
     """Tension as the load cell reads it, and joints to 1e-6 rad; after 0.5 s they are there yet."""
     mechanism = load_mechanism(name)
     model = build_model(mechanism, 1, device="cpu")
-    solver = TendonSolver(model, ideal_model(**NONE), max_step=2.0e-3, update_bodies=False)
+    solver = TendonSolver(model, ideal_model(**ASLEEP), max_step=2.0e-3, update_bodies=False)
     state = model.state()
     command = np.array([[2.0, -0.2][: len(mechanism.tendons)]], dtype=np.float32)
     solver.command.assign(command)
@@ -122,7 +120,7 @@ def stick_and_swing(step: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
         model,
-        ideal_model(**{**NONE, "coulomb_friction": {"force": 8.0}}),
+        ideal_model(**{**ASLEEP, "coulomb_friction": {"force": 8.0}}),
         max_step=step,
         update_bodies=False,
     )
@@ -158,7 +156,7 @@ def test_tendon_work_is_energy_gained_plus_heat() -> None:
     model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
         model,
-        ideal_model(**{**NONE, "viscous_friction": {"coefficient": 0.2}}),
+        ideal_model(**{**ASLEEP, "viscous_friction": {"coefficient": 0.2}}),
         max_step=STEP,
         update_bodies=False,
     )
