@@ -255,18 +255,25 @@ def test_dry_friction_holds_the_spool_of_a_compliant_tendon() -> None:
     assert np.ptp(out["theta"][stuck[stuck > 200]]) < 1e-4
 
 
-@pytest.mark.parametrize("friction", ["coulomb_friction", "hysteresis", "load_dependent_friction"])
-def test_a_spool_without_inertia_is_the_limit_of_a_light_one(friction: str) -> None:
+@pytest.mark.parametrize(
+    "friction",
+    [
+        {"coulomb_friction": {"force": 0.8}},
+        {"hysteresis": {"force": 0.8, "travel": 3e-4, "exponent": 0.0}},
+        {"load_dependent_friction": {"coefficient": 0.15}},
+    ],
+    ids=lambda friction: "".join(friction),
+)
+def test_a_spool_without_inertia_is_the_limit_of_a_light_one(friction) -> None:
     """Steps, ramps and waves of a rotor of 1 g cm2, whose spool has a coordinate of its own."""
-    own = {
-        "coulomb_friction": {"force": 0.8},
-        "hysteresis": {"force": 0.8, "travel": 3e-4, "exponent": 0.0},
-        "load_dependent_friction": {"coefficient": 0.15},
-    }
     effects = {
         "tendon_compliance": {"stiffness": 6000.0},
         "viscous_friction": {"coefficient": 0.6},
-        friction: own[friction],
+        # those that sleep share one kernel
+        "coulomb_friction": {"force": 0.0},
+        "hysteresis": {"force": 0.0, "travel": 3e-4},
+        "load_dependent_friction": {"coefficient": 0.0},
+        **friction,
     }
     command = np.concatenate([steps_and_waves(), ramp(160)])
     found = {}
