@@ -1,6 +1,5 @@
 """Without commands the measured force drives the mechanism, and nothing else."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.effects import EFFECTS
@@ -17,31 +15,32 @@ from tendon_newton.identification import testable
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_newton.simulation.hosts.rollout import drive_of
-from tests.effect_bench import GAIN, commanded, steps_and_waves
+from tests.effect_bench import commanded, steps_and_waves
+from tests.physics.runs import RADIUS, ideal_model
 
 Array = NDArray[np.float64]
 STEP = 5.0e-4  # [s]
-RADIUS = 0.0125  # [m]
+ASLEEP = {
+    "command_delay": {"delay": 0.0},
+    "coulomb_friction": {"force": 0.0},
+    "joint_dry_friction": {"fraction": 0.0},
+    "load_cell_bias": {"offset": 0.0},
+    "load_cell_gain": {"scale": 1.0},
+}
+"""All effects that a test wakes, at null: they share a kernel."""
 
 
-def model(**effects: Mapping[str, float]) -> Model:
-    """The nominal actuator with some effects."""
-    return Model(
-        actuator=NamedValues(name="ideal", values={"gain": GAIN, "spool_radius": RADIUS}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-    )
-
-
-def theta_of(recording: Recording, **effects: Mapping[str, float]) -> Array:
+def theta_of(recording: Recording, **effects: dict[str, float]) -> Array:
     """The angle that a model makes of one recording, shape (T,)."""
-    return replay([recording], model(**effects), time_step=STEP)[0].motor_position[:, 0]
+    model = ideal_model(**{**ASLEEP, **effects})
+    return replay([recording], model, time_step=STEP)[0].motor_position[:, 0]
 
 
 @pytest.fixture(scope="module")
 def driven() -> Recording:
     """What the ideal bench logs, without its commands."""
     asked = replace(commanded(steps_and_waves()), force=np.zeros((160, 1)))
-    (out,) = replay([asked], model(), time_step=STEP)
+    (out,) = replay([asked], ideal_model(**ASLEEP), time_step=STEP)
     return replace(simulated_recording(asked, out), command=None)
 
 
@@ -72,7 +71,7 @@ def test_what_lies_before_the_cell_changes_nothing(driven: Recording) -> None:
 
 def test_only_what_can_show_is_tried(driven: Recording) -> None:
     """No actuator effect, no command's effect, no lag of the cell; and the report says so."""
-    study = Study([driven], model(), tuple(EFFECTS), time_step=STEP)
+    study = Study([driven], ideal_model(), tuple(EFFECTS), time_step=STEP)
     names = testable.testable_effects(study)
     assert {EFFECTS[name].side for name in names} == {"mechanism", "transmission", "sensor"}
     assert not {"tendon_slack", "backlash", "load_cell_lag"} & set(names)
@@ -86,7 +85,7 @@ def test_noise_of_the_cell_counts_as_noise_of_the_angle(driven: Recording) -> No
     """Noise on the force moves the shaft: the floor holds it, for the right model leaves it."""
     noise = 0.2 * np.random.default_rng(3).standard_normal(driven.force.shape)
     noisy = replace(driven, force=driven.force + noise)
-    study = Study([noisy], model(), (), time_step=STEP)
+    study = Study([noisy], ideal_model(), (), time_step=STEP)
     left = study.residuals(np.array([[-1]]), np.zeros((1, 1)))[0].theta
     assert np.sqrt(np.mean(left[:, 90:] ** 2)) < 1.5 * study.noise.theta
     assert study.noise.theta > 5e-3
@@ -95,7 +94,7 @@ def test_noise_of_the_cell_counts_as_noise_of_the_angle(driven: Recording) -> No
 def test_recordings_with_and_without_commands_mix(driven: Recording) -> None:
     """A dataset may hold both; one rollout may not."""
     asked = commanded(steps_and_waves())
-    out = replay([asked, driven], model(), time_step=STEP)
+    out = replay([asked, driven], ideal_model(**ASLEEP), time_step=STEP)
     np.testing.assert_array_equal(out[1].motor_position[:, 0], theta_of(driven))
     with pytest.raises(InvalidRecording, match="all driven by one signal"):
         drive_of([asked, driven])
@@ -142,9 +141,9 @@ def test_a_cart_s_friction_is_named_and_measured() -> None:
     Each hides the others: with one alone in the model none of the rest passes, only two together.
     """
     logs = [cart(1), cart(2)]
-    study = Study(logs, model(), tuple(EFFECTS), time_step=1e-3, in_segments=True)
+    study = Study(logs, ideal_model(), tuple(EFFECTS), time_step=1e-3, in_segments=True)
     names = testable.testable_effects(study)
-    found = find_causes(logs, study, model(), names)
+    found = find_causes(logs, study, ideal_model(), names)
     final = found.final
     frictions = {"viscous_friction": VISCOUS * RADIUS, "coulomb_friction": DRY}
     (third,) = set(final.effects) - set(frictions)
