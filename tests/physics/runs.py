@@ -33,6 +33,13 @@ ASLEEP = {
 }
 """Effects that are switched off: tests that wake one of them, or none, share their kernels."""
 
+DELAYED = {
+    "command_delay": {"delay": 0.031},
+    "viscous_friction": {"coefficient": 0.0},
+    "coulomb_friction": {"force": 0.7},
+}
+"""A servo that acts late and sticks: the same wherever a finger is stepped."""
+
 
 def ideal_model(**effects: dict[str, float]) -> Model:
     """Return the nominal actuator with some effects."""

@@ -8,7 +8,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tests.physics.runs import GAIN, RADIUS, ROWS, follow, ideal_model, run_of, simulate
+from tests.physics.runs import DELAYED, GAIN, RADIUS, ROWS, follow, ideal_model, run_of, simulate
 
 MASS, DAMPING = 0.05, 5.0  # kg, N s/m: both sliders
 
@@ -108,12 +108,12 @@ def test_tendon_work_is_energy_gained_plus_heat() -> None:
     """Work of the tension at the load cell = change of energy + damping + joint friction."""
     model = build_model(load_mechanism("finger"), 1, device="cpu")
     model.joint_friction.assign(FRICTION.astype(np.float32))
-    solver = TendonSolver(
-        model,
-        ideal_model(coulomb_friction={"force": 0.3}, viscous_friction={"coefficient": 0.2}),
-        max_step=STEP,
-        update_bodies=False,
-    )
+    effects = DELAYED | {
+        "command_delay": {"delay": 0.0},
+        "coulomb_friction": {"force": 0.3},
+        "viscous_friction": {"coefficient": 0.2},
+    }
+    solver = TendonSolver(model, ideal_model(**effects), max_step=STEP, update_bodies=False)
     time = STEP * np.arange(6000)
     command = 1.6 - 0.8 * np.cos(2.0 * np.pi * time)
     q, v, power = follow(solver, model, command, STEP)

@@ -18,10 +18,9 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop, ControlRead
 from tests.conftest import SEED
 from tests.physics.learned import networks
 from tests.physics.learned.networks import force_query, learned_model
-from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, simulate, stairs
+from tests.physics.runs import DELAYED, RADIUS, ROWS, ideal_model, run_of, simulate, stairs
 
 WORLDS = 3
-EFFECTS = {"coulomb_friction": {"force": 0.7}, "command_delay": {"delay": 0.031}}
 SERVO = {
     "duty_per_rad": 1.1, "max_duty": 0.9, "supply_voltage": 5.0, "torque_constant": 0.4,
     "resistance": 3.0, "armature": 0.002, "spool_radius": RADIUS,
@@ -30,7 +29,7 @@ SERVO = {
 
 def ideal_loop(worlds: int = WORLDS) -> ControlLoop:
     """Return fingers on ideal servos with friction and a delay."""
-    return ControlLoop(load_mechanism("finger"), ideal_model(**EFFECTS), worlds, device="cpu")
+    return ControlLoop(load_mechanism("finger"), ideal_model(**DELAYED), worlds, device="cpu")
 
 
 def servo_loop(worlds: int = WORLDS) -> ControlLoop:
@@ -105,8 +104,8 @@ def test_worlds_do_not_know_of_each_other(make_loop: Callable[..., ControlLoop])
 def test_control_steps_are_rows_of_a_rollout(rng: np.random.Generator) -> None:
     """What a loop reads after a step is what a recording of its commands would hold."""
     command = stairs(rng, 61, 0.5, 3.0, 20)
-    (expected,) = simulate([run_of(command)], ideal_model(**EFFECTS), time_step=5e-4)
-    loop = ControlLoop(load_mechanism("finger"), ideal_model(**EFFECTS), 1, rate=ROWS, device="cpu")
+    (expected,) = simulate([run_of(command)], ideal_model(**DELAYED), time_step=5e-4)
+    loop = ControlLoop(load_mechanism("finger"), ideal_model(**DELAYED), 1, rate=ROWS, device="cpu")
     tensors = torch.tensor(command, dtype=torch.float32).reshape(-1, 1, 1)
     loop.reset(tensors[0])
     read = run(loop, tensors[:-1])
@@ -143,7 +142,7 @@ def test_the_tip_is_where_newton_has_it_to_the_bit() -> None:
 
 def test_numbers_differ_by_world() -> None:
     """A gain, a delay, a spring and a spool each change their own world from the next step on."""
-    loop = ControlLoop(load_mechanism("finger"), ideal_model(**EFFECTS), 5, device="cpu")
+    loop = ControlLoop(load_mechanism("finger"), ideal_model(**DELAYED), 5, device="cpu")
     loop.numbers("ideal", "gain")[1] = 3.0
     loop.numbers("command_delay", "delay")[2] = 0.2
     loop.bench_numbers("stiffness")[3] *= 2.0

@@ -80,7 +80,7 @@ def test_the_solver_settles_and_stays_where_statics_says(name: str) -> None:
     """Tension as the load cell reads it, and joints to 1e-6 rad; after 0.5 s they are there yet."""
     mechanism = load_mechanism(name)
     model = build_model(mechanism, 1, device="cpu")
-    solver = TendonSolver(model, ideal_model(**ASLEEP), max_step=2.0e-3, update_bodies=False)
+    solver = TendonSolver(model, ideal_model(), max_step=2.0e-3, update_bodies=False)
     state = model.state()
     command = np.array([[2.0, -0.2][: len(mechanism.tendons)]], dtype=np.float32)
     solver.command.assign(command)

@@ -11,10 +11,10 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tests.physics.runs import ROWS, ideal_model, run_of, simulate, stairs
+from tests.physics.runs import DELAYED, ROWS, ideal_model, run_of, simulate, stairs
 
 PERIOD = 1.0 / ROWS
-MODEL = ideal_model(coulomb_friction={"force": 0.7}, command_delay={"delay": 0.031})
+MODEL = ideal_model(**DELAYED)
 
 
 def make_solver(worlds: int, **options: Any) -> tuple[TendonSolver, newton.Model]:
