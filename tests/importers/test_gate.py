@@ -148,6 +148,12 @@ def half_in_degrees(logs: Logs) -> None:
         log["q"] = np.rad2deg(log["q"])
 
 
+def degrees_of_radians(logs: Logs) -> None:
+    """Take radians for degrees."""
+    for log in logs.runs:
+        log |= {name: np.deg2rad(log[name]) for name in ("q", "goal")}
+
+
 def in_kilograms(logs: Logs) -> None:
     """Write the force in kgf."""
     for log in logs.runs:
@@ -193,6 +199,7 @@ def contradicting(logs: Logs) -> None:
         (pushing, "N on average, below zero in", "sign = -1"),
         (in_degrees, "and the whole range of finger is", 'unit = "deg"'),
         (half_in_degrees, "times as far as theta_d", 'theta is in degrees: say unit = "deg"'),
+        (degrees_of_radians, "and the whole range of finger is", "and taken for degrees"),
         (in_kilograms, "where springs and gravity of finger take", 'unit = "kgf"'),
         (amplified, "where springs and gravity of finger take", "the scale of its cell"),
         (of_another_time, "where springs and gravity of finger take more", "its clock differs"),
@@ -204,11 +211,12 @@ def contradicting(logs: Logs) -> None:
 def test_a_mistake_is_told_once_with_its_mend(
     spoil, evidence: str, mend: str, logs: Logs, tmp_path: Path, capsys
 ) -> None:
-    """One line says what to do, below it the evidence of four runs at most."""
+    """One line says what to do, below it the evidence of four runs; no spring is blamed for it."""
     spoil(logs)
     text = said(logs, tmp_path, capsys)
     (line,) = (line for line in text.splitlines() if mend in line)
     assert line.startswith(("defect, ", "caution, "))
+    assert ("springs and gravity" in text) == ("springs and gravity" in evidence)
     assert 1 <= sum(evidence in line for line in text.splitlines()) <= 4
     assert ("\nmend the defects, then:\n" in text) == (
         spoil not in (contradicting, of_another_time)
