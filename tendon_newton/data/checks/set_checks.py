@@ -17,7 +17,8 @@ PUSHING = 0.9  # [1] of the rows below zero: a string that pushes is told of by 
 LEAST_PULLS = 2  # Recordings that must agree
 LEAST_SLOW = 50  # Rows from which a slope is one
 FAR_GAIN = 10.0  # [1] times what the force grows by; a degree is 57, a spool's radius 80 times off
-OFF_ZERO = 0.4  # [rad] a tooth and a half of a 25-tooth spline; what less is, a diagnosis names
+OFF_ZERO = 0.28  # [rad] more than a tooth of a 25-tooth spline; what less is, a diagnosis names
+AGREED = 0.1  # [1] of such a zero, within which recordings must agree on it
 WARMING_LIMIT = 3.0  # [K] one degree is the resolution; copper changes by 1.2 % in 3 K
 CONTRADICTION = 0.1  # [1] of the motion; wear and stiction of a sound finger stay below
 LEAST_CONTRADICTION = 0.02  # [rad] as little is backlash
@@ -107,7 +108,7 @@ def off_zero(recordings: Sequence[Recording]) -> Iterator[Finding]:
             "a servo pulls towards its goal: force, or both theta and theta_d, count the other way "
             "(sign = -1 in the mapping)",
         )
-    elif abs(zero) > OFF_ZERO and spread < 0.25 * abs(zero):
+    elif abs(zero) > OFF_ZERO and spread < AGREED * abs(zero):
         yield Examined("all", "theta").caution(
             f"the force is zero where theta_d - theta is {zero:+.2f} rad, to {spread:.2f} rad in "
             f"{len(found)} recordings",
