@@ -48,7 +48,7 @@ from tendon_newton.diagnosis.richer_actuator import (
     with_actuator,
 )
 from tendon_newton.diagnosis.search.coordinates import is_shape
-from tendon_newton.diagnosis.search.decide.account import CHANGE, OPEN
+from tendon_newton.diagnosis.search.decide.account import OPEN
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import (
@@ -378,8 +378,6 @@ def why_suspected(findings: Findings, cause: str) -> str:
         return ""
     if any(c.name == OPEN and not c.passed for c in findings.criteria[cause]):
         return "Its interval holds the value that means nothing."
-    if any(c.name == CHANGE and not c.passed for c in findings.criteria[cause]):
-        return "It changes the simulation by less than laws of friction miss here."
     return "It is worth little beside what no cause explains."
 
 

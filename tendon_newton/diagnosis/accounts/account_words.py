@@ -15,7 +15,6 @@ from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
     BEHIND,
     BEYOND,
-    CHANGE,
     HELD_OUT,
     IN_RANGE,
     LOSS,
@@ -168,10 +167,6 @@ LONG: dict[str, Callable[[Criterion], str]] = {
         "On parts of the data that no number had seen it makes them "
         f"{smaller(c.value)}; {smaller(c.bar)} is asked."
     ),
-    CHANGE: lambda c: (
-        f"It changes the residuals by {c.value:.2g} times what laws of friction miss here; "
-        f"{c.bar:.2g} is asked."
-    ),
     IN_RANGE: lambda c: (
         "All its numbers lie inside their ranges."
         if c.passed
@@ -211,7 +206,6 @@ SHORT: dict[str, Callable[[Criterion], str]] = {
     BEYOND: lambda c: f"{c.value:.1f} tolerances from what is stated; {c.bar:.2g} asked",
     LOSS: lambda c: f"residuals {smaller(c.value)}; {smaller(c.bar)} asked",
     HELD_OUT: lambda c: f"on unseen data residuals {smaller(c.value)}; {smaller(c.bar)} asked",
-    CHANGE: lambda c: f"changes {c.value:.2g} times what laws of friction miss here",
     IN_RANGE: lambda _: "a number at the edge of its range",
     REMAINS: lambda c: f"residuals {larger(c.value)} without it beside what is unexplained",
     OPEN: lambda _: "an interval that holds the value that means nothing",

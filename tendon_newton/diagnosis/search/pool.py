@@ -12,8 +12,6 @@ from tendon_newton.diagnosis.search.floors import (
     floors_of,
     form_of,
     is_dry,
-    least_scales,
-    usual_form,
 )
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise, values_of
 from tendon_newton.diagnosis.search.rule import NATS, SEARCHED
@@ -129,23 +127,6 @@ class Pool:
         """
         form = form_of(self.worlds, less.names)
         return self._largest(self._rise(less.residual**2, fit.residual**2, self.floors), form)
-
-    def seen_change(self, fit: Fit, less: Fit) -> float:
-        """Return how much smaller residuals a fit has than another [errors of form seen in it].
-
-        What a fit leaves above the noise is the error of form of its laws on this bench. Where they
-        usually miss more, this one counts, but at least a third of that one.
-        """
-        study, largest = self.worlds.study, 0.0
-        noise = least_scales(study, usual_form(study), 0.0, self.floors.rest)
-        dry = is_dry((*study.known, *fit.names))
-        form = form_of(self.worlds, less.names, 1.0 if dry else SEARCHED)
-        left = self._rise(fit.residual**2, self.worlds.where.sizes(noise) ** 2, self.floors)
-        rise = self._rise(less.residual**2, fit.residual**2, self.floors)
-        for (signal, gone), (_, stays) in zip(rise, left, strict=True):
-            usual = form.of(signal)
-            largest = max(largest, gone / min(usual, max(stays, SEARCHED * usual)))
-        return largest
 
     def mean_excess(self, fit: Fit, floors: Floors, share: float) -> float:
         """Return how much larger residuals a fit has than the floors [its errors of form].

@@ -21,7 +21,7 @@ from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search import strategy
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
-from tendon_newton.diagnosis.search.decide import decision
+from tendon_newton.diagnosis.search.decide import decision, told
 from tendon_newton.diagnosis.search.decide.account import OPEN, REMAINS, criteria_of
 from tendon_newton.diagnosis.search.decide.decision import (
     Decided,
@@ -58,6 +58,7 @@ from tendon_newton.diagnosis.search.decide.fitted_sets import (
 from tendon_newton.diagnosis.search.decide.told import (
     gains_of,
     taking_over,
+    with_deserved,
     with_told,
     within_ranges,
 )
@@ -661,29 +662,11 @@ def test_beside_what_no_cause_explains_a_name_costs_three_prices(
     fit, name = started(pool, viscous_friction=1.0), "viscous_friction"
     monkeypatch.setattr(Pool, "leaves_nothing", lambda *_, **__: not is_left)
     two = {name: 2.0 * PRICE}
-    decided = Decided(fit=fit, losses=two, held_out=two, changes={name: 2.0})
+    decided = Decided(fit=fit, losses=two, held_out=two)
     (column,) = worlds.study.table.columns(name)
     found: Any = SimpleNamespace(intervals={column: (0.5, 1.5)})
     criteria = criteria_of(pool, fit, decided, found, name)
     assert [c.name for c in criteria if not c.passed] == [REMAINS] * is_left
-
-
-def test_an_error_of_form_is_no_larger_than_what_is_left(worlds: SearchWorlds) -> None:
-    """Half of what laws usually miss is a cause beside noise alone, and none beside as much."""
-    pool, study = pool_of(worlds), worlds.study
-    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
-    less = started(pool, coulomb_friction=0.5)
-
-    def left(fit: Fit, share: float) -> Fit:
-        sizes = worlds.where.sizes(least_scales(study, usual_form(study), share, 1.0))
-        return replace(fit, residual=sizes)
-
-    for share, change in ((0.0, 1.5), (0.4, 1.25), (1.0, 0.5), (2.0, 0.5)):
-        without = left(less, float(np.hypot(share, 0.5)))
-        assert pool.seen_change(left(start, share), without) == pytest.approx(change)
-    sliding, nothing = started(pool, viscous_friction=1.0), started(pool)
-    found = pool.seen_change(left(sliding, 1.0), left(nothing, float(np.hypot(1.0, 0.5))))
-    assert found == pytest.approx(0.5 / (SEARCHED / LADDER))  # nothing sticks
 
 
 def test_forms_of_one_friction_may_be_further_behind(worlds: SearchWorlds) -> None:
@@ -919,6 +902,30 @@ def test_an_interval_that_holds_none_names_nothing(worlds: SearchWorlds) -> None
     found.intervals |= {viscous: (0.1, 1.3), breakaway: (0.1, 0.6)}
     assert not holds_null(study, found, "viscous_friction")
     assert not holds_null(study, found, "stribeck_friction")
+
+
+@pytest.mark.parametrize("unsure", [1, 2, 3])
+def test_what_is_sure_stands_for_causes_that_share_it(
+    worlds: SearchWorlds, monkeypatch: pytest.MonkeyPatch, unsure: int
+) -> None:
+    """Two causes of three that may be nothing give way to one that is not; a single one stays."""
+    pool, causes = pool_of(worlds), ("viscous_friction", "coulomb_friction", "command_delay")
+    start = started(pool, viscous_friction=1.0)
+    sets = fit, other, sure = [
+        replace(start, names=names, score=1.0 + PRICE * k)
+        for k, names in enumerate((causes, ("actuator_lag",), ("viscous_friction", "actuator_lag")))
+    ]
+    pool.add(sets)
+    unsure_ones = causes[-unsure:]
+    gains = dict.fromkeys((*causes, "actuator_lag"), 1.0)
+    monkeypatch.setattr(told, "found_of", lambda _, own: own)
+    monkeypatch.setattr(told, "holds_null", lambda *given: given[-1] in unsure_ones)
+    monkeypatch.setattr(told, "followed", lambda _, own: own)
+    monkeypatch.setattr(told, "held_out_gains", lambda *_: gains)
+    monkeypatch.setattr(told, "with_worths", lambda decided, *_: decided)
+    answer = with_deserved(pool, Decided(fit=pool.fits[frozenset(fit.names)]), causes)
+    expected = {1: fit, 2: sure, 3: other}[unsure]
+    assert set(answer.fit.names) == set(expected.names)
 
 
 def test_what_helps_to_predict_is_written_though_it_has_no_name(worlds: SearchWorlds) -> None:

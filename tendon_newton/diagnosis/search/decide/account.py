@@ -19,7 +19,6 @@ Criteria = tuple[Criterion, ...]
 
 LOSS = "score lost without it [nat per row]"
 HELD_OUT = "the same on parts left out [nat per row]"
-CHANGE = "larger residuals without it [errors of form]"
 IN_RANGE = "numbers at the edge of their ranges"
 REMAINS = "score lost without it, where something is left that no cause explains [nat per row]"
 BEYOND = "tolerances by which it differs from what is stated"
@@ -59,14 +58,12 @@ def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: 
             Criterion(name=OPEN, value=float(is_open), bar=0.0, passed=not is_open),
         )
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(decisive, fit, name)
-    bar, change = decisive.bar(name), decided.changes[name]
-    least_change = 0.0 if decisive.is_stated(name) else 1.0
+    bar = decisive.bar(name)
     least = 0.0 if decisive.leaves_nothing(fit, usual=True) else SURE * decisive.price
     is_open = holds_null(decisive.worlds.study, found, name)
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
         Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
-        Criterion(name=CHANGE, value=change, bar=least_change, passed=change >= least_change),
         Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge),
         Criterion(name=REMAINS, value=loss, bar=least, passed=loss >= least),
         Criterion(name=OPEN, value=float(is_open), bar=0.0, passed=not is_open),

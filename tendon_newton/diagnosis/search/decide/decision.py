@@ -72,8 +72,6 @@ class Decided:
     """Score lost without each [nat per row]."""
     held_out: dict[str, float] = field(default_factory=dict[str, float])
     """Score lost without each on parts that no number has seen [nat per row]."""
-    changes: dict[str, float] = field(default_factory=dict[str, float])
-    """How much larger residuals are without each [errors of form seen in this set]."""
     rivals: dict[str, tuple[Fit, ...]] = field(default_factory=dict[str, tuple[Fit, ...]])
     """Fits with another cause in the place of each that explain the data as well."""
     refused: dict[str, Refusal] = field(default_factory=dict[str, Refusal])
@@ -429,7 +427,6 @@ def with_worths(
     return replace(
         decided,
         losses={n: decisive.gain(fit, f) for n, f in less.items()},
-        changes={n: decisive.seen_change(fit, f) for n, f in less.items()},
         held_out=dict(gains),
         rivals={n: close_rivals(decisive, fit, n) for n in fit.names},
     )

@@ -31,6 +31,7 @@ from tendon_newton.diagnosis.search.search_worlds import WITHIN
 from tendon_newton.diagnosis.search.starts import Start
 from tendon_newton.effects import are_one_friction, special_cases
 
+SHARING = 2  # Causes that may be nothing from which they share what one of another set explains
 EDGE = 1.0e-6  # Share of a tolerance at which a number counts as at the end of its range [1]
 
 
@@ -114,8 +115,9 @@ def taking_over(decisive: Pool, fit: Fit, gone: str, kept: str) -> Start:
 def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
     """Return an answer that names what is sure where causes share it so that each may be nothing.
 
-    The likeliest set that is behind by a few prices at most, and each of whose causes is surely
-    something, takes the place of one of which no cause is.
+    It holds what is sure of an answer in which several causes may be nothing, or all. It is the
+    likeliest such set that is behind by a few prices at most, and each of whose causes is surely
+    something.
 
     Args:
         decisive: Has the fits of all rows.
@@ -123,11 +125,14 @@ def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Dec
         names: Effects that may be named.
     """
     fit = decided.fit
-    if not fit.names or not all(is_open(decisive, fit, name) for name in fit.names):
+    found = found_of(decisive, fit)
+    sure = {n for n in fit.names if not holds_null(decisive.worlds.study, found, n)}
+    left_open = len(fit.names) - len(sure)
+    if not left_open or (sure and left_open < SHARING):
         return decided
     limit = decisive.cost(fit) + SURE * decisive.price
     near = [f for f in decisive.fits.values()
-            if f.names and f is not fit and not set(f.names) & set(decided.refused)
+            if f is not fit and sure < set(f.names) and not set(f.names) & set(decided.refused)
             and decisive.cost(f) < limit]  # fmt: skip
     for other in sorted(near, key=decisive.cost)[:PREDICTORS]:
         own = followed(decisive, other)
