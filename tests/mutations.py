@@ -213,7 +213,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "if name in names and z > WITHIN - EDGE}", "if name in names and z > 99.0}",
         f"{SETS} end_of_its_tolerances"),
     Mutation("causes-that-share-are-not-asked", "tendon_newton/diagnosis/search/decide/told.py",
-        "left_open < SHARING", "left_open < 99", f"{SETS} stands_for_causes"),
+        "and left_open == 1", "and left_open < 99", f"{SETS} stands_for_causes"),
     Mutation("what-is-sure-is-lost", "tendon_newton/diagnosis/search/decide/told.py",
         "and sure < set(f.names)", "and f.names", f"{SETS} stands_for_causes"),
     Mutation("parts-tell-of-what-they-do-not-show",

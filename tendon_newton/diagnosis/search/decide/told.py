@@ -31,7 +31,6 @@ from tendon_newton.diagnosis.search.search_worlds import WITHIN
 from tendon_newton.diagnosis.search.starts import Start
 from tendon_newton.effects import are_one_friction, special_cases
 
-SHARING = 2  # Causes that may be nothing from which they share what one of another set explains
 EDGE = 1.0e-6  # Share of a tolerance at which a number counts as at the end of its range [1]
 
 
@@ -128,7 +127,7 @@ def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Dec
     found = found_of(decisive, fit)
     sure = {n for n in fit.names if not holds_null(decisive.worlds.study, found, n)}
     left_open = len(fit.names) - len(sure)
-    if not left_open or (sure and left_open < SHARING):
+    if not left_open or (sure and left_open == 1):
         return decided
     limit = decisive.cost(fit) + SURE * decisive.price
     near = [f for f in decisive.fits.values()
