@@ -154,6 +154,12 @@ def degrees_of_radians(logs: Logs) -> None:
         log |= {name: np.deg2rad(log[name]) for name in ("q", "goal")}
 
 
+def turned(logs: Logs) -> None:
+    """Count angle and command the other way round."""
+    for log in logs.runs:
+        log |= {name: -log[name] for name in ("q", "goal")}
+
+
 def zero_off(logs: Logs) -> None:
     """Read the angle, and not its command, 0.3 rad too great."""
     for log in logs.runs:
@@ -206,6 +212,7 @@ def contradicting(logs: Logs) -> None:
         (in_degrees, "and the whole range of finger is", 'unit = "deg"'),
         (half_in_degrees, "times as far as theta_d", 'theta is in degrees: say unit = "deg"'),
         (degrees_of_radians, "and the whole range of finger is", "and taken for degrees"),
+        (turned, "where a string of finger is slack, and pulls", "turn theta (sign = -1"),
         (zero_off, "the force is zero where theta_d - theta is -0.30 rad", "offset = -0.300"),
         (in_kilograms, "where springs and gravity of finger take", 'unit = "kgf"'),
         (amplified, "where springs and gravity of finger take", "the scale of its cell"),

@@ -124,8 +124,7 @@ def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Dec
         names: Effects that may be named.
     """
     fit = decided.fit
-    found = found_of(decisive, fit)
-    sure = {n for n in fit.names if not holds_null(decisive.worlds.study, found, n)}
+    sure = sure_of(decisive, fit)
     left_open = len(fit.names) - len(sure)
     if not left_open or (sure and left_open == 1):
         return decided
@@ -135,7 +134,9 @@ def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Dec
             and decisive.cost(f) < limit]  # fmt: skip
     for other in sorted(near, key=decisive.cost)[:PREDICTORS]:
         own = followed(decisive, other)
-        if any(is_open(decisive, own, n) or at_bound(decisive, own, n) for n in own.names):
+        if any(at_bound(decisive, own, n) for n in own.names):
+            continue
+        if len(sure_of(decisive, own)) < len(own.names):
             continue
         gains = held_out_gains(decisive, own, own.names)
         if all(gains.get(n, 0.0) >= decisive.bar(n) for n in own.names):
@@ -143,9 +144,10 @@ def with_deserved(decisive: Pool, decided: Decided, names: Sequence[str]) -> Dec
     return decided
 
 
-def is_open(decisive: Pool, fit: Fit, name: str) -> bool:
-    """Tell whether a cause's strengths, alone and together, leave open that there is none."""
-    return holds_null(decisive.worlds.study, found_of(decisive, fit), name)
+def sure_of(decisive: Pool, fit: Fit) -> set[str]:
+    """Return the causes whose strengths, alone or together, leave out that there is none."""
+    found = found_of(decisive, fit)
+    return {n for n in fit.names if not holds_null(decisive.worlds.study, found, n)}
 
 
 def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
