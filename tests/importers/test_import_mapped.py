@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mapped_column import UNITS
 from tendon_newton.data.importers.column_mapping import read_mapping
 from tendon_newton.data.model_file import load_model
+from tendon_newton.data.recording import Recording
 
 TIME = np.arange(200) / 100.0
 COLUMNS = """
@@ -26,21 +28,35 @@ force = {column = "grams", unit = "g"}
 LED = '[model]\nkind = "measured_path"\n'
 
 
+def rows_of(*columns: np.ndarray) -> list[str]:
+    """Return the rows of a CSV file with these columns."""
+    return [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
+
+
+def two_runs(folder: Path, lines: Callable[[int], Sequence[str]]) -> Path:
+    """Write two logs of lines that follow from a run's number, 1 or 2; return their folder."""
+    (logs := folder / "logs").mkdir()
+    for k in (1, 2):
+        (logs / f"run_{k}.csv").write_text("\n".join(lines(k)) + "\n")
+    return logs
+
+
 @pytest.fixture
 def logs(tmp_path: Path) -> Path:
     """Two CSV logs in units of their own."""
-    folder = tmp_path / "logs"
-    folder.mkdir()
-    for k in (1, 2):
-        angle = 30.0 * np.sin(k * TIME)
-        rpm = 30.0 * k * np.cos(k * TIME) / 6.0
-        rows = zip(1e3 * TIME, 1.1 * angle, angle, rpm, 100.0 + angle, strict=True)
-        lines = [
-            "time_ms,goal,angle,rpm,grams",
-            *(",".join(map(repr, map(float, r))) for r in rows),
-        ]
-        (folder / f"run_{k}.csv").write_text("\n".join(lines) + "\n")
-    return folder
+
+    def lines(k: int) -> list[str]:
+        angle, rpm = 30.0 * np.sin(k * TIME), 30.0 * k * np.cos(k * TIME) / 6.0
+        rows = rows_of(1e3 * TIME, 1.1 * angle, angle, rpm, 100.0 + angle)
+        return ["time_ms,goal,angle,rpm,grams", *rows]
+
+    return two_runs(tmp_path, lines)
+
+
+def derived(**columns: str) -> str:
+    """Return a mapping's columns in our units, whose speed is derived from the angle."""
+    lines = [f'{ours} = {{column = "{theirs}"}}' for ours, theirs in columns.items()]
+    return "\n".join([*lines, 'theta_dot = {derive = "theta"}'])
 
 
 def mapping(folder: Path, columns: str = COLUMNS, head: str = 'bench = "spring_weak"') -> Path:
@@ -48,6 +64,13 @@ def mapping(folder: Path, columns: str = COLUMNS, head: str = 'bench = "spring_w
     path = folder / "mapping.toml"
     path.write_text(f"{head}\n[columns]\n{columns}")
     return path
+
+
+def imported(folder: Path, columns: str, head: str = 'bench = "servo"') -> tuple[Recording, ...]:
+    """Import the logs of a folder by a mapping; return the two runs."""
+    assert run_import(folder / "logs", mapping(folder, columns, head), folder / "out") == 0
+    loaded = load_dataset(folder / "out")
+    return (*loaded.train, *loaded.test)
 
 
 def run_import(logs: Path, path: Path, out: Path, *more: str) -> int:
@@ -82,14 +105,9 @@ def test_json_paths_rates_and_derived_speeds(tmp_path: Path, capsys) -> None:
     rows = [{"goal": [0.0, float(a)], "state": {"q": [0.0, float(a)]}} for a in np.sin(TIME)]
     for k in (1, 2):
         (folder / f"run_{k}.json").write_text(json.dumps({"log": rows, "who": k}))
-    columns = """
-theta_d = {column = "goal[1]"}
-theta = {column = "state.q[1]"}
-theta_dot = {derive = "theta"}
-"""
+    columns = derived(theta_d="goal[1]", theta="state.q[1]")
     head = 'bench = "servo"\nfiles = "*.json"\nrows = "log"\nrate = 100\nstart = "first_row"'
-    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
-    run = load_dataset(tmp_path / "out").train[0]
+    run, _ = imported(tmp_path, columns, head)
     assert run.start == "first_row"
     np.testing.assert_allclose(run.time, TIME, atol=1e-9)
     # central differences of a sine at 100 Hz; one-sided at the ends
@@ -137,24 +155,14 @@ def test_mapping_belongs_to_mapped_alone(logs: Path, tmp_path: Path, capsys) -> 
 
 def test_cells_may_be_lists_and_delimiters_semicolons(tmp_path: Path) -> None:
     """A path reaches into a list that stands in a CSV cell; numbers by log are merged."""
-    folder = tmp_path / "logs"
-    folder.mkdir()
-    for k in (1, 2):
-        lines = [f'{t};"[0.0, {a}]"' for t, a in zip(TIME, np.sin(TIME), strict=True)]
-        (folder / f"run_{k}.csv").write_text("\n".join(["time;positions", *lines]) + "\n")
-    columns = """
-t = {column = "time"}
-theta_d = {column = "positions[1]"}
-theta = {column = "positions[1]"}
-theta_dot = {derive = "theta"}
-[logs."run_2.*"]
-bench_overrides = {mass = 0.7}
-"""
+    rows = [f'{t};"[0.0, {a}]"' for t, a in zip(TIME, np.sin(TIME), strict=True)]
+    two_runs(tmp_path, lambda _: ["time;positions", *rows])
+    columns = derived(t="time", theta_d="positions[1]", theta="positions[1]")
+    columns += '\n[logs."run_2.*"]\nbench_overrides = {mass = 0.7}'
     head = 'bench = "pendulum"\ndelimiter = ";"\nbench_overrides = {mass = 0.5, length = 0.1}'
-    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
-    loaded = load_dataset(tmp_path / "out")
-    np.testing.assert_allclose(loaded.train[0].motor_position[:, 0], np.sin(TIME), atol=1e-8)
-    numbers = [r.bench_overrides.given for r in (loaded.train[0], loaded.test[0])]
+    runs = imported(tmp_path, columns, head)
+    np.testing.assert_allclose(runs[0].motor_position[:, 0], np.sin(TIME), atol=1e-8)
+    numbers = [run.bench_overrides.given for run in runs]
     assert numbers == [{"mass": (0.5,), "length": (0.1,)}, {"mass": (0.7,), "length": (0.1,)}]
 
 
@@ -166,16 +174,8 @@ def test_json_may_hold_columns_or_lines(tmp_path: Path) -> None:
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
     (folder / "run_1.json").write_text(json.dumps(table))
     (folder / "run_2.jsonl").write_text("\n".join(map(json.dumps, rows)))
-    columns = """
-t = {column = "t"}
-theta_d = {column = "q"}
-theta = {column = "q"}
-theta_dot = {derive = "theta"}
-"""
-    head = 'bench = "servo"\nfiles = "*.json*"'
-    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
-    loaded = load_dataset(tmp_path / "out")
-    for run in (loaded.train[0], loaded.test[0]):
+    columns = derived(t="t", theta_d="q", theta="q")
+    for run in imported(tmp_path, columns, 'bench = "servo"\nfiles = "*.json*"'):
         np.testing.assert_allclose(run.motor_position[:, 0], np.sin(TIME), atol=1e-8)
 
 
@@ -233,37 +233,19 @@ def test_a_labs_csv_needs_no_word_about_its_form(lab: Path, tmp_path: Path, caps
 
 def test_minutes_and_words_of_a_switch_are_read(tmp_path: Path) -> None:
     """A spreadsheet writes a short time as minutes and seconds, and Python a switch as True."""
-    (tmp_path / "logs").mkdir()
-    for k in (1, 2):
-        rows = [f"01:59.{7 + j}50,{0.1 * j:.1f},{j != 1}" for j in range(3)]
-        rows += ["02:00.050,0.3,off", "02:00.150,0.4,on"]
-        (tmp_path / "logs" / f"run_{k}.csv").write_text("\n".join(["t,q,motor", *rows]) + "\n")
-    columns = """t = {column = "t"}
-theta_d = {column = "q"}
-theta = {column = "q"}
-theta_dot = {derive = "theta"}
-enabled = {column = "motor"}
-"""
-    file = mapping(tmp_path, columns, head='bench = "servo"')
-    assert run_import(tmp_path / "logs", file, tmp_path / "out") == 0
-    (run,) = load_dataset(tmp_path / "out").train
+    rows = [f"01:59.{7 + j}50,{0.1 * j:.1f},{j != 1}" for j in range(3)]
+    rows += ["02:00.050,0.3,off", "02:00.150,0.4,on"]
+    two_runs(tmp_path, lambda _: ["t,q,motor", *rows])
+    run, _ = imported(tmp_path, derived(t="t", theta_d="q", theta="q", enabled="motor"))
     np.testing.assert_allclose(run.time, [119.75, 119.85, 119.95, 120.05, 120.15])
     np.testing.assert_array_equal(run.enabled, [1, 0, 1, 0, 1])
 
 
 def test_a_command_that_is_logged_where_it_changes_is_held(tmp_path: Path, capsys) -> None:
     """Rows of a sensor and of a command by turns too: 980 rows of 1000 were left out."""
-    (tmp_path / "logs").mkdir()
     rows = ["0,,0.0,5", "0.1,1.0,0.1,", "0.2,,0.2,", "0.25,3.0,,", "0.3,,0.3,4", "0.4,,,"]
-    for k in (1, 2):
-        (tmp_path / "logs" / f"run_{k}.csv").write_text("\n".join(["t,goal,q,volts", *rows]))
-    columns = "".join(
-        f'{ours} = {{column = "{theirs}"}}\n'
-        for ours, theirs in {"t": "t", "theta_d": "goal", "theta": "q", "voltage": "volts"}.items()
-    )
-    file = mapping(tmp_path, f'{columns}theta_dot = {{derive = "theta"}}', head='bench = "servo"')
-    assert run_import(tmp_path / "logs", file, tmp_path / "out") == 0
-    (run,) = load_dataset(tmp_path / "out").train
+    two_runs(tmp_path, lambda _: ["t,goal,q,volts", *rows])
+    run, _ = imported(tmp_path, derived(t="t", theta_d="goal", theta="q", voltage="volts"))
     assert run.command is not None
     np.testing.assert_array_equal(run.time, [0.1, 0.2, 0.3])
     np.testing.assert_array_equal(run.command[:, 0], [1.0, 1.0, 3.0])
@@ -274,20 +256,12 @@ def test_a_command_that_is_logged_where_it_changes_is_held(tmp_path: Path, capsy
 @pytest.mark.parametrize("stated", ["", "load_cell_rate = 25"])
 def test_a_slow_load_cells_empty_cells_cost_no_rows(stated: str, tmp_path: Path, capsys) -> None:
     """Its readings are joined by lines, but not over a silence, where its rate is stated."""
-    (tmp_path / "logs").mkdir()
     rows = [
         f"{0.01 * k:.2f},1,{0.1 * k:.1f},{3 * k if k in (1, 5, 9, 30) else ''}" for k in range(31)
     ]
-    for k in (1, 2):
-        (tmp_path / "logs" / f"run_{k}.csv").write_text("\n".join(["t,goal,q,f", *rows]))
-    columns = "".join(
-        f'{ours} = {{column = "{theirs}"}}\n'
-        for ours, theirs in {"t": "t", "theta_d": "goal", "theta": "q", "force": "f"}.items()
-    )
-    head = f'bench = "spring_weak"\n{stated}'
-    file = mapping(tmp_path, f'{columns}theta_dot = {{derive = "theta"}}', head=head)
-    assert run_import(tmp_path / "logs", file, tmp_path / "out") == 0
-    (run,) = load_dataset(tmp_path / "out").train
+    two_runs(tmp_path, lambda _: ["t,goal,q,f", *rows])
+    columns = derived(t="t", theta_d="goal", theta="q", force="f")
+    run, _ = imported(tmp_path, columns, f'bench = "spring_weak"\n{stated}')
     assert run.force is not None
     said = capsys.readouterr().out
     if not stated:
@@ -377,25 +351,20 @@ def test_comments_a_stated_header_and_fewer_rows(tmp_path: Path) -> None:
     A sine of 0.5 Hz loses 0.01 % of its size to a Gaussian of 5 ms; an encoder of 10 mrad a count
     loses its steps.
     """
-    logs = tmp_path / "logs"
-    logs.mkdir()
     time = np.arange(4000) / 1000.0
     angle = 0.5 * np.sin(np.pi * time)
-    rows = zip(time, np.round(angle / 0.01) * 0.01, -0.1 + 0.0 * time, strict=True)
-    lines = ["% of the bench", "% t, angle", *(",".join(map(str, row)) for row in rows)]
-    for k in (1, 2):
-        (logs / f"run_{k}.csv").write_text("\n".join(lines))
+    rows = rows_of(time, np.round(angle / 0.01) * 0.01, -0.1 + 0.0 * time)
+    logs = two_runs(tmp_path, lambda _: ["% of the bench", "% t, angle", *rows])
     head = 'bench = "spring_weak"\ncomment = "%"\nheader = ["s", "angle", "load"]\nresample = 100\n'
-    columns = """
-t = {column = "s"}
-theta = {column = "angle"}
-theta_dot = {derive = "theta"}
+    columns = (
+        derived(t="s", theta="angle")
+        + """
 force = {column = "angle", scale = 2.0}
 joint_angle = {column = "angle", unit = "rad"}
 joint_load = {column = "load", unit = "mN m"}
 """
-    assert run_import(logs, mapping(tmp_path, columns, head), tmp_path / "out") == 0
-    run = load_dataset(tmp_path / "out").train[0]
+    )
+    run, _ = imported(tmp_path, columns, head)
     assert run.driven_by == "path"
     assert np.diff(run.time) == pytest.approx(np.full(len(run.time) - 1, 0.01))
     assert run.compared_angle == pytest.approx(0.5 * np.sin(np.pi * run.time), abs=3e-3)
@@ -423,24 +392,19 @@ def test_angle_and_torque_alone_are_told_what_they_are(
     tmp_path: Path, capsys, torque: str, model: str, told: str
 ) -> None:
     """A torque that takes work, an actuator that was forgotten, another unit, and a current."""
-    (logs := tmp_path / "logs").mkdir()
     time = np.arange(400) / 50.0
-    for k, pace in ((1, 2.0), (2, 3.0)):
-        angle, speed = np.sin(pace * time), pace * np.cos(pace * time)
+
+    def lines(k: int) -> list[str]:
+        angle, speed = np.sin((k + 1.0) * time), (k + 1.0) * np.cos((k + 1.0) * time)
         force = np.sin(angle) + 0.3 * np.sign(speed) + 0.1 * speed
-        rows = zip(time, angle, force, -force, strict=True)
-        lines = [f"s,angle,{torque.replace('turned', 'torque')},turned [mN m]"]
-        lines += [",".join(map(repr, map(float, row))) for row in rows]
-        (logs / f"run_{k}.csv").write_text("\n".join(lines) + "\n")
+        head = f"s,angle,{torque.replace('turned', 'torque')},turned [mN m]"
+        return [head, *rows_of(time, angle, force, -force)]
+
     unit = "A" if torque == "amps" else "mN m"
-    columns = f"""
-t = {{column = "s"}}
-theta = {{column = "angle"}}
-theta_dot = {{derive = "theta"}}
-force = {{column = "{torque}", unit = "{unit}"}}
-{model}"""
+    columns = derived(t="s", theta="angle")
+    columns += f'\nforce = {{column = "{torque}", unit = "{unit}"}}\n{model}'
     path = mapping(tmp_path, columns, 'bench = "pendulum"')
-    run_import(logs, path, tmp_path / "out")
+    run_import(two_runs(tmp_path, lines), path, tmp_path / "out")
     said = "".join(capsys.readouterr())
     assert told in said
     assert ("defect" in said) == (told.startswith(("force and", "its unit")))
@@ -467,15 +431,11 @@ def several_servos(folder: Path, wrong: slice = slice(0)) -> tuple[Path, np.ndar
 
     In wrong rows the second one shows the third one's angle.
     """
-    folder.mkdir()
     angles = np.stack([(k + 1) * 0.1 * np.sin((k + 1) * TIME) for k in range(3)], axis=1)
     angles[wrong, 1] = angles[wrong, 2]
     heads = [f"{what}_{k}" for what in ("goal", "angle", "amps") for k in range(3)]
-    for name in ("run_1", "run_2"):
-        table = np.column_stack([TIME, 1.1 * angles, angles, np.arange(3) + 0.0 * angles])
-        lines = [",".join(["t", *heads]), *(",".join(map(repr, row)) for row in table.tolist())]
-        (folder / f"{name}.csv").write_text("\n".join(lines) + "\n")
-    return folder, angles
+    rows = rows_of(TIME, 1.1 * angles, angles, np.arange(3) + 0.0 * angles)
+    return two_runs(folder, lambda _: [",".join(["t", *heads]), *rows]), angles
 
 
 def of_servos(count: int) -> str:
@@ -490,10 +450,8 @@ def of_servos(count: int) -> str:
 
 def test_a_bench_of_two_strings_comes_from_one_file(tmp_path: Path) -> None:
     """Columns with the number of a servo are those of one recording, as in our own files."""
-    folder, angles = several_servos(tmp_path / "logs")
-    path = mapping(tmp_path, of_servos(2), 'bench = "finger_antagonist"')
-    assert run_import(folder, path, tmp_path / "out") == 0
-    (run,) = load_dataset(tmp_path / "out").train
+    _, angles = several_servos(tmp_path)
+    run, _ = imported(tmp_path, of_servos(2), 'bench = "finger_antagonist"')
     assert run.command is not None
     np.testing.assert_allclose(run.command, 1.1 * angles[:, :2])
     np.testing.assert_allclose(run.motor_position, -angles[:, :2])
@@ -504,7 +462,7 @@ def test_a_bench_of_two_strings_comes_from_one_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("joints", [("yaw", "shoulder", "elbow"), ()])
 def test_the_joints_of_an_arm_come_from_one_file(joints: tuple[str, ...], tmp_path: Path) -> None:
     """Each becomes a dataset in a folder of its name, as `diagnose` takes an arm."""
-    folder, angles = several_servos(tmp_path / "logs")
+    folder, angles = several_servos(tmp_path)
     head = f'bench = "servo"\njoints = {list(joints)}'
     assert run_import(folder, mapping(tmp_path, of_servos(3), head), tmp_path / "arm") == 0
     for k, joint in enumerate(joints or ("servo_0", "servo_1", "servo_2")):
@@ -518,7 +476,7 @@ def test_the_joints_of_an_arm_come_from_one_file(joints: tuple[str, ...], tmp_pa
 
 def test_a_neighbours_value_is_found_before_joints_part(tmp_path: Path, capsys) -> None:
     """In every fifth row: the log of the joint alone has no motion to judge them by."""
-    folder, _ = several_servos(tmp_path / "logs", slice(7, None, 5))
+    folder, _ = several_servos(tmp_path, slice(7, None, 5))
     head = 'bench = "servo"\njoints = ["yaw", "shoulder", "elbow"]'
     path = mapping(tmp_path, of_servos(3), head)
     run_import(folder, path, tmp_path / "arm")
@@ -544,7 +502,7 @@ def test_servos_that_do_not_fit_together_are_refused(
     columns: str, head: str, words: str, tmp_path: Path, capsys
 ) -> None:
     """One line names the column."""
-    folder, _ = several_servos(tmp_path / "logs")
+    folder, _ = several_servos(tmp_path)
     path = mapping(tmp_path, columns, f'bench = "servo"\n{head}')
     assert run_import(folder, path, tmp_path / "out") == 2
     assert words in capsys.readouterr().err
