@@ -167,7 +167,10 @@ def test_a_checkpoint_of_another_recipe_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.checkpoint"
     weights_of(FEW, path)
     table = torch.load(path, weights_only=True)
-    for saved, said in (({"recipe": RECIPE - 1}, f"recipe {RECIPE - 1}, and"), ({}, "without a")):
+    for saved, said in (
+        ({"recipe": RECIPE - 1}, f"recipe = {RECIPE - 1}, and"),
+        ({}, "recipe = None"),
+    ):
         rest = {key: value for key, value in table["settings"].items() if key != "recipe"}
         torch.save(table | {"settings": rest | saved}, path)
         with pytest.raises(InvalidNetworkFile, match=said):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks.force_network import ForceNetwork
 from tendon_train.actuator.fitting.descent import Descent
 from tendon_train.actuator.samples.windows import Windows
 from tendon_train.actuator.training_config import TrainingConfig
+from tendon_train.checkpoint_file import read_checkpoint, write_checkpoint
 
 RECIPE = 1
 """Number of the recipe: how windows are changed, errors weighed and weights moved, which no config
@@ -83,17 +82,15 @@ def save_checkpoint(
     path: Path, settings: Mapping[str, Any], state: TrainingState, done: Checkpoint
 ) -> None:
     """Write a checkpoint; a process that is killed leaves the old one or the new one."""
-    table = {
-        "settings": dict(settings),
-        "done": vars(done),
-        "network": state.network.state_dict(),
-        "descent": state.descent.state_dict(),
-        "generator": state.generator.get_state(),
-        "random": torch.get_rng_state(),  # dropout draws from it
-    }
-    content = BytesIO()  # torch tells of a full disk by an error of its own
-    torch.save(table, content)
-    write_bytes(path, content.getvalue())
+    write_checkpoint(
+        path,
+        settings,
+        done=vars(done),
+        network=state.network.state_dict(),
+        descent=state.descent.state_dict(),
+        generator=state.generator.get_state(),
+        random=torch.get_rng_state(),  # dropout draws from it
+    )
 
 
 def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingState) -> Checkpoint:
@@ -107,23 +104,15 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
     """
     if not path.is_file():
         return Checkpoint(kept_weights={})
-    try:
-        # weights_only: a checkpoint can hold numbers and names, and no code
-        table = torch.load(path, map_location=state.network.force_mean.device, weights_only=True)
-        refuse_other_settings(path, table["settings"], settings)
+    device = state.network.force_mean.device
+    with read_checkpoint(path, settings, device, InvalidNetworkFile, "start again") as table:
         state.network.load_state_dict(table["network"])
         state.descent.load_state_dict(table["descent"])
         state.generator.set_state(table["generator"].cpu())
         torch.set_rng_state(table["random"].cpu())
         done = table["done"]
-        return Checkpoint(**done | {"history": tuple(map(tuple, done["history"]))})
-    except InvalidNetworkFile:
-        raise
-    except Exception as error:  # torch's reader of damaged bytes fails in any way
-        raise InvalidNetworkFile(
-            f"{path}: the checkpoint of a training is damaged or of another version "
-            f"({type(error).__name__}); delete it to start again"
-        ) from error
+        found = Checkpoint(**done | {"history": tuple(map(tuple, done["history"]))})
+    return found
 
 
 def training_settings(config: TrainingConfig, *data: Windows) -> dict[str, Any]:
@@ -134,21 +123,3 @@ def training_settings(config: TrainingConfig, *data: Windows) -> dict[str, Any]:
             digest.update(np.ascontiguousarray(values).tobytes())
     kept = {key: value for key, value in asdict(config).items() if key not in FREE_KEYS}
     return {"recipe": RECIPE} | kept | {"data": digest.hexdigest()}
-
-
-def refuse_other_settings(
-    path: Path, saved: Mapping[str, Any], settings: Mapping[str, Any]
-) -> None:
-    """Refuse to go on with other settings than the training began with."""
-    if saved.get("recipe") != settings.get("recipe"):
-        raise InvalidNetworkFile(
-            f"{path}: this training began by recipe {saved.get('recipe', 'without a number')}, and "
-            f"this version trains by recipe {settings.get('recipe')}; delete it to start again, or "
-            "use another folder"
-        )
-    for key, value in settings.items():
-        if saved.get(key) != value:
-            raise InvalidNetworkFile(
-                f"{path}: this training began with {key} = {saved.get(key)!r}, and now it is "
-                f"{value!r}; use another folder"
-            )

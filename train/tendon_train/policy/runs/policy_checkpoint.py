@@ -3,14 +3,11 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import torch
-
-from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.errors import InvalidPolicyFile
+from tendon_train.checkpoint_file import read_checkpoint, write_checkpoint
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.curve import CurvePoint, curve_table, read_curve
 
@@ -30,16 +27,9 @@ def save_checkpoint(
     folder: Path, settings: Mapping[str, Any], points: Sequence[CurvePoint], algorithm: Any
 ) -> None:
     """Write a checkpoint; a process that is killed leaves it whole or not at all."""
-    table = {
-        "settings": dict(settings),
-        "curve": curve_table(points),
-        "algorithm": algorithm.save(),
-    }
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{len(points):06d}.pt"
-    content = BytesIO()  # torch tells of a full disk by an error of its own
-    torch.save(table, content)
-    write_bytes(path, content.getvalue())
+    write_checkpoint(path, settings, curve=curve_table(points), algorithm=algorithm.save())
 
 
 def load_checkpoint(
@@ -60,29 +50,8 @@ def load_checkpoint(
     files = sorted(folder.glob("[0-9]*.pt"))
     if not files:
         return []
-    path = files[-1]
-    try:
-        # weights_only: a checkpoint can hold numbers and names, and no code
-        table = torch.load(path, map_location=device, weights_only=True)
-        refuse_other_settings(path, table["settings"], settings)
+    remedy = "go on from the one before"
+    with read_checkpoint(files[-1], settings, device, InvalidPolicyFile, remedy) as table:
         algorithm.load(table["algorithm"], None, True)
-        return read_curve(table["curve"])
-    except InvalidPolicyFile:
-        raise
-    except Exception as error:  # torch's reader of damaged bytes fails in any way
-        raise InvalidPolicyFile(
-            f"{path}: the checkpoint of a training is damaged or of another version "
-            f"({type(error).__name__}); delete it to go on from the one before"
-        ) from error
-
-
-def refuse_other_settings(
-    path: Path, saved: Mapping[str, Any], settings: Mapping[str, Any]
-) -> None:
-    """Refuse to go on with other settings than the training began with."""
-    for key, value in settings.items():
-        if saved.get(key) != value:
-            raise InvalidPolicyFile(
-                f"{path}: this training began with {key} = {saved.get(key)!r}, and now it is "
-                f"{value!r}; use another folder"
-            )
+        points = read_curve(table["curve"])
+    return points
