@@ -10,12 +10,11 @@ from torch import Tensor, nn
 
 from tendon_newton import __version__
 from tendon_newton.actuators.networks.artifact import write_network
-from tendon_newton.actuators.networks.onnx_file import export
-from tendon_newton.data.cards.policy_card import CARD_KEY, FurtherServo, PolicyCard, PolicyTraining
+from tendon_newton.actuators.networks.onnx_file import write_module
+from tendon_newton.data.cards.policy_card import FurtherServo, PolicyCard, PolicyTraining
 from tendon_newton.data.cards.policy_observation import sample_of
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
-from tendon_newton.data.files.text_file import write_bytes
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.curve import CurvePoint, curve_table
 from tendon_train.policy.runs.policy_training import Trained, files_of
@@ -121,14 +120,4 @@ def servos_of(environment: FingerEnvironment) -> list[FurtherServo]:
 
 def write_policy_onnx(path: Path, network: nn.Module, card: PolicyCard) -> None:
     """Write a policy as a single ONNX file for any number of worlds."""
-    import tempfile
-
-    import onnx
-
-    with tempfile.TemporaryDirectory() as folder:
-        draft = Path(folder) / "policy.onnx"
-        example = torch.zeros(1, card.observation_size)
-        export(network.cpu(), (example,), draft, [INPUT], [OUTPUT])
-        model = onnx.load(draft)
-    model.metadata_props.add(key=CARD_KEY, value=card.to_json())
-    write_bytes(path, model.SerializeToString())
+    write_module(path, network.cpu(), torch.zeros(1, card.observation_size), (INPUT, OUTPUT), card)
