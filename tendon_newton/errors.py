@@ -3,7 +3,7 @@
 import difflib
 import re
 import reprlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 from typing import Any, NoReturn, TypeVar
 
@@ -128,6 +128,19 @@ class NameTable(dict[str, Entry]):
     def __missing__(self, name: str) -> NoReturn:
         """Refuse a name."""
         raise unknown_name(self.kind, name, self)
+
+
+def require(
+    settings: object, promise: str, holds: Callable[[Any], bool], names: Iterable[str]
+) -> None:
+    """Refuse settings of which one, by its name, is not what it "must be".
+
+    Raises:
+        InvalidParameter: The first one that is not.
+    """
+    for name in names:
+        if not holds(value := getattr(settings, name)):
+            raise InvalidParameter(f"{name} must {promise}; it is {value}")
 
 
 def shown(value: Any) -> str:

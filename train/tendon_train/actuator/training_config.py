@@ -5,12 +5,13 @@ from typing import Annotated, Literal
 
 import tyro
 
-from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.errors import require, unknown_name
 from tendon_newton.force_networks import FORCE_NETWORKS, SetName
 
 Kind = Annotated[str, tyro.conf.arg(metavar=f"{{{','.join(FORCE_NETWORKS)}}}")]
 """A key of `FORCE_NETWORKS`."""
 Purpose = Literal["prediction", "simulation"]
+COUNTS = ("window", "epochs", "patience", "windows_per_epoch", "batch", "threads")
 SERVO_LIMIT = 21.0
 """Tension that the paper's servo can produce [N]; errors are given as shares of it."""
 
@@ -44,13 +45,9 @@ class TrainingConfig:
     threads: int = 1  # Threads of torch on the CPU.
 
     def __post_init__(self) -> None:
-        for name in ("window", "epochs", "patience", "windows_per_epoch", "batch", "threads"):
-            if getattr(self, name) < 1:
-                raise InvalidParameter(f"{name} must be 1 or more; it is {getattr(self, name)}")
-        for name in ("rate", "learning_rate", "force_limit"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < value < 1.0e6:
-                raise InvalidParameter(f"{name} must be positive; it is {value}")
+        require(self, "be 1 or more", lambda x: x >= 1, COUNTS)
+        optional = ("rate", "learning_rate", "force_limit")
+        require(self, "be positive", lambda x: x is None or 0.0 < x < 1.0e6, optional)
         if self.network not in FORCE_NETWORKS:
             raise unknown_name("network", self.network, FORCE_NETWORKS)
 

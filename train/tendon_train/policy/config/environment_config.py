@@ -5,12 +5,13 @@ from math import pi
 from typing import Literal
 
 from tendon_newton.data.cards.policy_observation import HISTORY, RATE, Task
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import require
 from tendon_train.policy.config.turning_config import TurningConfig
 
 FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}  # Default finger of each task.
 POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "action_unit", "max_step")
 NOT_NEGATIVE = ("joint_friction", "goal_weight", "smooth_weight")
+ANGLES = ("goals", "command_range", "pay_out")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,23 +66,12 @@ class EnvironmentConfig:
     def __post_init__(self) -> None:
         if self.finger == FINGERS["tip"]:  # this finger turns nothing
             object.__setattr__(self, "finger", FINGERS[self.task])
-        for name in POSITIVE:
-            if not getattr(self, name) > 0:
-                raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")
-        for name in NOT_NEGATIVE:
-            if not getattr(self, name) >= 0.0:
-                raise InvalidParameter(f"{name} must not be negative; it is {getattr(self, name)}")
-        for name, highest in (("spread", 0.9), ("goal_change", 1.0)):
-            if not 0.0 <= getattr(self, name) <= highest:
-                raise InvalidParameter(
-                    f"{name} must be between 0 and {highest:g}; it is {getattr(self, name)}"
-                )
-        for name in ("goals", "command_range", "pay_out"):
-            low, high = getattr(self, name)
-            if not -1000.0 <= low < high <= 1000.0:
-                raise InvalidParameter(
-                    f"{name} must be a least and a greatest angle [rad]; they are {low} and {high}"
-                )
+        require(self, "be positive", lambda x: x > 0, POSITIVE)
+        require(self, "not be negative", lambda x: x >= 0.0, NOT_NEGATIVE)
+        require(self, "be between 0 and 0.9", lambda x: 0.0 <= x <= 0.9, ["spread"])
+        require(self, "be between 0 and 1", lambda x: 0.0 <= x <= 1.0, ["goal_change"])
+        angles = "be a least and a greatest angle [rad]"
+        require(self, angles, lambda x: -1000.0 <= x[0] < x[1] <= 1000.0, ANGLES)
 
     @property
     def pays_out(self) -> bool:

@@ -5,7 +5,7 @@ from typing import Any
 
 import tyro
 
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import require
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 
 OBSERVED = "policy"  # Name of the observations among those that the environment offers.
@@ -60,26 +60,14 @@ class PolicyTrainingConfig:
     threads: int = 1  # Threads of torch on the CPU.
 
     def __post_init__(self) -> None:
-        for name in POSITIVE:
-            if not 0 < getattr(self, name) < 1.0e9:
-                raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")
-        for name in ("discount", "trace"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise InvalidParameter(
-                    f"{name} must be between 0 and 1; it is {getattr(self, name)}"
-                )
-        if not 0.0 <= self.exploration_memory < 1.0:
-            raise InvalidParameter(
-                f"exploration_memory must be from 0 to below 1; it is {self.exploration_memory}"
-            )
-        for name in ("exploration_end", "learning_rate_end"):
-            end = getattr(self, name)
-            if end is not None and not 0.0 < end < 1.0e9:
-                raise InvalidParameter(f"{name} must be positive; it is {end}")
-        if self.seed < 0:
-            raise InvalidParameter(f"seed must not be negative; it is {self.seed}")
-        if not self.hidden or min(self.hidden) < 1:
-            raise InvalidParameter(f"hidden must be widths of layers; they are {self.hidden}")
+        require(self, "be positive", lambda x: 0 < x < 1.0e9, POSITIVE)
+        require(self, "be between 0 and 1", lambda x: 0.0 <= x <= 1.0, ("discount", "trace"))
+        below = "be from 0 to below 1"
+        require(self, below, lambda x: 0.0 <= x < 1.0, ["exploration_memory"])
+        ends = ("exploration_end", "learning_rate_end")
+        require(self, "be positive", lambda x: x is None or 0.0 < x < 1.0e9, ends)
+        require(self, "not be negative", lambda x: x >= 0, ["seed"])
+        require(self, "be widths of layers", lambda x: len(x) > 0 and min(x) >= 1, ["hidden"])
 
     @property
     def batch_count(self) -> int:

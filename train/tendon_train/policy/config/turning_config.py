@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import require
 
 RANGES = ("turn_rates", "camera_noise", "camera_delay")
 POSITIVE = ("drop_distance", "rate_window", "catch_up_time", "start_command")
@@ -35,21 +35,9 @@ class TurningConfig:
     """Least and greatest age of what a camera gives [policy steps]."""
 
     def __post_init__(self) -> None:
-        for name in POSITIVE:
-            if not getattr(self, name) > 0.0:
-                raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")
-        for name in NOT_NEGATIVE:
-            if not getattr(self, name) >= 0.0:
-                raise InvalidParameter(f"{name} must not be negative; it is {getattr(self, name)}")
-        for name in RANGES:
-            low, high = getattr(self, name)
-            if not 0.0 <= low <= high <= 100.0:
-                raise InvalidParameter(
-                    f"{name} must be a least and a greatest number from 0 up; they are {low} and "
-                    f"{high}"
-                )
-        if self.size_spread > 0.1:
-            raise InvalidParameter(
-                f"size_spread must be at most 0.1, else a ball does not fit; it is "
-                f"{self.size_spread}"
-            )
+        require(self, "be positive", lambda x: x > 0.0, POSITIVE)
+        require(self, "not be negative", lambda x: x >= 0.0, NOT_NEGATIVE)
+        numbers = "be a least and a greatest number from 0 up"
+        require(self, numbers, lambda x: 0.0 <= x[0] <= x[1] <= 100.0, RANGES)
+        fits = "be at most 0.1, else a ball does not fit"
+        require(self, fits, lambda x: x <= 0.1, ["size_spread"])
