@@ -111,6 +111,13 @@ def elsewhere(asset: Path, where: str, name: str) -> InvalidAsset:
     )
 
 
+def layers_of(path: Path) -> dict[str, Path]:
+    """Return the files of an asset by their place from its folder, its own first."""
+    stage, own = open_stage(path), path.resolve()  # layers live as long as their stage
+    files = [Path(layer.realPath).resolve() for layer in stage.GetUsedLayers() if layer.realPath]
+    return {own.name: own, **{os.path.relpath(p, own.parent): p for p in sorted(files)}}
+
+
 def refuse_other_text(stage: Any) -> None:
     """Refuse layers with names or values that Python cannot read as text."""
     for layer in stage.GetUsedLayers():

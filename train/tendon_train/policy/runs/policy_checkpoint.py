@@ -20,7 +20,7 @@ def training_settings(config: PolicyTrainingConfig, files: Mapping[str, str]) ->
     table = asdict(config)
     kept = {key: value for key, value in table.items() if key not in FREE_KEYS}
     own = kept.pop("environment")
-    return json.loads(json.dumps({**kept, **own, "files": dict(files)}))
+    return json.loads(json.dumps({**kept, **own, **files}))
 
 
 def save_checkpoint(

@@ -10,6 +10,8 @@ from typing import Any
 
 import torch
 
+from tendon_newton.data.files.origin import file_hash
+from tendon_newton.mechanisms.usd.stage_file import layers_of
 from tendon_train.policy.config.policy_training_config import (
     PolicyTrainingConfig,
     exploration_at,
@@ -25,7 +27,6 @@ from tendon_train.policy.runs.policy_checkpoint import (
 )
 from tendon_train.policy.runs.training_process import Process
 from tendon_train.policy.worlds.environment import FingerEnvironment
-from tendon_train.policy.worlds.force_model import hashes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,4 +130,5 @@ def learn_at(runner: Any, rate: float) -> None:
 
 def files_of(environment: FingerEnvironment) -> dict[str, str]:
     """Return the SHA-256 of every file that a training reads, by name."""
-    return {**hashes(environment.mechanism.asset), **environment.force.files}
+    layers = layers_of(environment.mechanism.asset)
+    return {**{name: file_hash(p) for name, p in layers.items()}, **environment.force.files}
