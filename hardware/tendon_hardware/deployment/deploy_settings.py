@@ -7,6 +7,7 @@ from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.errors import PolicyMismatch
 from tendon_hardware.pacing import refuse_rates
 from tendon_hardware.safety_rules.rule_limits import DeployLimits
+from tendon_hardware.servos import find_servo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.virtual_bench.physics.unit import servo_count
 from tendon_newton.data.cards.policy_card import FurtherServo, PolicyCard
@@ -14,6 +15,9 @@ from tendon_newton.data.cards.policy_observation import RATE, SERVO_RATE
 from tendon_newton.errors import InvalidParameter
 
 RADIUS_TOLERANCE = 1e-3  # Difference of spool radii that is none [1]: 12.5 um of the finger's spool
+QUICKEST = 0.5
+"""Share of an error that a loop may take away until its next command [1]: one that a servo closed
+itself, hundreds of times a second, swings at the rate of the commands."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,9 +66,12 @@ class DeploySettings:
 
 
 def loops_of(card: PolicyCard) -> tuple[HostPositionLoop, ...]:
-    """Return the position loop of each servo that a policy drives."""
+    """Return the position loop of each servo that a policy drives: that of its training."""
+    own = card.loop
+    law = {} if own is None else {"gain": own.gain, "duty_limit": own.limit, "offset": own.offset}
     return tuple(
         HostPositionLoop(
+            **law,
             position_range=servo.turning_range,
             pay_out=None if servo.pay_out is None else (servo.command_range[0], servo.pay_out[1]),
         )
@@ -97,6 +104,12 @@ def refuse_mismatch(card: PolicyCard, settings: DeploySettings, address: BenchAd
             (f"{name}{of}", *rest)
             for name, *rest in servo_agreements(servo, limits, settings, address)
         ]
+    if card.loop is not None:
+        fastest = QUICKEST * settings.policy_rate / find_servo(address.servo).free_speed
+        agreements.append(
+            ("position_loop of duty per rad", card.loop.gain <= fastest, f"{card.loop.gain:.3g}",
+                f"closes one of {fastest:.3g} at most, {settings.policy_rate:g} times a second")
+        )  # fmt: skip
     for name, agrees, trained, here in agreements:
         if not agrees:
             raise PolicyMismatch(

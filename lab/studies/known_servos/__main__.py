@@ -43,6 +43,7 @@ class Logs:
 
     splits: Callable[[Path], list[Split]]
     split: str  # Its training logs are fitted, all others are held out
+    servo: str  # Its name in the table of servos
     motor: BamMotor  # Its gain and supply are those of the model
     source: str
     licence: str
@@ -54,6 +55,7 @@ LOGS: Mapping[str, Logs] = {
     "xl330": Logs(
         splits=xl330_splits,
         split="xl330: test kp 400",
+        servo="xl330_m288_t",
         motor=XL330,
         source="Rhoban/bam, branch xl330, commit af22604",
         licence="Apache-2.0",
@@ -63,6 +65,7 @@ LOGS: Mapping[str, Logs] = {
     "sts3215": Logs(
         splits=sts3215_splits,
         split="sts3215: gains",
+        servo="sts3215",
         motor=STS3215,
         source="kscalelabs/sysid, March 2025",
         licence="none stated; the logs are not here",
@@ -106,6 +109,7 @@ def evidence(name: str, split: Split, model: Model) -> dict[str, Any]:
     model = replace(model, actuator=replace(sheet, values=values))
     logs = (*split.train, *split.test)
     return {
+        "servo": own.servo,
         "source": own.source,
         "licence": own.licence,
         "split": own.split,

@@ -57,6 +57,7 @@ def main(config: TrainPolicyConfig) -> None:
     """Train and write the policy."""
     quiet_warp()
 
+    from tendon_hardware.servos import find_servo
     from tendon_newton.mechanisms.asset_library import asset_files
     from tendon_train.policy.runs.policy_export import export_policy
     from tendon_train.policy.runs.policy_training import train_policy
@@ -67,6 +68,8 @@ def main(config: TrainPolicyConfig) -> None:
     own = replace(config.training, environment=on_diagnosed_finger(config.training.environment))
     if own != config.training:
         print(f"  on {own.environment.finger}, the bench of the diagnosis", flush=True)
+    if own.environment.servo is not None:
+        find_servo(own.environment.servo)
     if config.trust:
         trust_force(own.environment.force)
     rank = Process.own().rank

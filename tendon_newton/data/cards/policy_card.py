@@ -69,6 +69,20 @@ class PolicyTraining:
 
 
 @dataclass(frozen=True, kw_only=True)
+class DutyLoop:
+    """The position loop of the servos in training, from an angle to a duty."""
+
+    gain: float = field(metadata={"key": "duty_per_rad"})  # Duty per angle [1/rad]
+    limit: float = field(metadata={"key": "max_duty"})  # Greatest duty [1]
+    offset: float = field(default=0.0, metadata={"key": "duty_offset"})  # Always added [1]
+
+    @property
+    def sound(self) -> bool:
+        """Whether such a loop can be."""
+        return 0.0 < self.gain <= 100.0 and abs(self.offset) < self.limit <= 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class FurtherServo:
     """A servo of a policy beyond its first, on the next tendon of the asset."""
 
@@ -124,6 +138,8 @@ class PolicyCard:
     observation: tuple[tuple[str, str], ...] = field(default=SAMPLE, metadata=STATED)
     action_unit: str = field(default=ACTION_UNIT, metadata=STATED)
     action_meaning: str = field(default=ACTION_MEANING, metadata=STATED)
+    # Where the force of the training came of a duty, the loop that gave it; else the bench's own
+    loop: DutyLoop | None = field(default=None, metadata={"key": "position_loop"})
     # The servos beyond the first, in the order of the asset's tendons
     further_servos: tuple[FurtherServo, ...] = ()
     # Task of a policy that turns a ball; where there is none the tip goes to a goal
@@ -151,6 +167,8 @@ class PolicyCard:
                 repr(ACTION_MEANING)),
             ("action.clip", self.action_clip, 0.0 < self.action_clip <= 100.0, "up to 100 rad"),
             *drive_promises(self),
+            ("position_loop", self.loop, self.loop is None or self.loop.sound,
+                "duty_per_rad above 0, max_duty up to 1, and duty_offset within it"),
             ("pay_out_rad", self.pay_outs, len({each is None for each in self.pay_outs}) == 1,
                 "on the card of every servo, or of none"),
             (GOAL_RANGES[self.task], self.goal_range, is_range(self.goal_range),

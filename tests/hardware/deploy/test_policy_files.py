@@ -13,9 +13,9 @@ from torch import nn
 
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.control.policy_runner import load_policy
-from tendon_hardware.deployment.deploy_settings import DeploySettings, refuse_mismatch
+from tendon_hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from tendon_hardware.errors import PolicyMismatch
-from tendon_newton.data.cards.policy_card import PolicyCard, PolicyTraining
+from tendon_newton.data.cards.policy_card import DutyLoop, PolicyCard, PolicyTraining
 from tendon_newton.errors import InvalidPolicyFile, UntrustedNetworkFile
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
 
@@ -46,6 +46,7 @@ def test_a_card_says_the_same_after_a_round_trip() -> None:
     """Everything on a card survives its JSON."""
     card = card_of(
         goal_range=(0.1, 1.4),
+        loop=DutyLoop(gain=0.03, limit=0.23, offset=0.005),
         model="a" * 64,
         normalisation="none",
         training=PolicyTraining(
@@ -62,6 +63,9 @@ def test_a_card_says_the_same_after_a_round_trip() -> None:
     table = json.loads(card.to_json())
     assert table["observation"][0] == ["theta", "rad"]
     assert table["action"] == {"unit": "rad", "clip": 2.0, "meaning": "motor position offset"}
+    table["position_loop"]["max_duty"] = 2.0
+    with pytest.raises(InvalidPolicyFile, match="position_loop must be duty_per_rad above 0"):
+        PolicyCard.from_json(json.dumps(table))
 
 
 BAD_CARDS: dict[str, tuple[Any, str]] = {
@@ -102,6 +106,7 @@ def test_a_card_that_promises_something_else_is_refused(key: str) -> None:
         ({"spool_radius": 0.010}, "spool_radius_m 0.01, this bench 0.0125"),
         ({"command_range": (0.0, 9.0)}, "command_range_rad 0.000 to 9.000"),
         ({"force_limit": 50.0}, "force_limit_n 50, this bench 30 at most"),
+        ({"loop": DutyLoop(gain=5.2, limit=1.0)}, "of duty per rad 5.2, this bench closes one of"),
     ],
 )
 def test_a_policy_for_another_bench_is_refused(changes: dict[str, Any], said: str) -> None:
@@ -109,6 +114,15 @@ def test_a_policy_for_another_bench_is_refused(changes: dict[str, Any], said: st
     refuse_mismatch(card_of(), DeploySettings(), ADDRESS)
     with pytest.raises(PolicyMismatch, match=said):
         refuse_mismatch(card_of(**changes), DeploySettings(), ADDRESS)
+
+
+def test_a_policy_is_deployed_behind_the_position_loop_of_its_training() -> None:
+    """A weak loop for a strong servo, as ``collect`` drives it; without one the bench's own."""
+    card = card_of(loop=DutyLoop(gain=0.0255, limit=0.23, offset=0.005))
+    refuse_mismatch(card, DeploySettings(), ADDRESS)
+    (loop,) = loops_of(card)
+    assert (loop.gain, loop.duty_limit, loop.offset) == (0.0255, 0.23, 0.005)
+    assert loops_of(card_of())[0].gain == 0.1
 
 
 def test_a_file_without_a_card_is_refused(tmp_path: Path) -> None:

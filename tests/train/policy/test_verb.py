@@ -9,7 +9,7 @@ import torch
 
 from tendon_newton.cli import main
 from tendon_newton.cli.training.train_policy import show_forecast
-from tendon_newton.data.cards.policy_card import PolicyCard
+from tendon_newton.data.cards.policy_card import DutyLoop, PolicyCard
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_train.policy.runs.forecast import Forecast
@@ -111,6 +111,33 @@ def test_a_training_goes_on_with_the_finger_that_it_began_with(
     assert "began with physics.usda = " in capsys.readouterr().err
 
 
+def test_a_policy_says_which_position_loop_it_was_trained_with(tmp_path) -> None:
+    """``collect`` writes the loop of its servo into the model; a policy of it needs that loop."""
+    shared = {"supply_voltage": 9.0, "torque_constant": 1.15, "resistance": 13.9}
+    own = {"duty_per_rad": 0.08, "max_duty": 0.7, "duty_offset": 0.02, "armature": 0.002}
+    actuator = NamedValues(name="pwm_servo", values={**shared, **own, "spool_radius": 0.0125})
+    write_model(tmp_path / "model.toml", Model(actuator=actuator))
+    words = ("--iterations", "1", "--force", str(tmp_path / "model.toml"))
+    assert train(tmp_path / "own", *words) == 0
+    assert card_of(tmp_path / "own").loop == DutyLoop(gain=0.08, limit=0.7, offset=0.02)
+    assert train(tmp_path / "ideal", "--iterations", "1", "--servo", "sts3215") == 0
+    card = card_of(tmp_path / "ideal")
+    assert (card.loop, card.servo) == (None, "sts3215")
+
+
+def test_a_policy_of_a_known_servo_is_for_that_servo(tmp_path, capsys) -> None:
+    """The asset's servo is another; a loop that the servo closed itself is not deployed."""
+    assert train(tmp_path, "--iterations", "1", "--force", "sts3215") == 0
+    assert card_of(tmp_path).servo == "sts3215"
+    words = ["deploy", "--policy", str(tmp_path / "policy.onnx"), "--port", "virtual"]
+    assert main([*words, "--out", str(tmp_path / "runs")]) == 2
+    assert "servo sts3215, this bench xc330_t288_t" in capsys.readouterr().err
+    assert main([*words, "--servo", "sts3215", "--out", str(tmp_path / "runs")]) == 2
+    assert "of duty per rad 5.22, this bench closes one of" in capsys.readouterr().err
+    assert train(tmp_path / "none", "--servo", "sts") == 2
+    assert "sts3215" in capsys.readouterr().err
+
+
 def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> None:
     """A learned actuator with friction; what only a load cell sees is left out; hashes are kept."""
     network = write_force_network(tmp_path / "force.pt", force_network("mlp"), "mlp")
@@ -128,7 +155,7 @@ def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> No
     card = card_of(tmp_path / "policy")
     assert card.model == file_hash(file)
     assert card.training.force == "model.toml"
-    assert list(card.training.files)[0] == "finger.usda"
+    assert next(iter(card.training.files)) == "finger.usda"
     assert {"model.toml", "force.pt"} < card.training.files.keys()
     assert train(tmp_path / "other", "--force", str(network), "--iterations", "1") == 0
     assert card_of(tmp_path / "other").model is None

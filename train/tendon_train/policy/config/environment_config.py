@@ -27,6 +27,9 @@ class EnvironmentConfig:
     force: str = "ideal"
     """Force model of the servo: ideal, a model file (.toml), a known servo (its name), or a force
     network (.safetensors)."""
+    servo: str | None = None
+    """Kind of the servo, which a deployment must name; by default a known servo's own, else that of
+    the asset."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
     """Numbers that differ between worlds and are drawn anew for each episode. Names are those of
     the default, or effects, whose numbers are drawn about the model's own (gain_error: the force

@@ -11,10 +11,11 @@ from torch import Tensor, nn
 from tendon_newton import __version__
 from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.actuators.networks.onnx_file import write_module
-from tendon_newton.data.cards.policy_card import FurtherServo, PolicyCard, PolicyTraining
+from tendon_newton.data.cards.policy_card import DutyLoop, FurtherServo, PolicyCard, PolicyTraining
 from tendon_newton.data.cards.policy_observation import sample_of
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.origin import git_commit
+from tendon_newton.data.model_file import NamedValues
 from tendon_train.policy.config.policy_training_config import PolicyTrainingConfig
 from tendon_train.policy.runs.curve import CurvePoint, curve_table
 from tendon_train.policy.runs.policy_training import Trained, files_of
@@ -79,6 +80,7 @@ def make_card(
         servo=first.servo,
         force_limit=first.force_limit,
         further_servos=tuple(further),
+        loop=loop_of(environment.force.model.actuator),
         observation=sample_of(environment.num_actions, own.task),
         action_clip=own.action_clip,
         goal_range=own.goals if turning is None else own.turning.turn_rates,
@@ -99,14 +101,26 @@ def make_card(
     )
 
 
+def loop_of(actuator: NamedValues) -> DutyLoop | None:
+    """Return the position loop of a servo whose force comes of a duty."""
+    if actuator.name != "pwm_servo":
+        return None
+    gain, limit, offset = (
+        float(actuator.values.get(name, 0.0))
+        for name in ("duty_per_rad", "max_duty", "duty_offset")
+    )
+    return DutyLoop(gain=gain, limit=limit, offset=offset)
+
+
 def servos_of(environment: FingerEnvironment) -> list[FurtherServo]:
     """Return what a card says of each servo, in the order of the tendons."""
+    named = environment.config.servo or environment.force.servo
     return [
         FurtherServo(
             command_range=command_range,
             pay_out=pay_out,
             spool_radius=environment.spool_radius,
-            servo=tendon.servo.replace("-", "_") or UNNAMED_SERVO,
+            servo=named or tendon.servo.replace("-", "_") or UNNAMED_SERVO,
             force_limit=tendon.force_limit,
         )
         for tendon, command_range, pay_out in zip(

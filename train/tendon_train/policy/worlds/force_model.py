@@ -11,6 +11,7 @@ from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.diagnosis.diagnosed_bench import model_path, open_model
+from tendon_newton.diagnosis.known_servos import evidence_of, known_servo
 from tendon_newton.effects import Stage, law_of
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.force_networks.weights_file import SUFFIX
@@ -29,6 +30,7 @@ class ForceModel:
     model: Model
     sha256: str | None  # Hash of the model file, where there is one
     files: Mapping[str, str]  # Name -> SHA-256 of each file that was read
+    servo: str | None = None  # Kind of the servo, where a known one says it
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "files", MappingProxyType(dict(self.files)))
@@ -58,12 +60,18 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
         values = {"file": str(path.resolve()), "spool_radius": radius}
         model = Model(actuator=NamedValues(name="learned", values=values))
         return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))
+    home = known_servo(path)
+    servo = home and evidence_of(home).values.get("servo")
     model = open_model(path, [mechanism])
     path = model_path(path)
     files = hashes(path, *([network_file(model)] if "file" in model.actuator.values else []))
     kept = tuple(effect for effect in model.effects if moves_finger(effect.name))
     return ForceModel(
-        name=path.name, model=replace(model, effects=kept), sha256=files[path.name], files=files
+        name=path.name,
+        model=replace(model, effects=kept),
+        sha256=files[path.name],
+        files=files,
+        servo=servo,
     )
 
 
