@@ -1,7 +1,7 @@
 """Records on virtual benches that run faster than real time, for tests."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from tendon_hardware.benches.bench import Bench, open_bench
@@ -11,7 +11,7 @@ from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import PlannedRun
 from tendon_hardware.control.operator import OperatorProgress
 from tendon_hardware.stop_request import StopRequest
-from tendon_hardware.virtual_bench import FaultEvent, Faults
+from tendon_hardware.virtual_bench import Faults
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.recording import Recording
@@ -82,19 +82,6 @@ class Trial:
 
 def begin(bench: Bench, faults: Faults) -> None:
     """Let faults begin now; the events' starts count from here [s]."""
-    controls = bench.controls
-    now = controls.state().time
-    events = tuple(
-        FaultEvent(
-            name=event.name,
-            start=now + event.start,
-            duration=event.duration,
-            voltage=event.voltage,
-            alert=event.alert,
-        )
-        for event in faults.events
-    )
-    chances = {
-        name: getattr(faults, name) for name in Faults.__dataclass_fields__ if name != "events"
-    }
-    controls.set_faults(Faults(**chances, events=events))
+    now = bench.controls.state().time
+    events = tuple(replace(event, start=now + event.start) for event in faults.events)
+    bench.controls.set_faults(replace(faults, events=events))

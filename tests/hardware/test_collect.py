@@ -2,10 +2,11 @@
 
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.benches.bench_address import BenchAddress
 from tendon_hardware.benches.virtual_calibration import calibrated_twins
 from tendon_hardware.collection.collect import record_run
-from tendon_hardware.collection.collect_plan import collect, recorded_runs
+from tendon_hardware.collection.collect_plan import Collection, collect, recorded_runs
 from tendon_hardware.collection.collect_settings import CollectSettings
 from tendon_hardware.collection.excitation_plan import (
     BENCHES,
@@ -32,7 +33,7 @@ from tendon_hardware.logs.session import software
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.stop_request import StopRequest
-from tendon_hardware.virtual_bench import VirtualPorts
+from tendon_hardware.virtual_bench import FaultEvent, LockstepBench, VirtualPorts
 from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
 from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.cli import main
@@ -53,6 +54,21 @@ SHORT = tuple(
     PlannedRun(name=f"finger_{name}_0", bench="finger", excitation=name, duration=2.0, split=split)
     for name, split in (("sine", "train"), ("ramps", "train"), ("steps_held_1s", "test"))
 )
+
+
+def collected(
+    folder: Path,
+    runs: Sequence[PlannedRun] = SHORT,
+    operator: SilentOperator | None = None,
+    title: str = "short",
+    **settings: Any,
+) -> Collection:
+    """Record a plan into a folder, as far as it is not there."""
+    with StopRequest() as stop:
+        operator = operator or SilentOperator()
+        return collect(
+            LOCKSTEP, runs, CollectSettings(**settings), folder, operator, stop, title=title
+        )
 
 
 @pytest.mark.parametrize("name", [*EXCITATIONS, *TEST_EXCITATIONS])
@@ -307,54 +323,39 @@ def test_an_interrupted_plan_is_taken_up_again(tmp_path: Path) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
     operator = Watcher(1.0, None)
-    with StopRequest() as stop:
-        first = collect(
-            LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop, title="short"
-        )
-        assert first.left == 0
-        kept = (tmp_path / "finger_sine_0.mcap").read_bytes()
-        operator.act = stop_now
-        second = collect(
-            LOCKSTEP, SHORT, CollectSettings(), tmp_path, operator, stop, title="short"
-        )
+    assert collected(tmp_path, SHORT[:1], operator).left == 0
+    kept = (tmp_path / "finger_sine_0.mcap").read_bytes()
+    operator.act = stop_now
+    second = collected(tmp_path, SHORT, operator)
     assert (second.kept, second.left, second.outcomes[0].interrupted) == (1, 2, "SIGTERM")
     assert operator.told == ["Runs left: 2 of 3. The same command goes on."]
     partial = read_recording_file(tmp_path / "finger_ramps_0.mcap", bench="finger")
     assert 0.9 < partial.duration < 1.6
-    with StopRequest() as stop:
-        third = collect(
-            LOCKSTEP, SHORT, CollectSettings(), tmp_path, SilentOperator(), stop, title="short"
-        )
+    third = collected(tmp_path)
     assert (third.kept, third.left) == (1, 0)
     assert (tmp_path / "finger_sine_0.mcap").read_bytes() == kept
     loaded = load_dataset(tmp_path)
-    assert [log.name for log in loaded.train] == [
-        "finger_sine_0.mcap",
-        "finger_ramps_0_again1.mcap",
-    ]
+    names = ["finger_sine_0.mcap", "finger_ramps_0_again1.mcap"]
+    assert [log.name for log in loaded.train] == names
     assert (tmp_path / "finger_ramps_0.mcap").exists()
 
 
 def test_a_plan_goes_on_after_a_run_that_could_not_begin(tmp_path: Path) -> None:
     """A spool outside its window ends the plan before a row, which tells how it goes on."""
     operator, outside = SilentOperator(), SafetyLimits(position=(0.5, 7.0))
-    with StopRequest() as stop:
-        rest = (tmp_path, operator, stop)
-        with pytest.raises(SafetyStop, match=r"the spool must stay within 0\.50 to 7\.00 rad"):
-            collect(LOCKSTEP, SHORT[:1], CollectSettings(limits=outside), *rest, title="short")
-        assert operator.told == ["Runs left: 1 of 1. The same command goes on."]
-        assert collect(LOCKSTEP, SHORT[:1], CollectSettings(), *rest, title="short").left == 0
+    with pytest.raises(SafetyStop, match=r"the spool must stay within 0\.50 to 7\.00 rad"):
+        collected(tmp_path, SHORT[:1], operator, limits=outside)
+    assert operator.told == ["Runs left: 1 of 1. The same command goes on."]
+    assert collected(tmp_path, SHORT[:1]).left == 0
 
 
 def test_a_folder_keeps_to_one_plan_and_seed(tmp_path: Path) -> None:
     """Taking a plan up with another seed would mix what belongs apart."""
-    with StopRequest() as stop:
-        arguments = (tmp_path, SilentOperator(), stop)
-        collect(LOCKSTEP, SHORT[:1], CollectSettings(), *arguments, title="short")
-        with pytest.raises(InvalidOutput, match="seed = 0; asked for is 1"):
-            collect(LOCKSTEP, SHORT, CollectSettings(seed=1), *arguments, title="short")
-        with pytest.raises(InvalidOutput, match="plan = 'short'; asked for is 'paper'"):
-            collect(LOCKSTEP, SHORT, CollectSettings(), *arguments, title="paper")
+    collected(tmp_path, SHORT[:1])
+    with pytest.raises(InvalidOutput, match="seed = 0; asked for is 1"):
+        collected(tmp_path, seed=1)
+    with pytest.raises(InvalidOutput, match="plan = 'short'; asked for is 'paper'"):
+        collected(tmp_path, title="paper")
 
 
 @pytest.mark.parametrize(
@@ -406,10 +407,8 @@ def test_a_spool_at_the_edge_of_its_window_may_still_come_to_rest(tmp_path: Path
         assert record_run(bench, run, CollectSettings(), path, operator, stop).finished
 
 
-def test_an_alert_is_cleared_and_the_run_made_anew(tmp_path: Path) -> None:
+def test_an_alert_is_cleared_and_the_run_made_anew(tmp_path: Path, monkeypatch) -> None:
     """After an alert the operator is asked, the servo restarted, and the run recorded again."""
-    from tendon_hardware.virtual_bench import FaultEvent, LockstepBench
-
     operator, benches = Watcher(0.5), []
     made = LockstepBench.__init__
 
@@ -418,15 +417,8 @@ def test_an_alert_is_cleared_and_the_run_made_anew(tmp_path: Path) -> None:
         benches.append(bench)
 
     operator.act = lambda: benches[-1].plan(FaultEvent(name="alert", alert="overheating"))
-    patch = pytest.MonkeyPatch()
-    patch.setattr(LockstepBench, "__init__", remember)
-    try:
-        with StopRequest() as stop:
-            collection = collect(
-                LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop, title="short"
-            )
-    finally:
-        patch.undo()
+    monkeypatch.setattr(LockstepBench, "__init__", remember)
+    collection = collected(tmp_path, SHORT[:1], operator)
     assert [outcome.finished for outcome in collection.outcomes] == [False, True]
     assert collection.left == 0
     assert any("overheating" in text for text in operator.told)

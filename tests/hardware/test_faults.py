@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,6 +34,14 @@ from tendon_newton.data.formats.any_file import read_recording_file
 from tests.hardware.recording import Trial, Watcher
 
 NOISE = Faults(dropped_replies=0.01, corrupted_replies=0.01, garbled_lines=0.01)
+
+
+def struck(folder: Path, length: float = 6.0, **event: Any) -> Trial:
+    """Return a run of some length [s] that was recorded while something happened to its bench."""
+    faults = Faults(events=(FaultEvent(**event),))
+    trial = Trial(path=folder / "run.mcap", duration=length, faults=faults)
+    trial.record()
+    return trial
 
 
 def gap_of(trial: Trial) -> float:
@@ -72,15 +81,13 @@ def test_lost_and_garbled_bytes_cost_hardly_a_row(tmp_path: Path) -> None:
 
 def test_an_unplugged_servo_leaves_a_gap_and_comes_back(tmp_path: Path) -> None:
     """Two seconds without the adapter: no rows there, forces go on, and rows come again after."""
-    pulled = FaultEvent(name="unplug", start=0.5, duration=2.0)
-    trial = Trial(path=tmp_path / "run.mcap", duration=4.0, faults=Faults(events=(pulled,)))
-    outcome = trial.record()
-    assert outcome.finished
+    trial = struck(tmp_path, 4.0, name="unplug", start=0.5, duration=2.0)
+    assert trial.outcome.finished
     gap = gap_of(trial)
     # found out at the next attempt, 0.25 s at most, and set up again in some transactions
     assert 2.0 <= gap <= 2.8
     assert trial.recording().time[-1] > 3.9
-    assert outcome.readings >= 0.97 * 80.0 * trial.duration, "the load cell was read all along"
+    assert trial.outcome.readings >= 0.97 * 320.0, "the load cell was read all along"
     assert any("waiting for it" in text for text in trial.said)
     assert any("servo is back after" in text for text in trial.said)
     assert any(text.startswith("no rows between") for text in events_of(trial.path))
@@ -90,9 +97,8 @@ def test_an_unplugged_servo_leaves_a_gap_and_comes_back(tmp_path: Path) -> None:
 
 def test_a_servo_that_stays_away_ends_the_run(tmp_path: Path) -> None:
     """After ten seconds of silence the run ends with what it has."""
-    pulled = FaultEvent(name="unplug", start=0.5, duration=60.0)
-    trial = Trial(path=tmp_path / "run.mcap", duration=30.0, faults=Faults(events=(pulled,)))
-    outcome = trial.record()
+    trial = struck(tmp_path, 30.0, name="unplug", start=0.5, duration=60.0)
+    outcome = trial.outcome
     assert isinstance(outcome.fault, SafetyStop)
     assert "silent for 10" in str(outcome.fault)
     assert trial.recording().duration == pytest.approx(1.0, abs=0.1)
@@ -123,9 +129,8 @@ def test_a_loop_that_hears_nothing_lets_go(tmp_path: Path) -> None:
 
 def test_an_alert_ends_the_run_with_its_reason(tmp_path: Path) -> None:
     """An overload switches the motor off; the file is closed and says so."""
-    alert = FaultEvent(name="alert", start=1.0, alert="overload")
-    trial = Trial(path=tmp_path / "run.mcap", faults=Faults(events=(alert,)))
-    outcome = trial.record()
+    trial = struck(tmp_path, name="alert", start=1.0, alert="overload")
+    outcome = trial.outcome
     assert isinstance(outcome.fault, ServoAlert)
     assert "overload" in str(outcome.fault)
     assert "overload" in trial.session["ended"]
@@ -135,9 +140,8 @@ def test_an_alert_ends_the_run_with_its_reason(tmp_path: Path) -> None:
 
 def test_a_silent_load_cell_leaves_a_gap(tmp_path: Path) -> None:
     """One second without readings: the servo is logged on, and the rows without force are out."""
-    silent = FaultEvent(name="cell_silence", start=0.5, duration=1.0)
-    trial = Trial(path=tmp_path / "run.mcap", faults=Faults(events=(silent,)))
-    outcome = trial.record()
+    trial = struck(tmp_path, name="cell_silence", start=0.5, duration=1.0)
+    outcome = trial.outcome
     assert outcome.finished
     assert outcome.rows == 80.0 * trial.duration
     assert gap_of(trial) == pytest.approx(1.0, abs=0.06)
@@ -148,10 +152,8 @@ def test_a_silent_load_cell_leaves_a_gap(tmp_path: Path) -> None:
 
 def test_a_servo_that_restarts_is_set_up_again(tmp_path: Path) -> None:
     """A servo that restarts forgets its settings; it is noticed, told and mended in the run."""
-    event = FaultEvent(name="reboot", start=1.0)
-    trial = Trial(path=tmp_path / "run.mcap", faults=Faults(events=(event,)))
-    outcome = trial.record()
-    assert outcome.finished
+    trial = struck(tmp_path, name="reboot", start=1.0)
+    assert trial.outcome.finished
     assert any("set up again" in text for text in trial.said)
     assert trial.session["counters.servo.resets"] == "1"
     log = trial.recording()
