@@ -101,6 +101,13 @@ def motion(loop: ControlLoop, world: int = 0) -> tuple[Array, Array]:
     )
 
 
+def later(loop: ControlLoop, steps: int, asked: Tensor | None = None) -> ControlLoop:
+    """Return worlds after some steps under one command [rad], none by default."""
+    for _ in range(steps):
+        loop.step(command() if asked is None else asked)
+    return loop
+
+
 def tilt_floor(loop: ControlLoop, angle: float) -> tuple[Array, Array]:
     """Tilt the floor about +y; return its normal and the way down."""
     sine, cosine = np.sin(angle), np.cos(angle)

@@ -16,7 +16,7 @@ from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tests.physics.contact.bodies import ball, ball_torque, block, floor
+from tests.physics.contact.bodies import ball, ball_torque, block, floor, later
 from tests.physics.runs import DATA_SHEET, GAIN, RADIUS, ideal_model
 from tests.physics.test_closed_form import energy
 
@@ -100,8 +100,7 @@ def test_closing_on_a_ball_ends_where_it_rests() -> None:
     loop = prepare(BALL)
     rest = loop.reset(command(CLOSED)).joint_position[0].clone()
     loop.reset(command(0.0))
-    for _ in range(200):
-        loop.step(command(CLOSED))
+    later(loop, 200, command(CLOSED))
     assert loop.reading.joint_position[0].numpy() == pytest.approx(rest.numpy(), abs=1e-5)
 
 
@@ -164,11 +163,9 @@ def test_a_pressed_finger_sticks_and_does_not_creep() -> None:
     loop = prepare(FLOOR, friction=0.8)
     loop.bench_numbers("obstacle_friction")[1:] = 0.0
     loop.reset(command(0.0))
-    for _ in range(100):
-        loop.step(command(CLOSED))
+    later(loop, 100, command(CLOSED))
     settled = loop.reading.joint_position.clone()
-    for _ in range(200):
-        loop.step(command(CLOSED))
+    later(loop, 200, command(CLOSED))
     moved = (loop.reading.joint_position - settled).abs().max(dim=-1).values
     assert float(moved[0]) < 1e-6  # float32
     assert float((settled[0] - settled[1]).abs().max()) > 0.1  # where it slides without

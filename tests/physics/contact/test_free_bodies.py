@@ -28,6 +28,7 @@ from tests.physics.contact.bodies import (
     brick,
     command,
     fresh,
+    later,
     marble,
     motion,
     pose,
@@ -45,8 +46,7 @@ def test_what_nothing_touches_falls_and_turns_freely() -> None:
     loop = fresh("sphere")
     start, spin = np.array([FAR, 0.0, 0.4]), np.array([3.0, -2.0, 1.0])
     loop.reset(command(), body_pose=pose(start), body_velocity=speeds(0.3, -0.2, 1.0, *spin))
-    for _ in range(40):
-        loop.step(command())
+    later(loop, 40)
     time = 40 / RATE
     place, velocity = motion(loop)
     fall = np.array([0.3, -0.2, 1.0]) * time - [0.0, 0.0, 0.5 * GRAVITY * time**2]
@@ -62,9 +62,7 @@ def test_a_dropped_ball_rests_where_its_weight_is_borne() -> None:
     """At a depth of m g / k, without any motion left."""
     loop = fresh("sphere")
     loop.reset(command(), body_pose=pose([FAR, 0.0, 0.0]))
-    for _ in range(200):
-        loop.step(command())
-    place, velocity = motion(loop)
+    place, velocity = motion(later(loop, 200))
     assert place[2] == pytest.approx(AT_REST, abs=1e-7)  # float32 at 0.1 m; SINK is 1e-4 m
     assert np.max(np.abs(velocity)) < 1e-9
 
@@ -77,14 +75,10 @@ def test_a_sliding_ball_is_slowed_by_friction_until_it_rolls() -> None:
     )
     loop.step(command())
     _, before = motion(loop)
-    for _ in range(9):
-        loop.step(command())
-    _, after = motion(loop)
+    _, after = motion(later(loop, 9))
     slowed = (before[0] - after[0]) * RATE / 9
     assert slowed == pytest.approx(0.2 * GRAVITY, rel=1e-4)  # float32 of both speeds
-    for _ in range(60):
-        loop.step(command())
-    _, rolling = motion(loop)
+    _, rolling = motion(later(loop, 60))
     # the middle of the contact is half of SINK nearer to the centre than the ball's surface
     assert rolling[0] == pytest.approx(0.5 * 5.0 / 7.0, rel=SINK / RADIUS)
     assert rolling[4] * (RADIUS - 0.5 * SINK) == pytest.approx(rolling[0], rel=1e-4)
@@ -117,9 +111,7 @@ def test_a_ball_rolls_down_a_slope() -> None:
     floor = np.array([FAR, 0.0, -0.1])
     loop.bench_numbers("obstacle_position")[:, FLOOR] = torch.tensor(floor)
     loop.reset(command(), body_pose=pose(floor + (RADIUS - SINK * np.cos(angle)) * normal))
-    for _ in range(40):
-        loop.step(command())
-    _, velocity = motion(loop)
+    _, velocity = motion(later(loop, 40))
     arm = 1.0 - 0.5 * SINK * np.cos(angle) / RADIUS  # of the contact, in radii
     expected = GRAVITY * np.sin(angle) / (1.0 + 0.4 / arm**2)
     assert velocity[:3] @ down * RATE / 40 == pytest.approx(expected, rel=1e-3)
@@ -284,8 +276,7 @@ def test_what_tumbles_keeps_momentum_and_energy() -> None:
     turning = speeds(0.0, 0.0, 0.0, 5.0, 8.0, -3.0)
     loop.reset(command(), body_pose=pose([FAR, 0.0, 5.0]), body_velocity=turning)
     before, energy = momentum()
-    for _ in range(100):
-        loop.step(command())
+    later(loop, 100)
     after, left = momentum()
     # five radians; an integrator of second order at 0.5 ms
     assert after == pytest.approx(before, abs=1e-4 * float(np.linalg.norm(before)))
@@ -298,21 +289,15 @@ def test_a_block_rests_on_four_corners_and_slides_by_its_friction() -> None:
     loop = fresh("box", friction=0.3)
     height = -0.1 + HALF[2] - SINK / 4.0
     loop.reset(command(), body_pose=pose([FAR, 0.0, height + 0.01]))
-    for _ in range(150):
-        loop.step(command())
-    assert motion(loop)[0][2] == pytest.approx(height, abs=1e-7)  # float32 at 0.1 m
+    assert motion(later(loop, 150))[0][2] == pytest.approx(height, abs=1e-7)  # float32 at 0.1 m
     rest = motion(loop)[0][:3]
     loop.reset(command(), body_pose=pose(rest), body_velocity=speeds(0.3, 0, 0, 0, 0, 0))
-    for _ in range(10):
-        loop.step(command())
-    slow = motion(loop)[1][0]
+    slow = motion(later(loop, 10))[1][0]
     assert 0.3 - slow == pytest.approx(0.3 * GRAVITY * 10 / RATE, rel=0.01)
-    for _ in range(250):
-        loop.step(command())
-    stopped = motion(loop)[0]
-    for _ in range(100):
-        loop.step(command())
-    assert motion(loop)[0] == pytest.approx(stopped, abs=1e-6)  # it rocked when it stopped
+    stopped = motion(later(loop, 250))[0]
+    assert motion(later(loop, 100))[0] == pytest.approx(
+        stopped, abs=1e-6
+    )  # it rocked when it stopped
 
 
 @pytest.mark.slow
@@ -326,17 +311,9 @@ def test_a_block_on_a_slope_stays_or_slides() -> None:
     turn = np.array([0.0, np.sin(0.5 * angle), 0.0, np.cos(0.5 * angle)])
     depth = SINK * np.cos(angle) / 4.0
     loop.reset(command(), body_pose=pose(floor + (HALF[2] - depth) * normal, turn))
-    for _ in range(40):
-        loop.step(command())
-    _, before = motion(loop, world=1)
-    for _ in range(40):
-        loop.step(command())
-    _, sliding = motion(loop, world=1)
+    _, before = motion(later(loop, 40), world=1)
+    _, sliding = motion(later(loop, 40), world=1)
     left = GRAVITY * (np.sin(angle) - 0.2 * np.cos(angle))
     assert (sliding - before)[:3] @ down * RATE / 40 == pytest.approx(left, rel=0.01)
-    for _ in range(120):
-        loop.step(command())
-    start = motion(loop)[0][:3]
-    for _ in range(200):
-        loop.step(command())
-    assert motion(loop)[0][:3] == pytest.approx(start, abs=1e-6)  # it rocked at first
+    start = motion(later(loop, 120))[0][:3]
+    assert motion(later(loop, 200))[0][:3] == pytest.approx(start, abs=1e-6)  # it rocked at first

@@ -11,7 +11,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.obstacles import STIFFNESS, Plane, Sphere
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tests.physics.contact.bodies import GRAVITY, MASS, RATE, STEP, ground
+from tests.physics.contact.bodies import GRAVITY, MASS, RATE, STEP, ground, later
 from tests.physics.runs import ideal_model
 
 pytestmark = pytest.mark.slow
@@ -82,8 +82,7 @@ def test_what_one_finger_does_to_a_ball_another_feels() -> None:
     assert float(loop.body_velocity.abs().max()) < 1e-6  # all rest
     before, joints = pushes(loop), loop.reading.joint_position[0].clone().reshape(FINGERS, -1)
     assert np.linalg.norm(before[2:], axis=-1) == pytest.approx([1.84, 2.11], rel=0.05)
-    for _ in range(200):
-        loop.step(asked(4.0, 4.0, 4.0, 0.0))
+    later(loop, 200, asked(4.0, 4.0, 4.0, 0.0))
     after = pushes(loop)
     moved = (loop.reading.joint_position[0].reshape(FINGERS, -1) - joints).abs().amax(dim=-1)
     assert np.linalg.norm(after[3]) == 0.0
@@ -99,8 +98,7 @@ def test_a_hand_holds_a_ball_that_loses_its_floor() -> None:
     loop.bench_numbers("body_mass")[2] = 0.01
     close(loop, 400)
     loop.bench_numbers("obstacle_stiffness")[:, FLOOR] = 0.0
-    for _ in range(400):
-        loop.step(asked(*[4.0] * FINGERS))
+    later(loop, 400, asked(*[4.0] * FINGERS))
     assert not loop.reading.diverged.any()
     assert float(loop.body_velocity.abs().max()) < 1e-6
     place = loop.body_pose[0, :3].numpy().astype(np.float64)

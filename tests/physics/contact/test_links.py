@@ -12,7 +12,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tests.physics.contact.bodies import RADIUS, ground, marble
+from tests.physics.contact.bodies import RADIUS, ground, later, marble
 from tests.physics.contact.pinches import (
     CROSSED,
     FACING,
@@ -105,8 +105,7 @@ def test_links_meet_beside_a_body_that_moves(tmp_path: Path) -> None:
     loops = [loop_of(mechanism), loop_of(mechanism.with_obstacles(marble(), ground(-0.06)))]
     for loop in loops:
         loop.reset(command(*OPEN))
-        for _ in range(150):
-            loop.step(command(*PRESSED))
+        later(loop, 150, command(*PRESSED))
     places = [loop.reading.joint_position.numpy() for loop in loops]
     assert places[1] == pytest.approx(places[0], abs=1e-6)  # float32
     forces = [exact(loop.contact_forces())[RIGHT_MIDDLE, LEFT_DISTAL] for loop in loops]
@@ -121,8 +120,7 @@ def test_closing_fingers_end_where_they_rest(tmp_path: Path) -> None:
     rest = loop.reset(command(*PRESSED)).joint_position.clone()
     loop.reset(command(*OPEN))
     assert float(loop.contact_forces().abs().max()) == 0.0
-    for _ in range(400):
-        loop.step(command(*PRESSED))
+    later(loop, 400, command(*PRESSED))
     assert loop.reading.joint_position.numpy() == pytest.approx(rest.numpy(), abs=1e-5)
 
 
@@ -137,8 +135,7 @@ def test_links_that_run_into_each_other_keep_their_momentum(tmp_path: Path) -> N
     speed = torch.tensor([[0.4, 0.1]]).repeat(2, 1)
     loop.reset(command(0.0, 0.0, worlds=2), joint_position=start, joint_velocity=speed)
     before = mass @ exact(speed)
-    for _ in range(40):
-        loop.step(command(0.0, 0.0, worlds=2))
+    later(loop, 40, command(0.0, 0.0, worlds=2))
     after = loop.reading.joint_velocity.numpy().astype(np.float64)
     assert after @ mass == pytest.approx(before, rel=1e-6)  # float32 of what the loop returns
     apart = after[:, 1] - after[:, 0]
@@ -190,11 +187,9 @@ def test_pressed_links_stick_and_do_not_creep(tmp_path: Path) -> None:
     loop = loop_of(pinch(tmp_path), worlds=2)
     loop.bench_numbers("obstacle_friction")[0] = 0.8
     loop.reset(command(*OPEN, worlds=2))
-    for _ in range(400):
-        loop.step(command(*PRESSED, worlds=2))
+    later(loop, 400, command(*PRESSED, worlds=2))
     settled = loop.reading.joint_position.clone()
-    for _ in range(400):
-        loop.step(command(*PRESSED, worlds=2))
+    later(loop, 400, command(*PRESSED, worlds=2))
     moved = (loop.reading.joint_position - settled).abs().max(dim=-1).values
     assert float(moved[0]) < 1e-6  # float32
     assert float((settled[0] - settled[1]).abs().max()) > 0.02  # where they slide without
@@ -214,7 +209,6 @@ def test_links_that_are_no_obstacles_any_more_pass(tmp_path: Path) -> None:
     alone = ControlLoop(fingers, ideal_model(), 1, rate=RATE, max_step=STEP, device="cpu")
     for loop in (meeting, alone):
         loop.reset(command(*OPEN))
-        for _ in range(40):
-            loop.step(command(*PRESSED))
+        later(loop, 40, command(*PRESSED))
     places = [loop.reading.joint_position.numpy() for loop in (meeting, alone)]
     assert places[0] == pytest.approx(places[1], abs=1e-6)  # float32
