@@ -17,6 +17,7 @@ from tendon_newton.simulation.hosts.rollout import (
     Stepping,
     Trajectory,
 )
+from tests.made import recorded
 
 Array = NDArray[np.float64]
 GAIN = 4.2  # [N/rad]
@@ -32,15 +33,8 @@ def commanded(
     """Make a recording of commands alone, shape (T,); numbers override those of the bench."""
     time = row * np.arange(len(command))
     overrides = BenchOverrides(**{name: (value,) for name, value in numbers.items()})
-    return Recording(
-        name="made for a test",
-        bench=bench,
-        time=time,
-        command=command[:, None],
-        motor_position=np.zeros((len(time), 1)),
-        motor_velocity=np.zeros((len(time), 1)),
-        bench_overrides=overrides,
-    )
+    blank = np.zeros(len(time))
+    return recorded(time, blank, bench=bench, command=command, bench_overrides=overrides)
 
 
 def steps_and_waves(rows: int = 160) -> Array:

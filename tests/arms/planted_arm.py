@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.arms.arm import ArmMotion
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign, write_foreign
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
+from tests.made import recorded
 
 MASS, LENGTH, GRAVITY = 0.3, 0.2, 9.81  # kg, m, m/s2 of both links, slender rods
 COMPLIANCE = 0.08  # rad/(N m)
@@ -90,15 +91,16 @@ def planted_motion(
     angles = SIGNS * (hang(heard, floor, tilt) + 1e-4 * rng.standard_normal(command.shape))
     return ArmMotion(
         recordings=tuple(
-            Recording(
+            recorded(
+                time,
+                angle,
                 name=f"{joint}_{name}.csv",
-                bench="servo",
-                time=time,
-                command=(SIGNS * command)[:, [j]],
-                motor_position=angles[:, [j]],
-                motor_velocity=np.gradient(angles[:, [j]], ROW, axis=0),
+                command=goal,
+                motor_velocity=np.gradient(angle, ROW),
                 start="first_row",
             )
-            for j, joint in enumerate(("shoulder", "elbow"))
+            for joint, goal, angle in zip(
+                ("shoulder", "elbow"), (SIGNS * command).T, angles.T, strict=True
+            )
         )
     )

@@ -16,7 +16,7 @@ from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, write_model
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Array
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.exports.arms import ARM_EXPORTS
 from tendon_newton.exports.arms.arm_export import export_arm, seconds_of, swings
@@ -30,6 +30,7 @@ from tendon_newton.exports.arms.servo_springs import driven_builder
 from tendon_newton.mechanisms.authoring.mujoco_file import TIME_STEP
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tests.arms import planted_arm
+from tests.made import recorded
 
 COUNT = 1.5e-3  # rad: one of an encoder of 4096 counts
 EFFECTS = (
@@ -221,10 +222,7 @@ def test_a_servo_alone_goes_where_arms_go(to, tmp_path, capsys) -> None:
     write_model(tmp_path / "model.toml", model)
     time = 0.02 * np.arange(200)
     command = 0.3 * np.sin(2.0 * time)[:, None]
-    run = Recording(
-        name="sine.csv", bench="servo", time=time, command=command, motor_position=command,
-        motor_velocity=np.gradient(command, 0.02, axis=0), start="first_row",
-    )  # fmt: skip
+    run = recorded(time, command, name="sine.csv", command=command, start="first_row")
     write_dataset(tmp_path / "logs", [run], [])
     words = ["export", str(tmp_path / "model.toml"), "--dataset", str(tmp_path / "logs")]
     assert main([*words, "--to", to, "--out", str(tmp_path / "out")]) == 0

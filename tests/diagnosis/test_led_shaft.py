@@ -1,5 +1,6 @@
 """A shaft led against a load: causes are named on a plant that shares no code with the package."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -42,14 +43,9 @@ def plant(path: Array, load: Array, rng: np.random.Generator) -> Recording:
     recording = led(path, -load)
     noisy = {"force": force[:, None], "joint_position": joint}
     sizes = {"force": 0.02, "joint_position": 2.0e-5}
-    return Recording(
-        name="plant",
-        bench=recording.bench,
-        time=recording.time,
-        motor_position=recording.motor_position,
+    return replace(
+        recording,
         motor_velocity=np.gradient(recording.motor_position, recording.time, axis=0),
-        joint_load=recording.joint_load,
-        bench_overrides=recording.bench_overrides,
         **{n: x + sizes[n] * rng.standard_normal(x.shape) for n, x in noisy.items()},
     )
 

@@ -21,6 +21,7 @@ from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.simulation.hosts.replay import replay
+from tests.made import recorded
 
 pytestmark = pytest.mark.slow
 
@@ -81,13 +82,13 @@ def cart(seed: int) -> Recording:
 
     log = integrated(loop, lambda x: 0.0, MASS, VISCOUS, DRY, rows=800, start=START, held=True)
     numbers = {"mass": (MASS,), "stiffness": (0.0,), "damping": (0.0,), "range": (2.0,)}
-    return Recording(
+    return recorded(
+        ROW * np.arange(len(log)),
+        1e-5 * np.round(log[:, 0] / SHAFT / 1e-5),
         name=f"cart_{seed}",
         bench="spring_weak",
-        time=ROW * np.arange(len(log)),
-        motor_position=1e-5 * np.round(log[:, :1] / SHAFT / 1e-5),
-        motor_velocity=log[:, 1:2] / SHAFT,
-        force=log[:, 2:3] + 0.5 * rng.standard_normal((len(log), 1)),
+        motor_velocity=log[:, 1] / SHAFT,
+        force=log[:, 2] + 0.5 * rng.standard_normal(len(log)),
         start="first_row",
         bench_overrides=BenchOverrides(**numbers),
     )
@@ -114,14 +115,14 @@ def shaft(seed: int) -> Recording:
     )
     count = 2.0 * np.pi / 4096.0
     time = ROW * np.arange(len(log))
-    return Recording(
+    return recorded(
+        time,
+        count * np.round(log[:, 0] / count),
         name=f"shaft_{seed}",
         bench="pendulum",
-        time=time,
-        command=np.array([[command(t)] for t in time]),
-        motor_position=count * np.round(log[:, :1] / count),
-        motor_velocity=log[:, 1:2],
-        force=log[:, 3:] + 5e-4 * rng.standard_normal((len(log), 1)),
+        command=np.array([command(t) for t in time]),
+        motor_velocity=log[:, 1],
+        force=log[:, 3] + 5e-4 * rng.standard_normal(len(log)),
         start="first_row",
         bench_overrides=BenchOverrides(mass=(LOAD,), length=(ARM,)),
     )

@@ -16,6 +16,7 @@ from tendon_newton.diagnosis.reporting.held_out import compare
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.rollout import Trajectory
+from tests.made import recorded
 
 Array = NDArray[np.float64]
 ROW, STEPS = 0.02, 20  # Time from row to row [s], and steps in it
@@ -35,15 +36,8 @@ def measured(name: str, goal: Array) -> Recording:
         error = goal[max(0, int((k * step - DELAY) / ROW + 1e-9))] - shaft
         if abs(error) > BAND:
             shaft += (1.0 - np.exp(-step / LAG)) * (error - np.sign(error) * BAND)
-    return Recording(
-        name=name,
-        bench="servo",
-        time=np.arange(len(goal), dtype=np.float64) * ROW,
-        command=goal[:, None],
-        motor_position=theta[:, None],
-        motor_velocity=np.gradient(theta, ROW)[:, None],
-        start="first_row",
-    )
+    time, speed = np.arange(len(goal), dtype=np.float64) * ROW, np.gradient(theta, ROW)
+    return recorded(time, theta, name=name, command=goal, motor_velocity=speed, start="first_row")
 
 
 def sweep(seconds: float, last: float) -> Array:

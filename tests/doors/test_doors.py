@@ -12,11 +12,11 @@ from tendon_newton.data.checks.command_checks import no_command
 from tendon_newton.data.checks.lint import CHECKS
 from tendon_newton.data.checks.read_checks import FAR, failed_rows, repeated_rows
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.checked_data import faults_of, findings_of
 from tests.doors.logs import COUNT, ROWS, Door, csv_logs, own_dataset, sound
 from tests.doors.mistakes import ANGLES, COMMANDS, DOORS, LEROBOT, OWN, Mistake
 from tests.doors.told import EVERY, lines_said, spoiled_runs
+from tests.made import recorded
 
 ROOT = Path(__file__).parents[2]
 ADVICE = re.compile("overload|horn|worn gear|knock|calibrate leader|too slow")
@@ -144,10 +144,7 @@ def test_a_motor_that_is_too_slow_for_its_goals_has_them(hold, rate, most) -> No
     for row in range(1, len(goal)):
         far = float(np.clip(goal[row - 1] - angle[row - 1], -most, most))
         angle[row] = angle[row - 1] + rate / 80.0 * far
-    log = Recording(
-        name="slow", bench="spring_weak", time=time, command=goal[:, None],
-        motor_position=angle[:, None], motor_velocity=np.gradient(angle, time)[:, None],
-    )  # fmt: skip
+    log = recorded(time, angle, bench="spring_weak", command=goal)
     assert list(no_command(log)) == []
     for size, pace in ((1.0, 1.0), (0.5, 6.0)):  # the second's speeds are far above its angles
         angle = size * np.sin(pace * time)
@@ -165,10 +162,7 @@ def test_a_weak_motor_amid_a_sine_is_not_driven_by_its_speed() -> None:
     angle = (
         1.2 - 0.027 * np.cos(4.0 * np.pi * time) - 0.05 * np.exp(-time / 3.0)
     )  # at first from its rest
-    log = Recording(
-        name="weak", bench="finger", time=time, command=goal[:, None],
-        motor_position=angle[:, None], motor_velocity=np.gradient(angle, time)[:, None],
-    )  # fmt: skip
+    log = recorded(time, angle, bench="finger", command=goal)
     assert list(no_command(log)) == []
     speeds = replace(log, motor_position=np.cumsum(0.219 * goal[:, None], axis=0) / 80.0)
     (found,) = no_command(speeds)

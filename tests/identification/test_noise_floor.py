@@ -8,6 +8,7 @@ from tendon_newton.identification.cutting import hold_out
 from tendon_newton.identification.noise_floor import NoiseFloor, encoder_noise, force_noise
 from tendon_newton.identification.testable import too_little, turns
 from tests.importers.logs import recording
+from tests.made import recorded
 
 COUNT = 2.0 * np.pi / 4096.0
 
@@ -22,14 +23,13 @@ def log(rng: np.random.Generator, colour: float, scatter: float = 0.05) -> Recor
     noise = np.zeros_like(angle)
     for k in range(1, len(noise)):
         noise[k] = colour * noise[k - 1] + np.sqrt(1.0 - colour**2) * rng.normal(0.0, scatter)
-    return Recording(
-        name="log.csv",
+    return recorded(
+        time,
+        np.round(angle / COUNT) * COUNT,
         bench="spring_weak",
-        time=time,
-        command=command[:, None],
-        motor_position=(np.round(angle / COUNT) * COUNT)[:, None],
-        motor_velocity=np.gradient(angle, time)[:, None],
-        force=(5.0 * angle + noise)[:, None],
+        command=command,
+        motor_velocity=np.gradient(angle, time),
+        force=5.0 * angle + noise,
     )
 
 
@@ -69,11 +69,8 @@ WHITE = 0.01 * np.random.default_rng(0).standard_normal(2000)  # N m
 )
 def test_a_led_shafts_torque_is_no_better_than_its_counts(torque: np.ndarray, noise: float) -> None:
     """Coarse counts hardly change from row to row, nor does what is held for three rows."""
-    angle = COUNT * np.round(np.sin(np.arange(2000) / 50.0) / COUNT)[:, None]
-    shaft = Recording(
-        name="led", bench="pendulum", time=np.arange(2000) / 100.0, motor_position=angle,
-        motor_velocity=0.0 * angle, force=torque[:, None], joint_load=np.zeros(2000),
-    )  # fmt: skip
+    time, angle = np.arange(2000) / 100.0, COUNT * np.round(np.sin(np.arange(2000) / 50.0) / COUNT)
+    shaft = recorded(time, angle, bench="pendulum", force=torque, joint_load=np.zeros(2000))
     assert force_noise([shaft]) == pytest.approx(noise, rel=0.15)
 
 
@@ -109,12 +106,7 @@ NOISE = NoiseFloor(theta=1e-3, force=None)
 
 def moved(angle: np.ndarray, rate: float = 80.0) -> Recording:
     """A motor that went along some angles, shape (T,)."""
-    time = np.arange(len(angle)) / rate
-    column = angle[:, None]
-    return Recording(
-        name="made up", bench="finger", time=time, command=column, motor_position=column,
-        motor_velocity=np.gradient(column, time, axis=0),
-    )  # fmt: skip
+    return recorded(np.arange(len(angle)) / rate, angle, bench="finger", command=angle)
 
 
 WAVE = 0.5 * np.sin(np.linspace(0.0, 20.0, 400))

@@ -22,6 +22,7 @@ from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
+from tests.made import recorded
 
 FURTHER = [name for name, effect in EFFECTS.items() if effect.further_signals()]
 SERVO = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
@@ -42,10 +43,7 @@ def measured(bench: str = "finger", **signals: np.ndarray) -> Recording:
     """A recording that the model explains exactly, with the tip of a finger and its joints."""
     time = np.arange(0.0, 1.5, 0.0125)
     wave = (1.5 - np.cos(4.0 * time))[:, None]
-    blank = Recording(
-        name="run.csv", bench=bench, time=time, command=wave, motor_position=0.0 * wave,
-        motor_velocity=0.0 * wave,
-    )  # fmt: skip
+    blank = recorded(time, 0.0 * wave, bench=bench, command=wave)
     (run,) = replay([blank], SERVO, time_step=1e-3)
     mechanism = load_mechanism(bench)
     tip = tip_position(mechanism, run.joint_position)

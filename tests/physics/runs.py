@@ -14,6 +14,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout, Stepping, Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
+from tests.made import recorded
 
 GAIN = 4.2  # N/rad
 RADIUS = 0.0125  # m
@@ -63,20 +64,13 @@ def run_of(
     commands = np.asarray(command, dtype=np.float64)
     commands = commands.reshape(len(commands), -1)
     count, tendons = commands.shape
-    return Recording(
+    return recorded(
+        np.arange(count) / rate,
+        np.full((count, tendons), angle),
         name="run",
         bench=bench,
-        time=np.arange(count) / rate,
         command=commands,
-        motor_position=np.full((count, tendons), angle),
         motor_velocity=np.full((count, tendons), speed),
-        force=None,
-        tip=None,
-        current=None,
-        voltage=None,
-        temperature=None,
-        enabled=np.ones(count, dtype=bool),
-        extra={},
         start=start,
         **more,
     )
@@ -85,13 +79,13 @@ def run_of(
 def led(path: Array, load: Array, *, bench: str = "spring_weak", rate: float = ROWS) -> Recording:
     """Return a recording of a shaft led along a path [rad] under loads [N], a row each."""
     blank = np.zeros(len(path))
-    return Recording(
+    return recorded(
+        np.arange(len(path)) / rate,
+        path,
         name="led",
         bench=bench,
-        time=np.arange(len(path)) / rate,
-        motor_position=path[:, None],
-        motor_velocity=blank[:, None],
-        force=blank[:, None],
+        motor_velocity=blank,
+        force=blank,
         joint_position=blank,
         joint_load=load,
         bench_overrides=QUASI_STATIC,

@@ -15,7 +15,6 @@ import tyro
 from tendon_newton.cli.diagnosis.experiment import ExperimentConfig
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.plain_numbers import estimate_text, number, quantity
-from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.posterior import FittedSet, Posterior
@@ -36,6 +35,7 @@ from tendon_newton.effects import EFFECTS, find_effect
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, evidence, named
 from tests.diagnosis.reporting.browser import LEAST_LETTER, WIDTHS, look_at
 from tests.diagnosis.reporting.test_report_finger import motions
+from tests.made import recorded
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
 
@@ -278,16 +278,9 @@ def test_each_row_is_in_one_regime_and_its_error_stands_apart(pages: dict[str, s
     """Off, slack, at rest, in motion: an error while a motor is off is that of its own rows."""
     speed = np.array([0.0, 1.0, 1.0, 0.01, 0.0, 2.0])
     force = np.array([4.0, 4.0, 0.01, 4.0, 4.0, 0.0])
-    measured = Recording(
-        name="a.csv",
-        bench="spring_weak",
-        time=0.01 * np.arange(6.0),
-        motor_position=np.zeros((6, 1)),
-        motor_velocity=speed[:, None],
-        command=np.zeros((6, 1)),
-        force=force[:, None],
-        enabled=np.array([False, True, True, True, True, True]),
-    )
+    still, on = np.zeros(6), np.array([False, True, True, True, True, True])
+    columns = {"command": still, "motor_velocity": speed, "force": force, "enabled": on}
+    measured = recorded(0.01 * np.arange(6.0), still, bench="spring_weak", **columns)
     rows = {name: np.flatnonzero(mask).tolist() for name, mask in regimes(measured, 0.02).items()}
     assert rows == {"motor off": [0], "string slack": [2, 5], "at rest": [3, 4], "in motion": [1]}
     pushed = replace(measured, force=force[:, None] - 1.0)

@@ -25,6 +25,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.diagnosis.made_up import diagnosis, evidence
 from tests.diagnosis.reporting.browser import find_browser, look_at
+from tests.made import recorded
 
 PATH = re.compile(r'<path class="bones (\w+)" d="([^"]*)"><animate attributeName="d" ([^>]*)/>')
 
@@ -120,15 +121,8 @@ def recording(*, tendons: int = 1, force: bool = True) -> Recording:
     """A made-up second of a bench."""
     time = np.arange(ROWS) / 80.0
     theta = np.sin(2.0 * np.pi * time)[:, None].repeat(tendons, axis=1)
-    return Recording(
-        name="run_0.csv",
-        bench="spring_weak",
-        time=time,
-        command=theta + 0.5,
-        motor_position=theta,
-        motor_velocity=np.gradient(theta, time, axis=0),
-        force=2.0 + theta if force else None,
-    )
+    columns = {"command": theta + 0.5, "force": 2.0 + theta if force else None}
+    return recorded(time, theta, name="run_0.csv", bench="spring_weak", **columns)
 
 
 def trajectory(measured: Recording) -> Trajectory:

@@ -10,6 +10,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.reporting.report import write_report
+from tests.made import recorded
 
 START = Model(
     actuator=NamedValues(name="measured_path", values={}),
@@ -37,17 +38,9 @@ def run(rng: np.random.Generator) -> tuple[Recording, Array]:
     parts = asked(t, q, v, a)
     torque = parts @ (MASS, INERTIA, DRY, VISCOUS, 0.0, DRIFT) + NOISE * rng.standard_normal(1200)
     angle = COUNT * np.round(q / COUNT)
-    recording = Recording(
-        name="arm",
-        bench="pendulum",
-        time=t,
-        motor_position=angle[:, None],
-        motor_velocity=np.gradient(angle, t)[:, None],
-        force=torque[:, None],
-        joint_load=np.zeros_like(t),
-        bench_overrides=BenchOverrides(length=(LENGTH,)),
-    )
-    return recording, parts
+    columns = {"force": torque, "joint_load": np.zeros_like(t)}
+    numbers = BenchOverrides(length=(LENGTH,))
+    return recorded(t, angle, bench="pendulum", **columns, bench_overrides=numbers), parts
 
 
 def test_an_arm_without_commands_tells_what_a_regression_tells(rng, tmp_path) -> None:

@@ -21,6 +21,7 @@ from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Stepping, Trajectory
 from tendon_newton.simulation.model.bench_numbers import BenchNumber
 from tests.physics.runs import ASLEEP
+from tests.made import recorded
 
 ROWS, RATE = 120, 80.0
 IDEAL = NamedValues(name="ideal", values={"gain": 4.2})
@@ -52,10 +53,7 @@ def recording(bench: str = "finger_antagonist") -> Recording:
     tendons = range(len(load_mechanism(bench).tendons))
     command = np.stack([1.6 + np.sin(7.0 * time + 2.0 * d) for d in tendons], axis=1)
     blank = np.zeros_like(command)
-    return Recording(
-        name="run.csv", bench=bench, time=time, command=command,
-        motor_position=blank, motor_velocity=blank, force=blank,
-    )  # fmt: skip
+    return recorded(time, blank, bench=bench, command=command, force=blank)
 
 
 def effect(name: str, servo: int | None = None, **values: float) -> NamedValues:

@@ -17,6 +17,7 @@ from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_newton.simulation.hosts.rollout import drive_of
 from tests.effect_bench import commanded, steps_and_waves
 from tests.physics.runs import RADIUS, ideal_model
+from tests.made import recorded
 
 Array = NDArray[np.float64]
 STEP = 5.0e-4  # [s]
@@ -121,16 +122,15 @@ def cart(seed: int) -> Recording:
         v = 0.0 if (v == 0.0 and abs(push) < DRY) or free * v < 0.0 else free
         x += step * v
     count = 2.0 * np.pi / 4096.0
-    return Recording(
+    numbers = BenchOverrides(mass=(MASS,), stiffness=(0.0,), damping=(0.0,), range=(0.4,))
+    return recorded(
+        np.linspace(0.0, step * every * (rows - 1), rows),
+        count * np.round(log[:, 0] / RADIUS / count),
         name=f"cart_{seed}",
         bench="spring_weak",
-        time=np.linspace(0.0, step * every * (rows - 1), rows),
-        motor_position=count * np.round(log[:, :1] / RADIUS / count),
-        motor_velocity=log[:, 1:2] / RADIUS,
-        force=log[:, 2:] + 0.02 * rng.standard_normal((rows, 1)),
-        bench_overrides=BenchOverrides(
-            mass=(MASS,), stiffness=(0.0,), damping=(0.0,), range=(0.4,)
-        ),
+        motor_velocity=log[:, 1] / RADIUS,
+        force=log[:, 2] + 0.02 * rng.standard_normal(rows),
+        bench_overrides=numbers,
     )
 
 

@@ -8,7 +8,6 @@ import pytest
 from numpy.typing import NDArray
 
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.search_worlds import SearchWorlds
@@ -20,6 +19,7 @@ from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model
+from tests.made import recorded
 
 Array = NDArray[np.float64]
 ROW = 0.02  # [s]
@@ -160,14 +160,7 @@ def test_only_effects_on_positions_are_tried_and_held() -> None:
     with pytest.raises(InvalidModelFile, match="turns its only joint directly"):
         replay([commanded(WAVE, "finger")], servo_model())
     still = np.zeros((5, 1))
-    driven = Recording(
-        name="r",
-        bench="servo",
-        time=np.linspace(0.0, 4.0 * ROW, 5),
-        motor_position=still,
-        motor_velocity=still,
-        force=still,
-    )
+    driven = recorded(np.linspace(0.0, 4.0 * ROW, 5), still, force=still)
     with pytest.raises(InvalidRecording, match="follows theta_d"):
         replay([driven], servo_model())
 

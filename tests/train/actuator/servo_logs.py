@@ -7,6 +7,7 @@ import numpy as np
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.excitations import excite
 from tendon_newton.data.recording import Recording
+from tests.made import recorded
 
 GAIN = 4.2  # [N/rad]
 STIFFNESS = 1.5  # [N/rad] of the load
@@ -41,15 +42,8 @@ def servo_log(
         velocity[k], q = moved / step, q + moved
         angle[k] = q
     force = np.clip(STIFFNESS * angle + rng.normal(0.0, noise, time.size), 0.0, LIMIT)
-    return Recording(
-        name=name,
-        bench=bench,
-        time=time,
-        command=command[:, None],
-        motor_position=angle[:, None],
-        motor_velocity=velocity[:, None],
-        force=force[:, None],
-    )
+    columns = {"command": command, "motor_velocity": velocity, "force": force}
+    return recorded(time, angle, name=name, bench=bench, **columns)
 
 
 def write_servo_dataset(folder: Path, *, duration: float = 12.0) -> Path:
