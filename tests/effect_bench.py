@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -17,7 +16,7 @@ from tendon_newton.simulation.hosts.rollout import (
     Stepping,
     Trajectory,
 )
-from tests.made import recorded
+from tests.made import recorded, stated_model
 
 Array = NDArray[np.float64]
 GAIN = 4.2  # [N/rad]
@@ -53,10 +52,7 @@ def simulate(
 ) -> Trajectory:
     """Run one recording in the kernel that holds the whole catalogue."""
     chosen = {} if effects is None else effects
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": GAIN}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in chosen.items()),
-    )
+    model = stated_model("ideal", {"gain": GAIN}, chosen)
     rollout = Rollout(
         load_mechanism(recording.bench),
         [recording],

@@ -13,7 +13,7 @@ from pyarrow import parquet
 from tendon_newton.arms.arm import Arm, ArmMotion
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset, write_dataset
-from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.errors import InvalidDataset, InvalidRecording
 from tendon_newton.exports.arms.arm_export import arm_motions
@@ -22,6 +22,7 @@ from tests.arms import planted_arm
 from tests.doors.logs import ROWS, lerobot, sound
 from tests.doors.mistakes import FAILED
 from tests.importers.lerobot_files import lists
+from tests.made import stated_model
 from tests.proposed import proposed
 from tests.test_next_commands import failed_runs
 
@@ -38,7 +39,7 @@ def logs_of_arm(folder: Path, floor: float) -> Path:
     motions = [
         planted_arm.planted_motion(name, rng, low, floor, late=LATE) for name, low in lows.items()
     ]
-    told = Model(actuator=NamedValues(name="ideal_position", values={}))
+    told = stated_model("ideal_position")
     for j, joint in enumerate(("shoulder", "elbow")):
         *train, test = (motion.recordings[j] for motion in motions)
         write_dataset(folder / "logs" / joint, train, [test])

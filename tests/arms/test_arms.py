@@ -13,7 +13,7 @@ from tendon_newton.arms.arm import Arm, ArmMotion, motions_of
 from tendon_newton.arms.arm_simulation import simulate_arm
 from tendon_newton.arms.known_arm import KnownArm, know_arm
 from tendon_newton.arms.placement import find_placement
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidModelFile, InvalidRecording, UnknownName
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
@@ -22,8 +22,9 @@ from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tests.arms import planted_arm
+from tests.made import stated_model
 
-TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))
+TOLD = stated_model("ideal_position")
 FLOOR = -0.02  # m
 FREE = -10.0  # m: too far below to be met
 
@@ -134,7 +135,7 @@ def test_what_a_model_file_states_of_a_servo_is_added_once(mechanism, motions) -
     for model in known.starts:
         assert model.fit == ("compliance",)
         assert [e for e in model.effects if e.name == "actuator_lag"] == [lag]
-    pulling = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
+    pulling = stated_model("ideal", {"gain": 4.2})
     with pytest.raises(InvalidModelFile, match=r"elbow.*'ideal_position'.* it is 'ideal'"):
         know_arm(mechanism, motions[:1], [TOLD, pulling])
 
@@ -166,7 +167,7 @@ def test_servos_move_together_under_commands_alone(known, motions) -> None:
 def test_a_floor_does_not_push_what_no_servo_gives_way_by(known, motions) -> None:
     """Servos a thousand times stiffer than planted feel no force, where they would feel 700 N."""
     values = {"compliance": 1e-3 * planted_arm.COMPLIANCE}
-    stiff = Model(actuator=NamedValues(name="ideal_position", values=values))
+    stiff = stated_model("ideal_position", values)
     (state,) = simulate_arm(known.arm, {0: stiff, 1: stiff}, motions[3:])
     np.testing.assert_array_equal(state.force, 0.0)
     assert state.depth == 0.0

@@ -12,7 +12,7 @@ import torch
 import warp as wp
 
 from tendon_newton.actuators import ACTUATORS, find_actuator
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.placeholders import (
     DeviceArray,
@@ -31,6 +31,7 @@ from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.tendons.routes import located
 from tendon_newton.simulation.tendons.states import flow_at
 from tendon_newton.simulation.tendons.world_drive import world_drive
+from tests.made import stated_model
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import RADIUS, led, run_of, stairs
 
@@ -58,7 +59,7 @@ def typical_model(kind: str, network_path: Path) -> Model:
         values["spool_radius"] = RADIUS
     if ACTUATORS[kind].held:
         values["file"] = str(network_path)
-    return Model(actuator=NamedValues(name=kind, values=values))
+    return stated_model(kind, values)
 
 
 def runs_of(kind: str) -> list[Recording]:

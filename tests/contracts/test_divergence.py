@@ -7,7 +7,6 @@ from itertools import product
 import numpy as np
 import pytest
 
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.search.search_worlds import FINER, SEARCH_STEP
@@ -16,11 +15,12 @@ from tendon_newton.identification.bench_scale import bench_scale
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Stepping
 from tests.effect_bench import GAIN, commanded
+from tests.made import stated_model
 
 BENCHES = ("finger", "finger_routed", "thumb", "spring_weak", "spring_strong", "pendulum")
 TWINS = ("finger_routed", "thumb", "spring_strong")  # Of the finger and of the weak spring
 TIME_STEPS = (SEARCH_STEP, FINER * SEARCH_STEP)  # [s] Those of a diagnosis
-IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
+IDEAL = stated_model("ideal", {"gain": GAIN})
 FRICTIONS = (None, "coulomb_friction")  # What an effect is tried beside, at its typical strength
 SHARES = {1: (0.0, 0.33, 0.67, 1.0), 2: (0.0, 0.5, 1.0), 3: (0.0, 1.0)}
 """Where between its bounds a number is tried, by how many an effect has."""

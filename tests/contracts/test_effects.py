@@ -7,13 +7,13 @@ import re
 import numpy as np
 import pytest
 
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Trajectory
 from tendon_newton.simulation.model.structure import in_catalogue_order
 from tests.effect_bench import GAIN, commanded, simulate, steps_and_waves
+from tests.made import stated_model
 
 FRICTIONS = [n for n, e in EFFECTS.items() if e.side == "actuator" and n.endswith("friction")]
 UNSEEN = {"tip", "current", "voltage"}
@@ -37,7 +37,7 @@ def clear_values(effect: type[Effect]) -> list[float]:
     ]
 
 
-IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
+IDEAL = stated_model("ideal", {"gain": GAIN})
 
 
 @pytest.fixture(scope="module")
@@ -151,9 +151,6 @@ def test_effects_act_in_the_order_of_the_catalogue(finger: Rollout) -> None:
 
 def test_a_pure_number_outside_its_range_is_told_without_a_unit(finger: Rollout) -> None:
     """A knee is between 0 and 0.2, and not "0.2 1"."""
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": GAIN}),
-        effects=(NamedValues(name="force_saturation", values={"limit": 8.0, "knee": 5.0}),),
-    )
+    model = stated_model("ideal", {"gain": GAIN}, {"force_saturation": {"limit": 8.0, "knee": 5.0}})
     with pytest.raises(InvalidModelFile, match=r"between 0 and 0\.2 \(at 0\.2"):
         finger.base_vectors(model)

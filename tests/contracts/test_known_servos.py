@@ -10,7 +10,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosed_bench import open_model
 from tendon_newton.diagnosis.known_servos import known_servos, servo_alone
@@ -21,29 +21,34 @@ from tendon_newton.identification.study import Study, replacements
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_train.policy.worlds.force_model import open_force_model, trust_force
+from tests.made import stated_model
 
 SERVOS = sorted(known_servos())
-ON_A_STAND = Model(
-    actuator=NamedValues(
-        name="pwm_servo",
-        values={
-            "duty_per_rad": 1.15, "max_duty": 1.0, "supply_voltage": 7.4, "torque_constant": 0.4,
-            "resistance": 3.5, "armature": 0.0015, "spool_radius": 1.0, "force_limit": 0.6,
-        },
-    ),
-    effects=(
-        NamedValues(name="command_delay", values={"delay": 0.012}),
-        NamedValues(name="viscous_friction", values={"coefficient": 0.006}),
-        NamedValues(name="hysteresis", values={"force": 0.01, "travel": 0.05, "exponent": 1.0}),
-        NamedValues(name="gear_load_friction", values={"coefficient": 0.1}),
-        NamedValues(name="voltage_sag", values={"sag": 0.3}),
-        NamedValues(name="torque_fade", values={"fade": 3.0, "time_constant": 0.7}),
-        NamedValues(name="backlash", values={"width": 0.02}),
-        NamedValues(name="position_offset", values={"angle": 0.03}),
-    ),
+ON_A_STAND = stated_model(
+    "pwm_servo",
+    {
+        "duty_per_rad": 1.15,
+        "max_duty": 1.0,
+        "supply_voltage": 7.4,
+        "torque_constant": 0.4,
+        "resistance": 3.5,
+        "armature": 0.0015,
+        "spool_radius": 1.0,
+        "force_limit": 0.6,
+    },
+    {
+        "command_delay": {"delay": 0.012},
+        "viscous_friction": {"coefficient": 0.006},
+        "hysteresis": {"force": 0.01, "travel": 0.05, "exponent": 1.0},
+        "gear_load_friction": {"coefficient": 0.1},
+        "voltage_sag": {"sag": 0.3},
+        "torque_fade": {"fade": 3.0, "time_constant": 0.7},
+        "backlash": {"width": 0.02},
+        "position_offset": {"angle": 0.03},
+    },
     bench_overrides={"pendulum": BenchOverrides(arm_mass=(0.02,))},
     fit=("torque_constant", "arm_mass"),
-)  # fmt: skip
+)
 """A servo as a stand with a shaft had it, with numbers of every unit, and the stand's own."""
 
 
@@ -165,7 +170,7 @@ def test_other_words_and_benches_of_several_spools_are_refused() -> None:
     with pytest.raises(UnknownName, match=f"named '{SERVOS[0]}0'; did you mean '{SERVOS[0]}'"):
         open_model(Path(SERVOS[0] + "0"), [finger])
     with pytest.raises(InvalidModelFile, match="must state the spool_radius"):
-        servo_alone(Model(actuator=NamedValues(name="ideal", values={"gain": 4.2})), 0.0125)
+        servo_alone(stated_model("ideal", {"gain": 4.2}), 0.0125)
     with pytest.raises(InvalidParameter, match="one at a time"):
         open_model(Path(SERVOS[0]), [finger, load_mechanism("pendulum")])
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.data.dataset import write_dataset
-from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.data.model_file import Model, write_model
 from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.source import read_source
@@ -14,6 +14,7 @@ from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.randomisation import on_diagnosed_finger
 from tests.bad_input.damage import refusal
 from tests.importers.logs import recording
+from tests.made import stated_model
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def diagnosis(folder: Path, *benches: str) -> Path:
 def ideal() -> Model:
     """Return the nominal model."""
     values = {"gain": 4.2, "spool_radius": 0.0125}
-    return Model(actuator=NamedValues(name="ideal", values=values))
+    return stated_model("ideal", values)
 
 
 @pytest.mark.parametrize("file", ["", "diagnosis.json", "model.toml"])

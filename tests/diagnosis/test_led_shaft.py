@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.dataset import Dataset
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import diagnose
+from tests.made import stated_model
 from tests.physics.runs import RADIUS, led
 
 SPRING = 200.0  # N/m, of the bench spring_weak, relaxed at 0
@@ -16,9 +16,7 @@ STIFFNESS = 9000.0  # N/m
 GUIDES = 0.2  # exponent of the capstan equation
 SPOOL = 1.2  # N, dry friction of the spool
 TRAVEL = 0.002  # rad
-START = Model(
-    actuator=NamedValues(name="measured_path", values={"travel": TRAVEL}), fit=("travel",)
-)
+START = stated_model("measured_path", {"travel": TRAVEL}, fit=("travel",))
 
 
 def plant(path: Array, load: Array, rng: np.random.Generator) -> Recording:

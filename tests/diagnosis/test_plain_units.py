@@ -21,7 +21,7 @@ from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.simulation.hosts.replay import replay
-from tests.made import recorded
+from tests.made import recorded, stated_model
 
 pytestmark = pytest.mark.slow
 
@@ -130,7 +130,7 @@ def shaft(seed: int) -> Recording:
 
 def ideal(gain: float, **more: float) -> Model:
     """What a user writes down of a drive."""
-    return Model(actuator=NamedValues(name="ideal", values={"gain": gain, **more}))
+    return stated_model("ideal", {"gain": gain, **more})
 
 
 @pytest.fixture(scope="module")

@@ -16,14 +16,14 @@ from tendon_newton.diagnosis.reporting.held_out import compare
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.rollout import Trajectory
-from tests.made import recorded
+from tests.made import recorded, stated_model
 
 Array = NDArray[np.float64]
 ROW, STEPS = 0.02, 20  # Time from row to row [s], and steps in it
 DELAY, LAG, BAND = 0.038, 0.048, 0.008  # What the servo does: [s], [s], [rad]
 COUNT = 2.0 * np.pi / 4096.0  # [rad]
 
-TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))  # it is where it was told
+TOLD = stated_model("ideal_position")  # it is where it was told
 
 
 def measured(name: str, goal: Array) -> Recording:
@@ -66,7 +66,7 @@ def test_a_cause_that_only_fast_rows_show_is_named(tmp_path: Path) -> None:
         train=(measured("sweep", sweep(60.0, 2.5)), measured("ramps", ramps(30.0, 0.08))),
         test=(measured("other", ramps(20.0, 0.5)),),
     )
-    servo = Model(actuator=NamedValues(name="ideal_position", values={}))
+    servo = stated_model("ideal_position")
     diagnosis, _ = diagnose(data, servo)
     assert {e.name for e in diagnosis.effects} == {"actuator_lag", "command_delay", "deadband"}
     found = {name: e.value for effect in diagnosis.effects for name, e in effect.parameters.items()}
@@ -124,7 +124,7 @@ def test_a_log_in_which_nothing_moves_has_no_gap() -> None:
     rest = replace(rest, motor_position=np.full((200, 1), 0.3 - 0.52 * COUNT))
     again = replace(rest, name="again.csv")
     dataset = Dataset(path=Path("made_up"), train=(rest,), test=(again,))
-    model = Model(actuator=NamedValues(name="ideal_position", values={}))
+    model = stated_model("ideal_position")
     found, _ = diagnose(dataset, model, progress=lambda _: None)
     assert found.verdict == "no_gap"
     assert "nothing moves, so nothing can be told" in found.next_steps[0]

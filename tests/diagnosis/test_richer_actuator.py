@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tendon_newton.actuators import ACTUATORS, find_actuator
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.richer_actuator import richer_actuator
 from tendon_newton.mechanisms.loading import load_mechanism
+from tests.made import stated_model
 from tests.physics.runs import GAIN, RADIUS, ideal_model, run_of
 
 FINGER = [run_of(np.full(5, 1.0))]
@@ -28,7 +28,7 @@ def test_a_motor_rests_where_an_ideal_servo_does_and_gives_no_more() -> None:
 
 def test_numbers_that_nobody_stated_well_are_fitted() -> None:
     """A drive keeps its kind; a number that is fitted already, or that a log states, stays so."""
-    model = Model(actuator=NamedValues(name="pd_torque", values=DRIVE), fit=("mass",))
+    model = stated_model("pd_torque", DRIVE, fit=("mass",))
     run = run_of(np.full(5, 1.0), bench="servo")
     found = richer_actuator(model, [run])
     assert found is not None

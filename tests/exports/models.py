@@ -7,7 +7,7 @@ import numpy as np
 
 from tendon_newton.actuators import ACTUATORS as KINDS
 from tendon_newton.actuators import find_actuator
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports import EXPORTS
@@ -15,6 +15,7 @@ from tendon_newton.exports.departure import Departure, command_range, departure,
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import Candidates
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
+from tests.made import stated_model
 from tests.physics.runs import run_of
 
 ANGLE = 1.5e-3  # rad: one count of a servo's encoder
@@ -97,10 +98,7 @@ def model_of(bench: str, actuator: str, *effects: str) -> Model:
         values = dict(SHAFT)
     elif bench in SHAFTS:
         values["spool_radius"] = 1.0
-    return Model(
-        actuator=NamedValues(name=actuator, values=values),
-        effects=tuple(NamedValues(name=name, values=TYPICAL[name]) for name in effects),
-    )
+    return stated_model(actuator, values, {name: TYPICAL[name] for name in effects})
 
 
 def model_for(bench: str, servo: str) -> Model:
@@ -108,7 +106,7 @@ def model_for(bench: str, servo: str) -> Model:
     if servo in ACTUATORS:
         return model_of(bench, servo)
     values = {p.name: p.nominal for p in find_actuator(servo).parameters}
-    return Model(actuator=NamedValues(name=servo, values=values))
+    return stated_model(servo, values)
 
 
 def short_run(bench: str, model: Model, rows: int = 60) -> Recording:

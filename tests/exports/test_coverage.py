@@ -13,6 +13,7 @@ from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.exports.models import model_of
+from tests.made import stated_model
 
 PAGE = Path(__file__).parents[2] / "docs" / "export.md"
 WORDS = {"exact": "exact", "approximate": "nearly", "none": "-"}
@@ -85,7 +86,7 @@ def test_a_damaged_model_is_refused_and_nothing_is_written(target, damage, tmp_p
 def test_a_network_that_is_missing_leaves_nothing_behind(target: str, tmp_path: Path) -> None:
     """The message names the file."""
     values = {"file": str(tmp_path / "nothing.safetensors"), "spool_radius": 0.0125}
-    model = Model(actuator=NamedValues(name="learned", values=values))
+    model = stated_model("learned", values)
     with pytest.raises(TendonNewtonError, match=r"nothing\.safetensors"):
         EXPORTS[target].write(tmp_path, bench_of(BENCH, SERVO), model)
     assert not list(tmp_path.iterdir())
@@ -101,7 +102,7 @@ def test_an_optional_number_may_be_left_out(target: str, tmp_path: Path) -> None
 @pytest.mark.parametrize("target", list(EXPORTS))
 def test_a_model_that_takes_its_angle_as_given_is_refused(target, tmp_path, capsys) -> None:
     """A shaft led along a path has no servo: one line says so before anything is written."""
-    model = Model(actuator=NamedValues(name="measured_path", values={}))
+    model = stated_model("measured_path")
     write_model(tmp_path / "model.toml", model)
     words = ["export", str(tmp_path / "model.toml"), "--bench", "pendulum", "--to", target]
     assert main([*words, "--out", str(tmp_path / "out")]) == 2

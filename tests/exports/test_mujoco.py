@@ -31,6 +31,7 @@ from tendon_newton.exports.mujoco.mujoco_target import (
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tests.exports.models import ANGLE, FORCE, TYPICAL, model_of, strays, strays_of
+from tests.made import stated_model
 from tests.physics.runs import run_of
 from tests.test_imports import top_level_imports
 
@@ -261,7 +262,7 @@ def test_a_hand_has_a_servo_for_each_of_its_fingers(tmp_path: Path) -> None:
 
 def test_a_servo_without_force_is_refused(tmp_path: Path) -> None:
     """MuJoCo could not apply it."""
-    model = Model(actuator=NamedValues(name="ideal_position", values={}))
+    model = stated_model("ideal_position")
     with pytest.raises(InvalidModelFile, match="gives a force"):
         write_mujoco_target(tmp_path, bench_of("servo", model), model)
     assert not list(tmp_path.iterdir())

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.errors import InvalidModelFile
+from tests.made import stated_model
 
 names = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True).filter(
     lambda name: name not in ("name", "kind", "servo")
@@ -31,9 +32,10 @@ def test_a_model_file_keeps_every_bit(
     tmp_path_factory, kind, actuator, effects, fit, masses, tolerances
 ) -> None:
     """Written and read again, names, order and every float64 are the same."""
-    model = Model(
-        actuator=NamedValues(name=kind, values=actuator),
-        effects=tuple(NamedValues(name=name, values=row) for name, row in effects.items()),
+    model = stated_model(
+        kind,
+        actuator,
+        effects,
         bench_overrides={bench: BenchOverrides(mass=(mass,)) for bench, mass in masses.items()},
         fit=tuple(fit),
         tolerances=tolerances,
@@ -45,9 +47,10 @@ def test_a_model_file_keeps_every_bit(
 
 def test_a_model_travels_to_another_process_as_it_is() -> None:
     """Jobs are pickled: its read-only tables were refused, and the jobs waited for ever."""
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": 4.2}),
-        effects=(NamedValues(name="coulomb_friction", values={"force": 0.8}),),
+    model = stated_model(
+        "ideal",
+        {"gain": 4.2},
+        {"coulomb_friction": {"force": 0.8}},
         tolerances={"load_cell_gain": 0.02},
     )
     for again in (pickle.loads(pickle.dumps(model)), copy.deepcopy(model)):

@@ -18,6 +18,7 @@ from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tests.effect_bench import GAIN, RADIUS, commanded, steps_and_waves
+from tests.made import stated_model
 
 OF_A_MOTOR = {"V", "ohm", "N m/A", "N m", "N m/rad", "N m s/rad"}
 """Units of a motor's own numbers. Their ranges hold motors of any size, so no bench moves them."""
@@ -29,7 +30,7 @@ def model(radius: float | None = None, **values: float) -> Model:
     numbers: dict[str, float | str] = {"gain": GAIN, **values}
     if radius is not None:
         numbers["spool_radius"] = radius
-    return Model(actuator=NamedValues(name="ideal", values=numbers))
+    return stated_model("ideal", numbers)
 
 
 def moved(bench: str, angle: Array, force: Array | None, **numbers: float) -> Recording:
@@ -105,7 +106,7 @@ def test_a_motor_s_greatest_torque_is_that_of_its_circuit() -> None:
         "duty_per_rad": 1.0, "max_duty": 1.0, "supply_voltage": 7.4, "torque_constant": 0.4,
         "resistance": 3.4, "armature": 0.002,
     }  # fmt: skip
-    servo = Model(actuator=NamedValues(name="pwm_servo", values=values))
+    servo = stated_model("pwm_servo", values)
     scale = found(commanded(WAVE, "pendulum"), servo)
     assert scale.force == pytest.approx(SPARE * 0.4 * 7.4 / 3.4 / 21.0, rel=1e-5)
     assert scale.force_unit == "N m"

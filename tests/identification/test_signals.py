@@ -22,21 +22,16 @@ from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
-from tests.made import recorded
+from tests.made import recorded, stated_model
 
 FURTHER = [name for name, effect in EFFECTS.items() if effect.further_signals()]
-SERVO = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
+SERVO = stated_model("ideal", {"gain": 4.2})
 
 K_T = 0.9  # [N m/A, V s/rad]
-MOTOR = Model(
-    actuator=NamedValues(
-        name="pwm_servo",
-        values={
+MOTOR = stated_model("pwm_servo", {
             "duty_per_rad": 0.1, "max_duty": 1.0, "supply_voltage": 9.0, "torque_constant": K_T,
             "resistance": 15.0, "armature": 2.5e-3, "spool_radius": 0.0125,
-        },
-    )
-)  # fmt: skip
+        })  # fmt: skip
 
 
 def measured(bench: str = "finger", **signals: np.ndarray) -> Recording:

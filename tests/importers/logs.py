@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.dataset import write_dataset
-from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.data.model_file import write_model
 from tendon_newton.data.recording import Recording
+from tests.made import stated_model
 
 ROWS = 20
 
@@ -38,7 +39,7 @@ def dataset(folder: Path) -> Path:
 def model(path: Path) -> Path:
     """Write the nominal model."""
     values = {"gain": 4.2, "spool_radius": 0.0125}
-    write_model(path, Model(actuator=NamedValues(name="ideal", values=values)))
+    write_model(path, stated_model("ideal", values))
     return path
 
 

@@ -20,6 +20,7 @@ from tendon_newton.mechanisms.authoring.correction import HOMES, correct
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
+from tests.made import stated_model
 from tests.physics.runs import ideal_model, run_of, simulate, stairs
 
 FLOAT32 = 1e-6  # relative: USD's physics and Newton's arrays are float32
@@ -39,9 +40,10 @@ OVERRIDES = BenchOverrides(mass=(0.013, 0.009), range=(1.6, 1.3), moment_arm=(0.
 
 def model_of(*names: str, overrides: BenchOverrides | None = None) -> Model:
     """Return the ideal source with some of the found effects."""
-    return Model(
-        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
-        effects=tuple(NamedValues(name=n, values=FOUND[n]) for n in names),
+    return stated_model(
+        "ideal",
+        {"gain": 4.2, "spool_radius": 0.0125},
+        {n: FOUND[n] for n in names},
         bench_overrides={} if overrides is None else {"finger": overrides},
     )
 
@@ -122,7 +124,7 @@ def test_the_layer_moves_as_the_effects_do(tmp_path: Path) -> None:
     layer = written(tmp_path, model_of(*found))
     # the radius that a model names counts, whatever the asset's is
     radius = layer.tendons[0].spool_radius
-    plain = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": radius}))
+    plain = stated_model("ideal", {"gain": 4.2, "spool_radius": radius})
     (before,) = simulate([run], ideal_model(), time_step=1e-3)
     (effect,) = simulate([run], ideal_model(**found), time_step=1e-3)
     (after,) = simulate([run], plain, time_step=1e-3, mechanism=layer)
@@ -157,12 +159,10 @@ def test_what_has_no_place_in_usd_stands_beside_it(tmp_path: Path) -> None:
     """A delay is no attribute of any prim; its number is kept all the same."""
     from pxr import Sdf
 
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
-        effects=(
-            NamedValues(name="command_delay", values={"delay": 0.04}),
-            NamedValues(name="joint_damping_error", values={"scale": 2.0}),
-        ),
+    model = stated_model(
+        "ideal",
+        {"gain": 4.2, "spool_radius": 0.0125},
+        {"command_delay": {"delay": 0.04}, "joint_damping_error": {"scale": 2.0}},
     )
     numbers = {
         "command_delay": {"delay": (0.04, "s")},

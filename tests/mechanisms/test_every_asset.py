@@ -10,7 +10,6 @@ import warp as wp
 from tendon_hardware.servos import SERVOS
 from tendon_newton.cli import main
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.mechanisms.asset_library import asset_folder, asset_names
 from tendon_newton.mechanisms.authoring.asset_plot import plot_asset
 from tendon_newton.mechanisms.checks import check_asset
@@ -23,6 +22,7 @@ from tendon_newton.mechanisms.rules.mechanism_rules import arm_errors, range_pos
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Stepping, Trajectory
+from tests.made import stated_model
 from tests.physics.runs import run_of
 from tests.proposed import proposed
 
@@ -135,7 +135,7 @@ def pushed(path: str, goal: float, rows: int, drive: dict[str, float]) -> Trajec
     """Ask a bench for a far goal from rest at 0, 1 ms a row."""
     name = Path(path).stem
     run = run_of(np.full(rows, goal), bench=name, rate=1000.0, start="first_row")
-    model = Model(actuator=NamedValues(name="pd_torque", values=drive))
+    model = stated_model("pd_torque", drive)
     rollout = rollout_of(load_mechanism(path), [run], model, stepping=Stepping(time_step=2.5e-4))
     return rollout.run(rollout.base_vectors(model)[None])[0][0]
 

@@ -8,13 +8,13 @@ import numpy as np
 import warp as wp
 
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout, Stepping, Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tests.made import recorded
+from tests.made import recorded, stated_model
 
 GAIN = 4.2  # N/rad
 RADIUS = 0.0125  # m
@@ -44,10 +44,7 @@ DELAYED = {
 
 def ideal_model(**effects: dict[str, float]) -> Model:
     """Return the nominal actuator with some effects."""
-    return Model(
-        actuator=NamedValues(name="ideal", values={"gain": GAIN, "spool_radius": RADIUS}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-    )
+    return stated_model("ideal", {"gain": GAIN, "spool_radius": RADIUS}, effects)
 
 
 def run_of(

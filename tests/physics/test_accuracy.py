@@ -10,7 +10,7 @@ import warp as wp
 
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.model_file import Model, NamedValues, load_model
+from tendon_newton.data.model_file import load_model
 from tendon_newton.mechanisms.asset_library import asset_names
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.statics import passive_torque
@@ -21,6 +21,7 @@ from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
 from tests import effect_bench
 from tests.conftest import SEED
+from tests.made import stated_model
 from tests.physics.hands.chains import TREES, write_chain
 from tests.physics.mujoco_reference import followed_in_mujoco, torque_of
 from tests.physics.runs import RADIUS, ideal_model, run_of, simulate, stairs
@@ -121,10 +122,7 @@ def test_a_rotor_behind_a_gap_is_off_by_what_is_told() -> None:
             "torque_constant": constant, "armature": 0.002, "spool_radius": RADIUS,
         }  # fmt: skip
         effects = {"coulomb_friction": {"force": 0.02}, "backlash": {"width": 0.04}}
-        model = Model(
-            actuator=NamedValues(name="pwm_servo", values=servo),
-            effects=tuple(NamedValues(name=name, values=v) for name, v in effects.items()),
-        )
+        model = stated_model("pwm_servo", servo, effects)
         fine = simulate(runs, model, time_step=2.0e-5)
         for step, bound in GAP_STEPS.items():
             for out, best in zip(simulate(runs, model, time_step=step), fine, strict=True):

@@ -10,12 +10,12 @@ import torch
 import warp as wp
 from torch import Tensor
 
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop, ControlReading
 from tests.conftest import SEED
+from tests.made import stated_model
 from tests.physics.learned import networks
 from tests.physics.learned.networks import force_query, learned_model
 from tests.physics.runs import DELAYED, RADIUS, ROWS, ideal_model, run_of, simulate, stairs
@@ -34,7 +34,7 @@ def ideal_loop(worlds: int = WORLDS) -> ControlLoop:
 
 def servo_loop(worlds: int = WORLDS) -> ControlLoop:
     """Return fingers on servos with rotors."""
-    model = Model(actuator=NamedValues(name="pwm_servo", values=SERVO))
+    model = stated_model("pwm_servo", SERVO)
     return ControlLoop(load_mechanism("finger"), model, worlds, precision="float32", device="cpu")
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_newton.data.model_file import Model, NamedValues
 from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
+from tests.made import stated_model
 from tests.physics.runs import simulate as simulate_models
 
 STIFFNESS = 200.0  # [N/m] the weak spring
@@ -282,10 +282,7 @@ def test_a_spool_without_inertia_is_the_limit_of_a_light_one(friction) -> None:
         ("pd_torque", {"kp": GAIN * RADIUS, "kd": 0.0, "max_torque": 21.0 * RADIUS,
                        "armature": 1e-7, "spool_radius": RADIUS}),
     ):  # fmt: skip
-        model = Model(
-            actuator=NamedValues(name=name, values=values),
-            effects=tuple(NamedValues(name=n, values=v) for n, v in effects.items()),
-        )
+        model = stated_model(name, values, effects)
         found[name] = simulate_models([commanded(command)], model, time_step=2e-4)[0]
     light, none = found["pd_torque"], found["ideal"]
     off = light.motor_position - none.motor_position

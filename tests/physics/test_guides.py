@@ -23,6 +23,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tendon_newton.simulation.model.bench_numbers import line_numbers
+from tests.made import stated_model
 from tests.physics.runs import DATA_SHEET, RADIUS, run_of, simulate
 
 STIFFNESS, EXPONENT = 9000.0, 0.17  # N/m, 1
@@ -32,12 +33,13 @@ TIME = np.arange(400) / 200.0
 
 def guided(behind: float, exponent: float = EXPONENT) -> Model:
     """Return a motor whose string stretches on both sides of its guide."""
-    return Model(
-        actuator=NamedValues(name="pwm_servo", values=DATA_SHEET),
-        effects=(
-            NamedValues(name="tendon_compliance", values={"stiffness": STIFFNESS}),
-            NamedValues(name="routing_friction", values={"exponent": exponent, "behind": behind}),
-        ),
+    return stated_model(
+        "pwm_servo",
+        DATA_SHEET,
+        {
+            "tendon_compliance": {"stiffness": STIFFNESS},
+            "routing_friction": {"exponent": exponent, "behind": behind},
+        },
     )
 
 
@@ -92,7 +94,7 @@ def test_each_bench_has_a_line_of_its_own(tmp_path_factory: pytest.TempPathFacto
                 force=found.force,
             )
         )
-    start = Model(actuator=NamedValues(name="pwm_servo", values=DATA_SHEET))
+    start = stated_model("pwm_servo", DATA_SHEET)
     worlds = SearchWorlds(
         Study(recordings, start, ("tendon_compliance", "routing_friction"), tolerant=True)
     )

@@ -13,11 +13,12 @@ import torch
 
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import replay
+from tests.made import stated_model
 from tests.physics.learned.networks import LIMIT, RATE, force_network, write_force_network
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
 from tests.physics.runs import DATA_SHEET, ideal_model, run_of
@@ -26,7 +27,7 @@ ROWS = 4000.0  # Hz, so fine that a spline through the rows has the slider's acc
 STEP = 1.25e-4  # s
 QUERY_ROWS = round(ROWS / RATE)
 CLOSE = 0.02  # N
-SERVO = Model(actuator=NamedValues(name="pwm_servo", values=DATA_SHEET))
+SERVO = stated_model("pwm_servo", DATA_SHEET)
 ANSWER = HoldLaw(stiffness=4.0, damping=0.5)
 """How a network's force answers to the shaft: the slider settles to it in a millisecond. No command
 here asks for more than the servo gives. Where one does, each answer begins anew at the limit, and
@@ -59,7 +60,7 @@ def model_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str],
                 "hold_stiffness": law.stiffness,
                 "hold_damping": law.damping,
             }
-            return Model(actuator=NamedValues(name="learned", values=values))
+            return stated_model("learned", values)
         return {"ideal": ideal_model(), "pwm_servo": SERVO}[actuator]
 
     return model

@@ -11,6 +11,7 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.timeline import make_timeline
+from tests.made import stated_model
 from tests.physics.runs import run_of
 
 RATE, COUNT = 100.0, 2.0 * np.pi / 4096.0
@@ -123,10 +124,7 @@ def test_a_string_that_hung_loose_is_wound_in_first() -> None:
         "actuator_lag": {"time_constant": 0.02},
         "tendon_slack": {"length": 3.0e-3},
     }
-    model = Model(
-        actuator=NamedValues(name="pwm_servo", values=servo),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-    )
+    model = stated_model("pwm_servo", servo, effects)
     run = run_of(command, bench="spring_weak")
     (whole,) = replay([run], model)
     measured = replace(

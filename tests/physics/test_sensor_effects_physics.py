@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.effects import EFFECTS
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.force_source import Equation
 from tendon_newton.simulation.hosts.rollout import Candidates, Rollout
 from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
+from tests.made import stated_model
 
 CELL = [name for name in EFFECTS if name.startswith("load_cell")]
 
@@ -103,10 +103,7 @@ def test_a_run_in_three_launches_is_one_run() -> None:
         "load_cell_lag": {"time_constant": 0.02},
         "load_cell_delay": {"delay": 0.031},
     }
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": GAIN}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-    )
+    model = stated_model("ideal", {"gain": GAIN}, effects)
     recordings = [commanded(steps_and_waves())]
     found = []
     for force in (Equation(), Paused()):
@@ -126,7 +123,7 @@ def test_a_run_in_three_launches_is_one_run() -> None:
 def test_a_signal_alone_is_what_it_was_among_all() -> None:
     """Who asks for the force gets no other signal, and the same force."""
     recordings = [commanded(steps_and_waves())]
-    model = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}), effects=())
+    model = stated_model("ideal", {"gain": GAIN}, {})
     every = Candidates(effects=tuple(EFFECTS))
     rollout = Rollout(load_mechanism("spring_weak"), recordings, model, candidates=every)
     vectors = rollout.base_vectors(model)[None]

@@ -24,9 +24,10 @@ from tendon_newton.diagnosis.next_experiment.worst_case import DRAWS, WorstCase,
 from tendon_newton.diagnosis.posterior import Coordinate, FittedSet, OpenNumber, Posterior
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.noise_floor import NoiseFloor
+from tests.made import stated_model
 
 TIME = np.arange(960) / 80.0
-MODEL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))
+MODEL = stated_model("ideal", {"gain": 4.2, "spool_radius": 0.0125})
 
 
 @given(st.integers(0, 2**32 - 1))

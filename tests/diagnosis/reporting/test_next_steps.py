@@ -10,7 +10,7 @@ import pytest
 
 from tendon_newton.cli.diagnosis.diagnose import summary
 from tendon_newton.data.dataset import Dataset, load_dataset
-from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.next_steps import (
     GO_ON,
@@ -28,6 +28,7 @@ from tendon_newton.diagnosis.search.decide.account import ADDED, TOGETHER
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.identification.study import Study
 from tests.diagnosis.made_up import COEFFICIENT, EXAMPLE, beginning, diagnosis, evidence
+from tests.made import stated_model
 
 BENCHES = ("spring_weak", "spring_strong", "finger")
 KILOGRAM_FORCE = 0.102  # [kgf] in one newton
@@ -198,7 +199,7 @@ def test_the_model_beside_the_recordings_is_offered_with_what_it_removes(tmp_pat
     found = replace(
         diagnosis("unexplained"), baseline=Errors(force_rmse=9.0, theta_rmse=3.0, theta_mae=2.0)
     )
-    servo = Model(actuator=NamedValues(name="pwm_servo", values={}))
+    servo = stated_model("pwm_servo")
     write_model(tmp_path / "model.toml", good)
     (said,) = better_start(dataset, servo, found, study)
     assert said.startswith(
@@ -212,7 +213,7 @@ def test_the_model_beside_the_recordings_is_offered_with_what_it_removes(tmp_pat
 
 def test_the_mode_of_a_collection_is_told_where_no_model_lies_beside_it(tmp_path: Path) -> None:
     """An ideal actuator for recordings in mode pwm."""
-    ideal = Model(actuator=NamedValues(name="ideal", values={"gain": 4.0}))
+    ideal = stated_model("ideal", {"gain": 4.0})
     dataset = Dataset(path=tmp_path, train=(), test=())
     study = evidence().train
     assert list(better_start(dataset, ideal, diagnosis("unexplained"), study)) == []

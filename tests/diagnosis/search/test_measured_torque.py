@@ -6,16 +6,13 @@ import numpy as np
 
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import Dataset
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.reporting.report import write_report
-from tests.made import recorded
+from tests.made import recorded, stated_model
 
-START = Model(
-    actuator=NamedValues(name="measured_path", values={}),
-    fit=("mass",),
-    bench_overrides={"pendulum": BenchOverrides(mass=(4.0,))},
+START = stated_model(
+    "measured_path", fit=("mass",), bench_overrides={"pendulum": BenchOverrides(mass=(4.0,))}
 )
 MASS, LENGTH, INERTIA = 2.3, 0.4, 0.58  # kg, m, kg m2: a rotor is more than half of m l2
 DRY, VISCOUS, DRIFT = 1.1, 0.55, 0.05  # N m, N m s/rad, N m/s

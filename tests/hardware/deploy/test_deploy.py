@@ -25,13 +25,14 @@ from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.mcap_file import McapReading, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
-from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.data.model_file import write_model
 from tendon_newton.workflows.deployment import bench_address, conclude
 from tendon_newton.workflows.options import DeployOptions
 from tests.bad_input.damage import refusal
 from tests.hardware.deploy.policies import Proportional, card_of, network, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
 from tests.importers.logs import recording
+from tests.made import stated_model
 
 pytestmark = pytest.mark.usefixtures("nobody_at_the_keys")
 
@@ -259,7 +260,7 @@ def test_what_a_model_makes_of_a_log_is_drawn_beside_it(tmp_path: Path) -> None:
     """Its angle beside the encoder's, its tension beside the cell's."""
     write_dataset(tmp_path, [recording("a.csv")], [])
     words = ["plot", str(tmp_path / "a.csv"), "--model"]
-    told = Model(actuator=NamedValues(name="ideal", values={"gain": 50.0}))
+    told = stated_model("ideal", {"gain": 50.0})
     write_model(tmp_path / "model.toml", told)
     assert main([*words, str(tmp_path / "model.toml")]) == 0
     assert (tmp_path / "a.svg").read_text().count(">simulated<") == 2

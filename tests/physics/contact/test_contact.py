@@ -8,7 +8,6 @@ import torch
 from scipy.optimize import root
 from torch import Tensor
 
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
 from tendon_newton.mechanisms.geometry.obstacles import Box, Plane, Sphere
@@ -16,6 +15,7 @@ from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tests.made import stated_model
 from tests.physics.contact.bodies import ball, ball_torque, block, floor, later
 from tests.physics.runs import DATA_SHEET, GAIN, RADIUS, ideal_model
 from tests.physics.test_closed_form import energy
@@ -26,7 +26,7 @@ BALL, BLOCK, FLOOR = range(3)
 RATE = 200.0  # Hz
 STEP = 1.25e-4  # s
 CLOSED = 3.0  # rad, a command that presses
-SERVO = Model(actuator=NamedValues(name="pwm_servo", values=DATA_SHEET))
+SERVO = stated_model("pwm_servo", DATA_SHEET)
 
 
 @cache

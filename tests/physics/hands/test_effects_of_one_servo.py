@@ -20,8 +20,8 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Stepping, Trajectory
 from tendon_newton.simulation.model.bench_numbers import BenchNumber
-from tests.physics.runs import ASLEEP
 from tests.made import recorded
+from tests.physics.runs import ASLEEP
 
 ROWS, RATE = 120, 80.0
 IDEAL = NamedValues(name="ideal", values={"gain": 4.2})

@@ -14,9 +14,10 @@ from tendon_newton.data.cards.force_network_card import (
     HoldLaw,
     Training,
 )
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.force_network import ForceNetwork
+from tests.made import stated_model
 from tests.physics.runs import RADIUS
 
 WINDOW = 30
@@ -75,8 +76,5 @@ def learned_model(
     file: str = "force.pt", *, hold: HoldLaw | None = None, **effects: dict[str, float]
 ) -> Model:
     """Return the learned actuator with some effects, and with a law of its own if one is given."""
-    model = Model(
-        actuator=NamedValues(name="learned", values={"file": file, "spool_radius": RADIUS}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-    )
+    model = stated_model("learned", {"file": file, "spool_radius": RADIUS}, effects)
     return model if hold is None else with_hold(model, hold)

@@ -16,8 +16,8 @@ from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_newton.simulation.hosts.rollout import drive_of
 from tests.effect_bench import commanded, steps_and_waves
-from tests.physics.runs import RADIUS, ideal_model
 from tests.made import recorded
+from tests.physics.runs import RADIUS, ideal_model
 
 Array = NDArray[np.float64]
 STEP = 5.0e-4  # [s]

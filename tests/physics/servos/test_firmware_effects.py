@@ -14,6 +14,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import hysteresis
 from tests.effect_bench import GAIN, ROW, commanded, run
 from tests.effect_bench import simulate as bench_simulate
+from tests.made import stated_model
 from tests.physics.runs import RADIUS, run_of, simulate
 
 WALL = {"stiffness": 1e6}
@@ -131,10 +132,7 @@ def test_a_demand_of_the_other_side_ends_the_protection() -> None:
         "resistance": 0.2, "armature": 0.1, "spool_radius": 1.0,
     }  # fmt: skip
     numbers = {"duty": 0.6, "fraction": 0.2, "time": 0.5}
-    model = Model(
-        actuator=NamedValues(name="pwm_servo", values=servo),
-        effects=(NamedValues(name="overload_cut", values=numbers),),
-    )
+    model = stated_model("pwm_servo", servo, {"overload_cut": numbers})
     heavy = BenchOverrides(mass=(100.0,), length=(1.0,), damping=(0.0,))
     run = run_of(command, bench="pendulum", start="first_row", bench_overrides=heavy)
     (out,) = simulate([run], model, time_step=5e-4)

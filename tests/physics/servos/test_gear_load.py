@@ -22,6 +22,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Candidates, Rollout, Trajectory
 from tests.effect_bench import GAIN, Chosen, commanded, run, simulate
+from tests.made import stated_model
 from tests.physics.runs import run_of
 
 REFERENCE: dict[str, Any] = json.loads(Path(__file__).with_name("bam_friction.json").read_text())
@@ -77,10 +78,7 @@ def shaft(motor: float, *, angle: float = 0.0, speed: float = 0.0) -> Recording:
 
 def simulated(recordings: Sequence[Recording], effects: Chosen) -> list[Trajectory]:
     """Run shafts side by side in the kernel that holds the whole catalogue."""
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": GAIN}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-    )
+    model = stated_model("ideal", {"gain": GAIN}, effects)
     every = Candidates(effects=tuple(EFFECTS))
     rollout = Rollout(load_mechanism("pendulum"), recordings, model, candidates=every)
     return rollout.run(rollout.base_vectors(model)[None])[0]

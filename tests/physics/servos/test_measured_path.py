@@ -9,7 +9,7 @@ import pytest
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import write_csv
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.explanation import Setting
@@ -27,6 +27,7 @@ from tendon_newton.identification.study import Study
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.measured_motion import led_timeline
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tests.made import stated_model
 from tests.physics.runs import RADIUS, led
 
 LOAD = 5.0  # [N]
@@ -39,11 +40,7 @@ Numbers = dict[str, dict[str, float]]  # Effect -> parameter -> value
 
 def model_of(effects: Numbers, fit: tuple[str, ...] = (), twist: float = 0.0) -> Model:
     """A measured path with some effects."""
-    return Model(
-        actuator=NamedValues(name="measured_path", values={"travel": TRAVEL, "twist": twist}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-        fit=fit,
-    )
+    return stated_model("measured_path", {"travel": TRAVEL, "twist": twist}, effects, fit=fit)
 
 
 def run(model: Model, path: np.ndarray = TRIANGLE, load: float = LOAD) -> Recording:
@@ -232,7 +229,7 @@ def test_a_path_and_its_actuator_go_together() -> None:
     path = led(TRIANGLE, np.full(len(TRIANGLE), -LOAD))
     finger = replace(path, bench="finger", bench_overrides=BenchOverrides())
     commanded = replace(path, command=path.motor_position)
-    ideal = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
+    ideal = stated_model("ideal", {"gain": 4.2})
     for recording, model in ((commanded, model_of({})), (path, ideal)):
         with pytest.raises(InvalidRecording, match="go together"):
             replay([recording], model)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.model_file import Model, NamedValues
+from tests.made import stated_model
 from tests.physics.runs import run_of, simulate
 
 KP, KD, MOST, INERTIA = 2.0, 0.08, 0.9, 0.01  # N m/rad, N m s/rad, N m, kg m2
 DRIVE = {"kp": KP, "kd": KD, "max_torque": MOST, "armature": INERTIA, "spool_radius": 1.0}
-MODEL = Model(actuator=NamedValues(name="pd_torque", values=DRIVE))
+MODEL = stated_model("pd_torque", DRIVE)
 FEATHER = BenchOverrides(mass=(1.0e-9,), length=(1.0e-3,))
 
 

@@ -18,8 +18,8 @@ from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tests.effect_bench import commanded
+from tests.made import recorded, stated_model
 from tests.physics.runs import ideal_model
-from tests.made import recorded
 
 Array = NDArray[np.float64]
 ROW = 0.02  # [s]
@@ -29,10 +29,7 @@ WAVE = 0.5 * np.sin(2.0 * np.pi * 0.5 * ROW * np.arange(200))
 
 def servo_model(**effects: Mapping[str, float]) -> Model:
     """An ideal position servo with some effects."""
-    return Model(
-        actuator=NamedValues(name="ideal_position", values={}),
-        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
-    )
+    return stated_model("ideal_position", {}, effects)
 
 
 def theta(command: Array, start: float | None = None, **effects: Mapping[str, float]) -> Array:

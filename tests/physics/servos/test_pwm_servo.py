@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
+from tests.made import stated_model
 from tests.physics.runs import RADIUS, run_of, simulate
 
 CONSTANT, RESISTANCE, SUPPLY, INERTIA = 1.43, 15.0, 9.0, 0.0025  # N m/A, ohm, V, kg m2
@@ -18,7 +19,7 @@ SERVO = {
     "duty_per_rad": 0.1, "max_duty": 0.2, "supply_voltage": SUPPLY, "torque_constant": CONSTANT,
     "resistance": RESISTANCE, "armature": INERTIA, "spool_radius": RADIUS,
 }  # fmt: skip
-MODEL = Model(actuator=NamedValues(name="pwm_servo", values=SERVO))
+MODEL = stated_model("pwm_servo", SERVO)
 WALL = BenchOverrides(stiffness=(1.0e6,))
 STALL = 0.2 * SUPPLY * CONSTANT / RESISTANCE  # N m at the greatest duty
 NO_LOAD = 0.2 * SUPPLY / CONSTANT  # rad/s
@@ -59,7 +60,7 @@ def test_a_stalled_servo_pulls_with_duty_times_stall_force(error: float, duty: f
 def test_a_loop_may_always_add_a_duty(error: float, duty: float) -> None:
     """F follows k_u (theta_d - theta) + u_0 up to the greatest duty: u_0 alone keeps it taut."""
     values = {**SERVO, "duty_offset": 0.02}
-    model = Model(actuator=NamedValues(name="pwm_servo", values=values))
+    model = stated_model("pwm_servo", values)
     run = run_of(np.full(80, error), bench="spring_weak", bench_overrides=WALL)
     force = simulate([run], model, time_step=STEP)[0].force[-1, 0]
     expected = CONSTANT * duty * SUPPLY / (RESISTANCE * RADIUS)

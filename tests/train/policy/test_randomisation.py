@@ -11,6 +11,7 @@ from tendon_newton.errors import InvalidParameter
 from tendon_train.policy.worlds.environment import FingerEnvironment
 from tendon_train.policy.worlds.randomisation import BENCH_NUMBERS, effect_ranges
 from tendon_train.policy.worlds.world_draws import WorldDraws, mixed
+from tests.made import stated_model
 from tests.train.policy.small import environment
 
 PULL = 1.2  # rad
@@ -82,9 +83,8 @@ def test_the_friction_of_the_model_counts_before_the_default(tmp_path: Path) -> 
 
 def test_a_form_that_the_model_leaves_out_is_not_drawn() -> None:
     """A capstan without a stretch behind its guide stays one: the exponent alone differs."""
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
-        effects=(NamedValues(name="routing_friction", values={"exponent": 0.3}),),
+    model = stated_model(
+        "ideal", {"gain": 4.2, "spool_radius": 0.0125}, {"routing_friction": {"exponent": 0.3}}
     )
     (drawn,) = effect_ranges("routing_friction", model, 0.2)
     assert (drawn.name, drawn.low, drawn.high) == (
@@ -96,9 +96,8 @@ def test_a_form_that_the_model_leaves_out_is_not_drawn() -> None:
 
 def test_worlds_differ_about_the_numbers_of_the_model(tmp_path: Path) -> None:
     """An effect's within the spread of its own, and a scale that the model lacks about 1."""
-    model = Model(
-        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
-        effects=(NamedValues(name="tendon_compliance", values={"stiffness": 8000.0}),),
+    model = stated_model(
+        "ideal", {"gain": 4.2, "spool_radius": 0.0125}, {"tendon_compliance": {"stiffness": 8000.0}}
     )
     write_model(tmp_path / "model.toml", model)
     force, names = str(tmp_path / "model.toml"), ("tendon_compliance", "gain_error")

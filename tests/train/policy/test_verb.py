@@ -13,6 +13,7 @@ from tendon_newton.data.cards.policy_card import DutyLoop, PolicyCard
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_train.policy.runs.forecast import Forecast
+from tests.made import stated_model
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.proposed import proposed
 
@@ -142,10 +143,7 @@ def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> No
     """A learned actuator with friction; what only a load cell sees is left out; hashes are kept."""
     network = write_force_network(tmp_path / "force.pt", force_network("mlp"), "mlp")
     effects = {"coulomb_friction": {"force": 0.4}, "load_cell_lag": {"time_constant": 0.02}}
-    model = Model(
-        actuator=NamedValues(name="learned", values={"file": "force.pt", "spool_radius": 0.0125}),
-        effects=tuple(NamedValues(name=n, values=v) for n, v in effects.items()),
-    )
+    model = stated_model("learned", {"file": "force.pt", "spool_radius": 0.0125}, effects)
     file = tmp_path / "model.toml"
     write_model(file, model)
     assert train(tmp_path / "policy", "--force", str(file), "--iterations", "1") == 0
@@ -188,6 +186,6 @@ def test_a_model_without_a_network_needs_no_trust(tmp_path: Path) -> None:
     """To say it anyway does no harm."""
     values = {"gain": 4.0, "spool_radius": 0.0125}
     path = tmp_path / "model.toml"
-    write_model(path, Model(actuator=NamedValues(name="ideal", values=values)))
+    write_model(path, stated_model("ideal", values))
     words = ["--force", str(path), "--trust", "--iterations", "1"]
     assert train(tmp_path / "policy", *words) == 0
