@@ -276,6 +276,8 @@ MUTATIONS: tuple[Mutation, ...] = (
         '    return {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}',
         "    return {Path(file).stem for file in listed_files(out)}",
         "tests/hardware/test_collect.py -k further_attempt"),
+    Mutation("folder-of-two-servos", "hardware/tendon_hardware/collection/collect_plan.py",
+        '        "servo": address.servo,\n', "", "tests/hardware/test_collect.py -k one_servo"),
     # physics, sensors, gradients
     Mutation("delay-in-whole-rows", "tendon_newton/effects/command_delay.py",
         "return time - values[0]",

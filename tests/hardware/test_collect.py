@@ -359,6 +359,29 @@ def test_a_folder_keeps_to_one_plan_and_seed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--servo", "sts3215"), "servo = 'xc330_t288_t'; asked for is 'sts3215'"),
+        (("--spool-radius", "0.01"), "spool_radius_m = 0.0125; asked for is 0.01"),
+        (("--port", "virtual::3"), "unit = 0; asked for is 3"),
+        (("--port", "virtual::0:friction"), "worn = 'new'; asked for is 'friction'"),
+    ],
+)
+def test_a_folder_keeps_to_one_servo_and_spool(words, said, tmp_path, capsys) -> None:
+    """Its model is of one servo on one spool, and a virtual bench's true numbers of one unit."""
+    short = ("collect", "--out", str(tmp_path), "--duration", "1", "--faster-than-real-time")
+    assert main([*short, "--port", "virtual"]) == 0
+    (file,) = tmp_path.glob("plant_*.toml")
+    truth = file.read_text()
+    assert main([*short, "--port", "virtual", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert file.read_text() == truth
+    facts = tmp_path / "collection.toml"  # as earlier versions wrote it
+    facts.write_text('plan = "single runs"\nvirtual = true\n')
+    assert main([*short, "--port", "virtual"]) == 0
+
+
+@pytest.mark.parametrize(
     ("limits", "said"),
     [
         (SafetyLimits(force=8.0), "tension must stay below 8 N"),

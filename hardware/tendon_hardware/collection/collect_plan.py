@@ -226,7 +226,14 @@ def mount(bench: Bench, operator: Operator) -> None:
 
 def shared_facts(title: str, address: BenchAddress, settings: CollectSettings) -> dict[str, Any]:
     """Return what all recordings of a folder have in common."""
-    facts: dict[str, Any] = {"plan": title, "virtual": address.virtual}
+    facts: dict[str, Any] = {
+        "plan": title,
+        "virtual": address.virtual,
+        "servo": address.servo,
+        "spool_radius_m": settings.spool_radius,
+    }
+    if address.virtual:  # its true numbers stand beside the recordings
+        facts |= {"unit": address.unit, "worn": address.wear}
     if title != SINGLE_RUNS:
         facts |= {
             "seed": settings.seed,
@@ -250,9 +257,9 @@ def refuse_others(out: Path, facts: Mapping[str, Any]) -> None:
         raise InvalidOutput(f"{out}: holds a dataset of another origin; give another folder")
     there = read_toml(path, InvalidOutput, "a collection is a TOML file")
     for key, value in facts.items():
-        if there.get(key) != value:
+        if there.get(key, value) != value:  # earlier versions did not write every key
             raise InvalidOutput(
-                f"{out}: its recordings have {key} = {shown(there.get(key))}; asked for is "
+                f"{out}: its recordings have {key} = {shown(there[key])}; asked for is "
                 f"{shown(value)}: take them up with the same settings or give another folder"
             )
 
