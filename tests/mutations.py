@@ -278,6 +278,13 @@ MUTATIONS: tuple[Mutation, ...] = (
         "tests/hardware/test_collect.py -k further_attempt"),
     Mutation("folder-of-two-servos", "hardware/tendon_hardware/collection/collect_plan.py",
         '        "servo": address.servo,\n', "", "tests/hardware/test_collect.py -k one_servo"),
+    Mutation("force-network-of-two-servos", "train/tendon_train/actuator/samples/folds.py",
+        "servo_kinds(recordings)) > 1", "servo_kinds(recordings)) > 2",
+        "tests/train/actuator/test_training.py -k one_servo"),
+    Mutation("force-network-guards-another-servo",
+        "hardware/tendon_hardware/safety_rules/force_estimate.py",
+        "estimate.card.servo or servo)", "servo)",
+        "tests/hardware/deploy/test_force_estimate.py -k another_servo"),
     # physics, sensors, gradients
     Mutation("delay-in-whole-rows", "tendon_newton/effects/command_delay.py",
         "return time - values[0]",

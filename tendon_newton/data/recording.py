@@ -90,6 +90,9 @@ class Recording:
     obstacle: str = FREE
     """What stood in the mechanism's way, in a word; ``free`` where nothing did."""
 
+    servo: str | None = None
+    """Kind of its servo, where the file says it."""
+
     def __post_init__(self) -> None:
         freeze_arrays(self)
         check_setting(self)

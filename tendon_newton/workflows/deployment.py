@@ -56,6 +56,8 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
         refuse_mismatch(policy.card, settings, address)
         if (trained := policy.card.training.finger) not in (address.bench, None):
             operator.tell(f"The policy was trained for {trained}; this bench is {address.bench}.")
+    network, servo = options.force_network, options.servo
+    estimate = None if network is None else load_estimate(network, options.policy_rate, servo)
     with (
         closing(goals_of(options, policy, settings)) as goals,
         StopRequest() as stop,
@@ -65,8 +67,7 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
         if settings.duration is None:
             settings = replace(settings, duration=goals.length)
         get_ready(bench, operator)
-        network, watch = options.force_network, None
-        estimate = None if network is None else load_estimate(network, options.policy_rate)
+        watch = None
         if policy is not None and policy.card.turning is not None:
             watch = BallWatch(bench, policy.card.turning, operator)
             watch.open()

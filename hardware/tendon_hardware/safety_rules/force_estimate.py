@@ -50,17 +50,23 @@ class ForceEstimate:
         return ForceEstimate(self.card, self._run)
 
 
-def load_estimate(path: Path, rate: float) -> ForceEstimate:
+def load_estimate(path: Path, rate: float, servo: str | None = None) -> ForceEstimate:
     """Read a force network's ONNX file for use at a rate [Hz].
 
+    Args:
+        servo: Kind of servo that it is to guard; None for any.
+
     Raises:
-        InvalidNetworkFile: The file is no force network, runs at another rate, or needs its state
-            kept.
+        InvalidNetworkFile: The file is no force network, runs at another rate, is of another servo,
+            or needs its state kept.
     """
     try:
         content = read_content(path)
         guarded(try_content, content, rate)
-        return open_content(content, rate)
+        estimate = open_content(content, rate)
+        if servo and (trained := estimate.card.servo or servo) != servo:
+            raise InvalidNetworkFile(f"this network knows the servo {trained}; here is a {servo}")
+        return estimate
     except (InvalidPolicyFile, InvalidNetworkFile, TooMuch) as error:
         raise InvalidNetworkFile(f"{path}: {error}") from error
 

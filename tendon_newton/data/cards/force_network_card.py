@@ -91,6 +91,7 @@ class ForceNetworkCard:
     # Smallest and largest value of each input in training, in its unit
     bounds: Mapping[str, tuple[float, float]]
     training: Training
+    servo: str | None = None  # Kind of the servo, where the recordings said it
     held_out: HeldOut | None = None  # Absent where the dataset has no test recordings
     # What it was trained for: forces along measured motion, or the loop of a simulation
     purpose: Literal["prediction", "simulation"] = "prediction"

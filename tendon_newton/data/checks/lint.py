@@ -39,7 +39,14 @@ from tendon_newton.data.checks.mends import (
 )
 from tendon_newton.data.checks.read_checks import failed_reads, repeated_reads
 from tendon_newton.data.checks.seam_checks import position_jumps, without_seams, zeros
-from tendon_newton.data.checks.set_checks import contradictions, copies, off_zero, still, warming
+from tendon_newton.data.checks.set_checks import (
+    contradictions,
+    copies,
+    off_zero,
+    servos,
+    still,
+    warming,
+)
 from tendon_newton.data.recording import Array, Recording
 
 __all__ = ["CHECKS", "BenchFacts", "Check", "Finding", "lint_dataset", "lint_recording", "mended"]
@@ -107,7 +114,7 @@ def lint_recording(
 def lint_dataset(train: Sequence[Recording], test: Sequence[Recording]) -> tuple[Finding, ...]:
     """Look for what only shows between recordings."""
     every = (*train, *test)
-    between = (still, contradictions, off_zero, warming)
+    between = (still, servos, contradictions, off_zero, warming)
     found = [(check.__name__, finding) for check in between for finding in check(every)]
     found += [("copies", finding) for finding in copies(train, test)]
     return tuple(replace(finding, check=name.replace("_", " ")) for name, finding in found)

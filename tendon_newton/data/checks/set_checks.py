@@ -62,6 +62,21 @@ def contradictions(recordings: Sequence[Recording]) -> Iterator[Finding]:
         )
 
 
+def servos(recordings: Sequence[Recording]) -> Iterator[Finding]:
+    """Kinds of servo among recordings that one model is to explain."""
+    kinds = servo_kinds(recordings)
+    if len(kinds) > 1:
+        yield Examined("all", "servo").defect(
+            f"the recordings are of {listed(kinds)}",
+            "a model is of one servo: make a dataset for each",
+        )
+
+
+def servo_kinds(recordings: Sequence[Recording]) -> list[str]:
+    """Return the kinds of servo that recordings say they are of."""
+    return sorted({recording.servo for recording in recordings if recording.servo})
+
+
 def copies(train: Sequence[Recording], test: Sequence[Recording]) -> Iterator[Finding]:
     """Test recordings that are train recordings under another name."""
     for held in test:

@@ -51,6 +51,7 @@ def read_recording_file(
     require_topics(streams, mapping, topics, name)
     if "obstacle" in session:
         entry = {"obstacle": session["obstacle"], **entry}
+    entry["servo"] = session.get("servo.model")
     return Recording(name=name, bench=bench, **rows_of(streams, mapping, name), **entry)
 
 

@@ -85,6 +85,15 @@ def test_a_network_for_another_use_is_refused(tmp_path: Path) -> None:
         load_estimate(path, 20.0)
 
 
+def test_a_network_of_another_servo_guards_nothing(tmp_path: Path) -> None:
+    """What one servo pulls says nothing of another; a card without a servo guards any."""
+    assert load_estimate(write_estimate(tmp_path / "any.onnx", Spring()), 20.0, "sts3215")
+    path = write_estimate(tmp_path / "force.onnx", Spring(), servo="xc330_t288_t")
+    assert load_estimate(path, 20.0, "xc330_t288_t")
+    with pytest.raises(InvalidNetworkFile, match="knows the servo xc330_t288_t; here is a sts3215"):
+        load_estimate(path, 20.0, "sts3215")
+
+
 def test_a_file_that_is_none_is_refused(tmp_path: Path) -> None:
     """Without a card nobody knows what goes in."""
     path = write_onnx(tmp_path / "a.onnx", nn.Linear(150, 1), None)

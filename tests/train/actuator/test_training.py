@@ -1,5 +1,6 @@
 """Training finds what the past says, the same in every run, and survives an interruption."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import torch
 from torch import nn
 
 from tendon_newton.cli import main
+from tendon_newton.data.dataset import ListedRecording, list_recording
 from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, InvalidParameter
+from tendon_newton.force_networks.weights_file import card_of_weights
 from tendon_train.actuator.fitting import descent
 from tendon_train.actuator.fitting.checkpoint import RECIPE, TOLERANCE
 from tendon_train.actuator.fitting.descent import WARM_UP, Descent, cycle
@@ -287,6 +290,32 @@ def test_a_generator_decides_how_windows_are_disturbed() -> None:
     one = disturbed(WINDOWS, torch.Generator().manual_seed(1))
     torch.testing.assert_close(one, disturbed(WINDOWS, torch.Generator().manual_seed(1)))
     assert not WINDOWS.any()
+
+
+def test_a_network_knows_one_servo(tmp_path: Path, capsys) -> None:
+    """Recordings of two servos in one folder train none; the card says whose a network is."""
+    data = tmp_path / "data"
+    for place, servo in enumerate(("xc330_t288_t", "xc330_t288_t", "sts3215")):
+        out = tmp_path / str(place)
+        words = ["--port", "virtual", "--servo", servo, "--seed", str(place), "--duration", "8"]
+        words += ["--excitation", "ramps"]
+        assert main(["collect", *words, "--faster-than-real-time", "--out", str(out)]) == 0
+        data.mkdir(exist_ok=True)
+        shutil.copy(out / "finger_ramps_0.mcap", data / f"{place}.mcap")
+        entry = ListedRecording(file=f"{place}.mcap", bench="finger", split="train")
+        list_recording(data, entry)
+        if place == 1:
+            short = ["--network", "mlp", "--set", "matched", "--epochs", "1"]
+            train = ["train-force", str(data), *short, "--out", str(tmp_path / "nets")]
+            assert main(train) == 0
+            (file,) = (tmp_path / "nets").glob("*.safetensors")
+            assert card_of_weights(file.read_bytes()).servo == "xc330_t288_t"
+            assert main(["doctor", str(data)]) == 0
+    capsys.readouterr()
+    assert main(train) == 2
+    assert "one servo; the recordings are of sts3215, xc330_t288_t" in capsys.readouterr().err
+    assert main(["doctor", str(data)]) == 1
+    assert "a model is of one servo" in capsys.readouterr().out
 
 
 def test_a_dataset_that_cannot_train_is_one_line(tmp_path, capsys) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tendon_newton import __version__
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard, HeldOut, Training
+from tendon_newton.data.checks.set_checks import servo_kinds
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.root_mean_square import rms
@@ -70,6 +71,7 @@ def make_card(
             git_commit=git_commit(),
             version=__version__,
         ),
+        servo=next(iter(servo_kinds(data.fold.fit)), None),
         hold=fit_servo_law(data.fit).hold,
         purpose=config.purpose,
     )

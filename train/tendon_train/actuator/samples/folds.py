@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.cards.force_network_card import TrainingRecording
+from tendon_newton.data.checks.set_checks import servo_kinds
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.recording import Recording
-from tendon_newton.errors import InvalidDataset
+from tendon_newton.errors import InvalidDataset, listed
 from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows
 from tendon_train.actuator.training_config import TrainingConfig
 
@@ -41,6 +42,11 @@ def split_train(dataset: Dataset) -> Fold:
         raise InvalidDataset(
             f"{dataset.path}: training needs two train recordings or more with theta_d and force, "
             f"one of them to tell it when to stop; there are {len(recordings)}"
+        )
+    if len(kinds := servo_kinds(recordings)) > 1:
+        raise InvalidDataset(
+            f"{dataset.path}: a force network knows one servo; the recordings are of "
+            f"{listed(kinds)}: make a dataset for each"
         )
     rng = np.random.default_rng([0, len(recordings)])
     held: set[str] = set()
