@@ -234,8 +234,12 @@ def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recordi
 
 
 def list_recording(path: Path, entry: ListedRecording) -> None:
-    """Add a recording that was written to a folder to its ``dataset.toml``, whole or not at all."""
-    write_entries(path, [*listed_recordings(path), entry])
+    """Add a recording that was written to a folder to its ``dataset.toml``, whole or not at all.
+
+    One of the same name was deleted, and was made anew.
+    """
+    others = [other for other in listed_recordings(path) if other.file != entry.file]
+    write_entries(path, [*others, entry])
 
 
 def write_entries(path: Path, entries: Sequence[ListedRecording]) -> None:

@@ -26,6 +26,7 @@ from tendon_hardware.servos import find_servo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
+from tendon_newton.data.dataset import listed_files
 from tendon_newton.data.files.output_folder import make_folder
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
@@ -241,6 +242,7 @@ def free_log(options: DeployOptions) -> Path:
     """Return a path for the log that nothing has yet."""
     # benches side by side log into one
     folder = make_folder(options.out, shared=True, dataset=True)
+    listed_files(folder)  # a list that cannot be read is told before a motor runs
     stem = "jog" if options.policy is None else options.policy.stem
     return folder / f"{free_name(folder, stem)}.mcap"
 

@@ -545,5 +545,20 @@ def test_an_own_finger_is_recorded_by_its_name(tmp_path: Path, monkeypatch) -> N
 def test_a_run_of_a_further_attempt_is_not_missing(tmp_path: Path) -> None:
     """A fault ended the first attempt; the second has the run's name with its number."""
     for file in ("steps_0.csv", "sines_1_again2.csv"):
+        (tmp_path / file).touch()
         list_recording(tmp_path, ListedRecording(file=file, bench="finger", split="train"))
     assert recorded_runs(tmp_path) == {"steps_0", "sines_1"}
+
+
+def test_a_run_whose_file_was_deleted_is_recorded_anew(tmp_path: Path) -> None:
+    """The list alone is no recording; it names the new one once."""
+    arguments = (CollectSettings(), tmp_path, SilentOperator())
+    with StopRequest() as stop:
+        assert collect(LOCKSTEP, SHORT, *arguments, stop, title="short").left == 0
+        (tmp_path / "finger_ramps_0.mcap").unlink()
+        again = collect(LOCKSTEP, SHORT, *arguments, stop, title="short")
+    assert (len(again.outcomes), again.kept, again.left) == (1, 2, 0)
+    data = load_dataset(tmp_path)
+    assert sorted(r.name for r in (*data.train, *data.test)) == sorted(
+        f"{run.name}.mcap" for run in SHORT
+    )

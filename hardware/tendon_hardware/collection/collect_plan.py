@@ -136,8 +136,8 @@ def collect(
 
 
 def recorded_runs(out: Path) -> set[str]:
-    """Return the runs whose recordings a folder lists, also those of a further attempt."""
-    return {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}
+    """Return the runs whose recordings a folder lists and has, also those of further attempts."""
+    return {AGAIN.sub("", Path(file).stem) for file in listed_files(out) if (out / file).exists()}
 
 
 def report(

@@ -119,6 +119,17 @@ def test_a_run_that_nothing_ends_is_refused(policy, tmp_path, capsys) -> None:
     assert not list(tmp_path.glob("*.mcap"))
 
 
+def test_a_list_of_recordings_that_cannot_be_read_is_told_before_the_run(
+    policy, tmp_path, capsys
+) -> None:
+    """Afterwards the log would stand beside it, in no dataset."""
+    (tmp_path / "dataset.toml").write_text("recordings = [")
+    words = [*WORDS, "--policy", str(policy), "--out", str(tmp_path)]
+    assert main([*words, "--goals", "0.8", "--duration", "2"]) == 2
+    assert "must be TOML" in capsys.readouterr().err
+    assert not list(tmp_path.glob("*.mcap"))
+
+
 def test_a_busy_computer_is_told_of_once(tmp_path: Path) -> None:
     """Stalls hold the run again and again, 3 s apart; the hint comes with the first."""
     steps = count()
