@@ -4,6 +4,7 @@ import os
 import signal
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ from tendon_hardware.logs.session import software
 from tendon_hardware.safety_rules.bench_limits import SafetyLimits
 from tendon_hardware.servos.host_position_loop import HostPositionLoop
 from tendon_hardware.stop_request import StopRequest
-from tendon_hardware.virtual_bench import FaultEvent, LockstepBench, VirtualPorts
+from tendon_hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
 from tendon_hardware.virtual_bench.physics.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
 from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.cli import main
@@ -46,7 +47,7 @@ from tendon_newton.errors import InvalidOutput, InvalidParameter
 from tendon_newton.workflows.collection import planned
 from tendon_newton.workflows.options import CollectOptions
 from tests.bad_input.damage import refusal
-from tests.hardware.recording import Trial, Watcher
+from tests.hardware.recording import Trial, Watcher, begin
 from tests.hardware.silent_operator import SilentOperator
 
 LOCKSTEP = BenchAddress(bench="finger", port="virtual", lockstep=True)
@@ -548,6 +549,20 @@ def test_a_run_of_a_further_attempt_is_not_missing(tmp_path: Path) -> None:
         (tmp_path / file).touch()
         list_recording(tmp_path, ListedRecording(file=file, bench="finger", split="train"))
     assert recorded_runs(tmp_path) == {"steps_0", "sines_1"}
+
+
+def test_a_stuck_cell_without_a_calibration_is_told(tmp_path: Path) -> None:
+    """Counts alone end no run, and whoever wants them calibrated later must know."""
+    stuck = Faults(events=(FaultEvent(name="cell_stuck", duration=9.0),))
+    for faults, told in ((Faults(), 0), (stuck, 1)):
+        operator = Watcher()
+        run = PlannedRun(name="run", bench="finger", excitation="ramps", duration=3.0)
+        with open_bench(LOCKSTEP, operator.tell) as bench, StopRequest() as stop:
+            bench.drives[0].calibration = None
+            operator.act = partial(begin, bench, faults)
+            path = tmp_path / f"{told}.mcap"
+            assert record_run(bench, run, CollectSettings(), path, operator, stop).finished
+        assert sum("the load cell must be alive" in line for line in operator.told) == told
 
 
 def test_a_run_whose_file_was_deleted_is_recorded_anew(tmp_path: Path) -> None:

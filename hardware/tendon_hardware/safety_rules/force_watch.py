@@ -55,7 +55,7 @@ class ForceWatch:
         self._first: tuple[float, int] | None = None
         self._latest = self.clock.now()
         self._count = 0
-        self._silent = False
+        self._silent = self._doubted = False
         self._place = place
         self._called = "The load cell" if place == 0 else f"Load cell {place}"
 
@@ -110,6 +110,9 @@ class ForceWatch:
             self._miss(log)
         if self.limits is not None and self.fault is not None:
             raise SafetyStop(f"{self.fault}; the motor is off")
+        if self.calibration is None and self._doubt.fault is not None and not self._doubted:
+            self._doubted = True
+            self.operator.tell(f"{self._doubt.fault}; its counts are kept as they come.")
 
     def _keep(self, reading: LoadCellReading, instant: float, log: SessionLog | None) -> None:
         self._count += 1

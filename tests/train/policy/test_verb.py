@@ -165,6 +165,7 @@ def test_a_policy_trains_on_a_model_file_and_its_network(tmp_path, capsys) -> No
     [
         (["--force", "none.toml"], "error: none.toml: a model is a TOML file"),
         (["--force", "none.pt"], "error: none.pt: "),
+        (["--force", "nets/a.onnx"], "a training takes the .safetensors beside it"),
         (["--randomise", "joint_springs"], "did you mean 'joint_spring'"),
         (["--iterations", "0"], "iterations must be positive; it is 0"),
         pytest.param(

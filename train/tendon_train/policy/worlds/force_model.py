@@ -60,6 +60,10 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
         values = {"file": str(path.resolve()), "spool_radius": radius}
         model = Model(actuator=NamedValues(name="learned", values=values))
         return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))
+    if path.suffix == ".onnx":
+        raise InvalidModelFile(
+            f"{path}: an ONNX file is for deployments; a training takes the .safetensors beside it"
+        )
     home = known_servo(path)
     servo = home and evidence_of(home).values.get("servo")
     model = open_model(path, [mechanism])
