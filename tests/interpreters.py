@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+ROOT = Path(__file__).parents[1]
 ABSENT = ("warp", "newton", "torch", "pxr", "mujoco", "scipy", "matplotlib", "rosbags", "jinja2")
 """Packages outside the extra ``hardware``."""
 BLOCK = f"""
@@ -25,14 +26,22 @@ def search_path(clone: Path) -> str:
     return os.pathsep.join(str(clone / part) for part in ("", "train", "hardware", "lab"))
 
 
-def run_without(code: str) -> str:
-    """Run code where those packages are absent; return what it printed, if it asked for none."""
-    result = subprocess.run(
-        [sys.executable, "-c", f"{BLOCK}{code}\nassert not asked, asked"],
-        env=os.environ | {"PYTHONPATH": search_path(Path(__file__).parents[1])},
+def python(
+    *words: object, cwd: Path = ROOT, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run an interpreter of its own, which finds this clone wherever it works, to its end."""
+    return subprocess.run(
+        [sys.executable, *map(str, words)],
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": search_path(ROOT)} | environment,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
     )
+
+
+def run_without(code: str) -> str:
+    """Run code where those packages are absent; return what it printed, if it asked for none."""
+    result = python("-c", f"{BLOCK}{code}\nassert not asked, asked")
     assert result.returncode == 0, result.stderr
     return result.stdout

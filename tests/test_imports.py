@@ -1,7 +1,6 @@
 """What each part of the program loads, and where every module stands in the layers."""
 
 import ast
-import os
 import subprocess
 import sys
 import tomllib
@@ -12,7 +11,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.interpreters import search_path
+from tests.interpreters import python
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = {
@@ -113,13 +112,6 @@ def test_a_script_of_the_current_folder_shadows_nothing(verb: str, tmp_path: Pat
     """`python -m` puts the folder of the user first; a train.py there is never imported."""
     for name in ("train", "hardware", "random", "tyro"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('shadowed')\n")
-    said = subprocess.run(
-        [sys.executable, "-m", "tendon_newton", verb, "--help"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": search_path(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    said = python("-m", "tendon_newton", verb, "--help", cwd=tmp_path)
     assert said.returncode == 0, said.stderr
     assert "usage" in said.stdout

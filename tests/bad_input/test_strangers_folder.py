@@ -2,7 +2,6 @@
 
 import os
 import re
-import subprocess
 import sys
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 from tendon_hardware.virtual_bench.process import VirtualPorts
 from tendon_newton.data.files.guarded import guarded
 from tendon_newton.scheduler import JobOptions, open_executor
-from tests.interpreters import search_path
+from tests.interpreters import python
 from tests.scheduling.jobs import squared
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -47,13 +46,7 @@ def test_a_recording_on_a_virtual_bench_imports_none(traps: Path, tmp_path: Path
     program = tmp_path / "tendon-newton"  # as pip writes it
     program.write_text("import sys\nfrom tendon_newton.__main__ import main\nsys.exit(main())\n")
     words = ["collect", "--port", "virtual", "--duration", "1", "--out", "o"]
-    run = subprocess.run(
-        [sys.executable, str(program), *words],
-        env=os.environ | {"PYTHONPATH": search_path(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    run = python(program, *words, cwd=Path.cwd())
     assert sprung(traps) == [], run.stderr
     is_late = "no instruction came for" in run.stderr  # a busy machine's, which is right to stop
     assert run.returncode == 0 or is_late, run.stderr

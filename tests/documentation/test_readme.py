@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.cli import main
-from tests.interpreters import search_path
+from tests.interpreters import python, search_path
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"```(sh|python)\n(.*?)```", re.DOTALL)
@@ -92,9 +92,7 @@ def test_the_notebook_runs_and_names_the_friction(tmp_path: Path) -> None:
     """Cell by cell in one interpreter: 0.81 N s/rad, and the error falls to the noise of 0.05 N."""
     cells = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
     code = "\n\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "code")
-    run = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    run = python("-c", code, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     found = re.search(r"viscous_friction coefficient: ([\d.]+)", run.stdout)
     assert float(found[1]) == pytest.approx(0.810, abs=0.02)

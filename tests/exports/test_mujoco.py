@@ -31,6 +31,7 @@ from tendon_newton.exports.mujoco.mujoco_target import (
 from tendon_newton.mechanisms.authoring.mujoco_file import named_apart
 from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tests.exports.models import ANGLE, FORCE, TYPICAL, model_of, strays, strays_of
+from tests.interpreters import python
 from tests.made import stated_model
 from tests.physics.runs import run_of
 from tests.test_imports import top_level_imports
@@ -197,13 +198,8 @@ def test_two_commands_lead_from_a_model_to_a_running_simulation(tmp_path: Path) 
     """The second is plain Python, isolated from this package."""
     model = tmp_path / "model.toml"
     write_model(model, model_of("finger", "ideal", "command_delay"))
-    command = [sys.executable, "-m", "tendon_newton", "export", str(model)]
-    said = subprocess.run(
-        [*command, "--to", "mujoco", "--out", str(tmp_path / "out")],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    words = ["export", model, "--to", "mujoco", "--out", tmp_path / "out"]
+    said = python("-m", "tendon_newton", *words)
     assert PROGRAM_FILE in said.stdout
     page = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
     assert "| tendon_step.py |" in page

@@ -12,7 +12,7 @@ import pytest
 from tendon_newton import cli
 from tendon_newton.cli import VERBOSE_OPTION, VERBOSE_SHORT, every_verb, main
 from tests.held_out import small_dataset
-from tests.interpreters import run_without
+from tests.interpreters import python, run_without
 
 
 @pytest.mark.parametrize("arguments", [["--help"], *([verb, "--help"] for verb in every_verb())])
@@ -120,13 +120,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def from_source(libraries: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
     """Run a verb of the source tree that is on the path; -S keeps installed packages off it."""
     paths = os.pathsep.join([str(ROOT), str(libraries)])
-    return subprocess.run(
-        [sys.executable, "-S", "-m", "tendon_newton", *map(str, words)],
-        env=os.environ | {"PYTHONPATH": paths},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return python("-S", "-m", "tendon_newton", *words, PYTHONPATH=paths)
 
 
 def test_a_source_tree_knows_its_version(libraries: Path) -> None:
@@ -149,14 +143,8 @@ def test_a_diagnosis_from_source_prints_its_answer_and_nothing_else(
 
 def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path) -> None:
     """Warp names itself and its devices, beside the answer."""
-    words = ["simulate", str(dataset), "--model", str(dataset / "model.toml"), "--no-plots"]
-    run = subprocess.run(
-        [sys.executable, "-m", "tendon_newton", *words, "--out", str(tmp_path), VERBOSE_OPTION],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = ["simulate", dataset, "--model", dataset / "model.toml", "--no-plots"]
+    run = python("-m", "tendon_newton", *words, "--out", tmp_path, VERBOSE_OPTION)
     assert run.returncode == 0
     assert "wrote 3 recordings" in run.stdout
     assert "Warp" in run.stdout

@@ -6,6 +6,8 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+from tests.interpreters import python
+
 ROOT = Path(__file__).resolve().parents[2]
 PRELUDE = """
 import warp as wp
@@ -58,12 +60,7 @@ def test_a_kernel_is_compiled_once_in_any_order(tmp_path: Path) -> None:
 
 def test_kernels_of_an_asset_are_called_alike_in_each_process() -> None:
     """Else each would compile them anew: 20 s for a hand with a ball."""
-    first, second = (
-        subprocess.run(
-            [sys.executable, "-c", NAMES], cwd=ROOT, capture_output=True, text=True, check=True
-        ).stdout
-        for _ in range(2)
-    )
+    first, second = (python("-c", NAMES).stdout for _ in range(2))
     assert [line for line in first.splitlines() if line.startswith("name settle")] == [
         line for line in second.splitlines() if line.startswith("name settle")
     ]

@@ -1,8 +1,6 @@
 """Datasets come out as asked for, the same for the same seed, and know nothing of the simulator."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +9,7 @@ import pytest
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.errors import UnknownName
+from tests.interpreters import python
 from tests.planted.generator import Recipe, main, make_dataset
 from tests.planted.physics.commands import COMMANDS
 from tests.planted.physics.sensors import (
@@ -242,8 +241,5 @@ def test_commands_stay_within_one_turn(kind: str) -> None:
 def test_the_generator_knows_nothing_of_the_simulator() -> None:
     """A fresh interpreter that imported it holds none of the fitted equations."""
     code = "import json, sys, lab.exams.draw; print(json.dumps(list(sys.modules)))"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    loaded = set(json.loads(done.stdout.splitlines()[-1]))
+    loaded = set(json.loads(python("-c", code).stdout.splitlines()[-1]))
     assert not [name for name in FORBIDDEN if name in loaded]

@@ -18,6 +18,7 @@ from tendon_hardware.serial_ports import PortLock, holders, latency_timer, lock_
 from tendon_hardware.servos import SERVOS
 from tendon_hardware.servos.bus_servo import BusServo
 from tendon_hardware.virtual_bench import FaultEvent, VirtualPorts
+from tests.interpreters import python
 
 RETRIES = 20
 
@@ -58,9 +59,7 @@ def test_a_second_program_is_told_who_has_the_port(servo: BusServo, ports: Virtu
         "from tendon_hardware.servos.bus_servo import BusServo;"
         "BusServo(SERVOS['xc330_t288_t'], sys.argv[1]).open()"
     )
-    second = subprocess.run(
-        [sys.executable, "-c", code, ports.servo_port], capture_output=True, text=True, timeout=60
-    )
+    second = python("-c", code, ports.servo_port)
     assert f"PortBusy: {ports.servo_port}: held by process {os.getpid()}" in second.stderr
     servo.read_state()
     with pytest.raises(PortBusy, match=f"held by process {os.getpid()}"):
