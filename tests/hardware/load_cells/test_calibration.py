@@ -95,11 +95,6 @@ def test_hysteresis_is_reported_in_newtons() -> None:
     assert fit(points(hysteresis=0.2)).hysteresis == pytest.approx(0.2, rel=0.02)
 
 
-def test_drift_of_zero_is_the_force_of_a_later_tare() -> None:
-    """5000 counts more without load are 0.1 N."""
-    assert fit(points()).force(TARE + 5000.0) == pytest.approx(0.1)
-
-
 def swapped() -> list[CalibrationPoint]:
     """Return points in which two masses were mixed up."""
     measured = points()

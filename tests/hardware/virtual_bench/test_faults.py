@@ -33,11 +33,6 @@ def test_replies_are_lost_and_broken_as_often_as_asked(faults, result) -> None:
     assert outcomes.count(SUCCESS) == pytest.approx(0.95 * TRIALS, abs=40)
 
 
-def test_line_noise_is_skipped() -> None:
-    """The SDK finds its frame behind noise bytes: nearly every read succeeds."""
-    assert results(Faults(line_noise=0.2)).count(SUCCESS) >= 0.99 * TRIALS
-
-
 def test_latency_delays_each_reply() -> None:
     """Two milliseconds more in each transaction, not a microsecond less."""
 
