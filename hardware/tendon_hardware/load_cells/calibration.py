@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_hardware.errors import InvalidCalibration
-from tendon_hardware.load_cells.load_cell_type import SATURATED_COUNTS
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.root_mean_square import rms
@@ -43,12 +42,6 @@ class CalibrationPoint:
             raise InvalidCalibration(
                 f"the readings under {self.mass:g} kg must be numbers; mean {self.counts}, "
                 f"sigma {self.sigma}, {self.readings} readings"
-            )
-        low, high = min(SATURATED_COUNTS), max(SATURATED_COUNTS)
-        if not low < self.counts < high:
-            raise InvalidCalibration(
-                f"the cell must stay inside its range; under {self.mass:g} kg it is saturated: "
-                "use a lower gain or smaller masses"
             )
 
 

@@ -132,12 +132,6 @@ def test_points_that_support_no_line_are_refused(measured, said) -> None:
         fit(measured)
 
 
-def test_a_saturated_cell_is_refused() -> None:
-    """The end of the range says how much it is at least."""
-    with pytest.raises(InvalidCalibration, match="under 2 kg it is saturated: use a lower gain"):
-        replace(points()[4], counts=float(0x7FFFFF))
-
-
 def test_a_file_gives_back_its_calibration(tmp_path: Path, rng: np.random.Generator) -> None:
     """Every bit, and the identifier that logs name."""
     path = tmp_path / "cell.toml"
