@@ -15,8 +15,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
 
 from tendon_hardware.benches.bench import open_bench
 from tendon_hardware.benches.bench_address import BenchAddress
@@ -31,6 +29,7 @@ from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench import FaultEvent, Faults
 from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.mcap_file import messages_of
 from tests.hardware.recording import Trial, Watcher
 
 NOISE = Faults(dropped_replies=0.01, corrupted_replies=0.01, garbled_lines=0.01)
@@ -53,12 +52,7 @@ def gap_of(trial: Trial) -> float:
 
 def events_of(path: Path) -> list[str]:
     """What the diagnostics of a recording say, in order."""
-    with path.open("rb") as file:
-        reader = make_reader(file, decoder_factories=[DecoderFactory()])
-        return [
-            decoded.decoded_message.status[0].message
-            for decoded in reader.iter_decoded_messages(topics=["/servo/diagnostics"])
-        ]
+    return [m.status[0].message for *_, m in messages_of(path, "/servo/diagnostics")]
 
 
 def test_lost_and_garbled_bytes_cost_hardly_a_row(tmp_path: Path) -> None:
@@ -265,8 +259,5 @@ def test_killed_processes_lose_less_than_a_second(tmp_path, rng, caplog) -> None
 
 def first_stamp(path: Path) -> float:
     """Instant of the first row on the clock that all processes share [s]."""
-    from tendon_newton.data.formats.mcap_file import McapReading
-
-    with path.open("rb") as file:
-        _, stamp, _ = next(McapReading(file, path.name).messages({"/servo/state"}))
+    _, stamp, _ = next(messages_of(path, "/servo/state"))
     return 1e-9 * stamp

@@ -12,7 +12,7 @@ from tendon_hardware.logs import ros_messages as ros
 from tendon_hardware.logs.session_log import SessionLog
 from tendon_hardware.safety_rules.rules_applied import Trip
 from tendon_newton.data.cards.policy_observation import GOALS, Task
-from tendon_newton.data.formats.mcap_file import McapReading
+from tendon_newton.data.formats.mcap_file import messages_of
 from tendon_newton.errors import InvalidRecording
 
 STEP_TOPIC = "/policy/step"
@@ -128,24 +128,23 @@ def read_steps(path: Path) -> Iterator[LoggedStep]:
     """
     if not path.is_file():
         raise InvalidRecording(f"{path}: a deployment's log is an MCAP file; there is none")
-    with path.open("rb") as file:
-        for _, stamp, message in McapReading(file, path.name).messages({STEP_TOPIC}):
-            values = tuple(float(value) for value in message.data)
-            servos = servo_count_of(len(values))
-            if servos is None:
-                raise InvalidRecording(
-                    f"{path}: a policy step has {len(STEP_FIELDS)} numbers, and {SERVO_FIELDS} "
-                    f"more for each further servo; one has {len(values)}"
-                )
-            sample, results = values[: -3 * servos - 1], values[-3 * servos - 1 : -1]
-            yield LoggedStep(
-                time=1e-9 * stamp,
-                sample=sample,
-                output=results[:servos],
-                action=results[servos : 2 * servos],
-                command=results[2 * servos :],
-                held=bool(values[-1]),
+    for _, stamp, message in messages_of(path, STEP_TOPIC):
+        values = tuple(float(value) for value in message.data)
+        servos = servo_count_of(len(values))
+        if servos is None:
+            raise InvalidRecording(
+                f"{path}: a policy step has {len(STEP_FIELDS)} numbers, and {SERVO_FIELDS} more "
+                f"for each further servo; one has {len(values)}"
             )
+        sample, results = values[: -3 * servos - 1], values[-3 * servos - 1 : -1]
+        yield LoggedStep(
+            time=1e-9 * stamp,
+            sample=sample,
+            output=results[:servos],
+            action=results[servos : 2 * servos],
+            command=results[2 * servos :],
+            held=bool(values[-1]),
+        )
 
 
 def step_table(path: Path) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from tendon_hardware.deployment.deploy_log import STEP_TOPIC, TIMING_FIELDS, TIM
 from tendon_hardware.deployment.svg_panels import Panel, PanelLine
 from tendon_hardware.logs.session_log import TURNED_TOPIC
 from tendon_newton.data.cards.policy_observation import goal_angle
-from tendon_newton.data.formats.mcap_file import McapReading, read_session
+from tendon_newton.data.formats.mcap_file import messages_of, read_session
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 from tendon_newton.data.recording import Array, Recording
 
@@ -84,11 +84,10 @@ def shown_lines(path: Path) -> dict[str, list[PanelLine]]:
     fields = {STEP_TOPIC: steps, TURNED_TOPIC: ("turned",), TIMING_TOPIC: TIMING_FIELDS}
     rows: dict[str, list[tuple[float, ...]]] = {topic: [] for topic in fields}
     first: int | None = None
-    with path.open("rb") as file:
-        for topic, stamp, message in McapReading(file, path.name).messages({STATE_TOPIC, *rows}):
-            first = stamp if first is None else first
-            if topic in rows and np.size(message.data) == len(fields[topic]):
-                rows[topic].append((1e-9 * (stamp - first), *np.atleast_1d(message.data)))
+    for topic, stamp, message in messages_of(path, STATE_TOPIC, *rows):
+        first = stamp if first is None else first
+        if topic in rows and np.size(message.data) == len(fields[topic]):
+            rows[topic].append((1e-9 * (stamp - first), *np.atleast_1d(message.data)))
     known = {
         name: (time, values)
         for topic, names in fields.items()

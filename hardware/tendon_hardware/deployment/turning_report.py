@@ -6,7 +6,7 @@ import numpy as np
 
 from tendon_hardware.deployment.deploy_log import read_steps
 from tendon_newton.data.cards.turning_task import TurningTask
-from tendon_newton.data.formats.mcap_file import McapReading, read_session
+from tendon_newton.data.formats.mcap_file import messages_of, read_session
 from tendon_newton.data.formats.topic_mapping import FORCE_TOPIC, TRUTH_TOPIC
 from tendon_newton.data.recording import Array
 from tendon_newton.data.turning_figures import MINUTE, TurningFigures, turning_figures
@@ -25,11 +25,10 @@ def read_truth(path: Path) -> tuple[Array, Array, Array]:
     Raises:
         InvalidRecording: The log says nothing of a ball.
     """
-    with path.open("rb") as file:
-        rows = [
-            (1e-9 * stamp, *map(float, message.data))
-            for _, stamp, message in McapReading(file, path.name).messages({TRUTH_TOPIC})
-        ]
+    rows = [
+        (1e-9 * stamp, *map(float, message.data))
+        for _, stamp, message in messages_of(path, TRUTH_TOPIC)
+    ]
     if len(rows) < 2:
         raise InvalidRecording(
             f"{path}: the log of a virtual hand has the true pose of its ball on {TRUTH_TOPIC}; "
@@ -92,11 +91,7 @@ def read_tensions(path: Path) -> list[float]:
     Raises:
         InvalidRecording: There is none.
     """
-    with path.open("rb") as file:
-        reading = McapReading(file, path.name)
-        forces = [
-            float(message.wrench.force.x) for _, _, message in reading.messages({FORCE_TOPIC})
-        ]
+    forces = [float(message.wrench.force.x) for *_, message in messages_of(path, FORCE_TOPIC)]
     if not forces:
         raise InvalidRecording(f"{path}: a load cell's tension is in the log; there is none")
     return forces

@@ -91,6 +91,12 @@ def read_mcap(
     return reading.topics, streams, reading.session
 
 
+def messages_of(path: Path, *topics: str) -> Iterator[TimedMessage]:
+    """Yield topic, stamp [ns] and content of each message of some topics of a file, in order."""
+    with path.open("rb") as file:
+        yield from McapReading(file, path.name).messages(set(topics))
+
+
 def read_session(path: Path) -> dict[str, str]:
     """Read how a recording was made; of several records the last is whole, so it holds."""
     from_file: dict[str, str] = {}

@@ -23,7 +23,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
-from tendon_newton.data.formats.mcap_file import McapReading, read_session
+from tendon_newton.data.formats.mcap_file import messages_of, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
 from tendon_newton.data.model_file import write_model
 from tendon_newton.workflows.deployment import bench_address, conclude
@@ -96,9 +96,8 @@ def test_stairs_end_by_themselves_without_an_alarm(tmp_path, capsys) -> None:
     late = re.search(r"late by ([\d.]+) ms \(median\), ([\d.]+) ms \(99 %\), ([\d.]+) ms", said)
     median, most, worst = map(float, late.groups())
     assert median <= most <= worst
-    with (tmp_path / run.name).open("rb") as file:
-        logged = McapReading(file, run.name).messages({DIAGNOSTICS_TOPIC})
-        rules = [s for *_, message in logged for s in message.status if s.name == "safety"]
+    logged = messages_of(tmp_path / run.name, DIAGNOSTICS_TOPIC)
+    rules = [s for *_, message in logged for s in message.status if s.name == "safety"]
     assert [(status.level, status.message) for status in rules] == [(0, "it has its full length")]
 
 
@@ -165,13 +164,10 @@ def test_the_log_holds_what_the_policy_saw_bit_for_bit(tmp_path: Path) -> None:
 
 def readings(path: Path) -> list[tuple[float, tuple[float, float]]]:
     """Return stamp [s], position [rad] and velocity [rad/s] of each reading of the servo."""
-    from tendon_newton.data.formats.mcap_file import McapReading
-
-    with path.open("rb") as file:
-        return [
-            (1e-9 * stamp, (message.position[0], message.velocity[0]))
-            for _, stamp, message in McapReading(file, path.name).messages({"/servo/state"})
-        ]
+    return [
+        (1e-9 * stamp, (message.position[0], message.velocity[0]))
+        for _, stamp, message in messages_of(path, "/servo/state")
+    ]
 
 
 def test_a_command_takes_effect_after_the_reading_that_it_follows_from(tmp_path: Path) -> None:

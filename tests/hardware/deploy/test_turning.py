@@ -26,7 +26,7 @@ from tendon_hardware.servos.base import ServoState
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.formats.mcap_file import McapReading, read_session
+from tendon_newton.data.formats.mcap_file import messages_of, read_session
 from tendon_newton.data.formats.topic_mapping import BALL_TOPIC
 from tests.hardware.deploy.policies import FINGERS, TASK, write_gait
 from tests.hardware.deploy.runs import at_instant, calibration_files
@@ -107,11 +107,10 @@ def turned(policy: Policy, tmp_path_factory: pytest.TempPathFactory) -> Turned:
 
 def sightings(path: Path) -> list[tuple[float, tuple[float, ...]]]:
     """Return when each place of the ball arrived [s], and the place [m]."""
-    with path.open("rb") as file:
-        return [
-            (1e-9 * stamp, (message.point.x, message.point.y, message.point.z))
-            for _, stamp, message in McapReading(file, path.name).messages({BALL_TOPIC})
-        ]
+    return [
+        (1e-9 * stamp, (message.point.x, message.point.y, message.point.z))
+        for _, stamp, message in messages_of(path, BALL_TOPIC)
+    ]
 
 
 def test_a_ball_is_turned_from_the_command_line(gait, tmp_path, capsys) -> None:

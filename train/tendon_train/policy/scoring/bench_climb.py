@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.formats.mcap_file import McapReading
+from tendon_newton.data.formats.mcap_file import messages_of
 from tendon_newton.data.formats.topic_mapping import TIP_TOPIC
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording
@@ -58,11 +58,10 @@ def climb_on_bench(
 
 def seen_tip(log: Path) -> tuple[Array, Array] | None:
     """Return stamps [s], shape (N,), and places [m], shape (N, 3), of a logged tip, if any."""
-    with log.open("rb") as file:
-        rows = [
-            (1e-9 * stamp, message.point.x, message.point.y, message.point.z)
-            for _, stamp, message in McapReading(file, log.name).messages({TIP_TOPIC})
-        ]
+    rows = [
+        (1e-9 * stamp, message.point.x, message.point.y, message.point.z)
+        for _, stamp, message in messages_of(log, TIP_TOPIC)
+    ]
     if not rows:
         return None
     table = np.array(rows)
