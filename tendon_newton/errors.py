@@ -155,6 +155,12 @@ def shown(value: Any) -> str:
     return text if len(text) <= 3 * SHOWN_LENGTH else f"{text[: 3 * SHOWN_LENGTH]}..."
 
 
+def first_line(error: Exception) -> str:
+    """Return the line of an engine's error that says what went wrong."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return (lines[-1] if lines else type(error).__name__)[:200]
+
+
 def listed(names: Iterable[str]) -> str:
     """Return names as a message lists them: separated by commas, and not all if they are many."""
     names = iter(names)

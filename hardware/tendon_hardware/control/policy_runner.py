@@ -24,12 +24,12 @@ from tendon_newton.data.files.guarded import TooMuch, guarded
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
-from tendon_newton.data.files.trust import VARIABLE, is_trusted, trust_content
+from tendon_newton.data.files.trust import may_run, trust_content
 from tendon_newton.errors import (
     InvalidPolicyFile,
     MissingDependency,
     TendonNewtonError,
-    UntrustedNetworkFile,
+    first_line,
 )
 
 Observation = NDArray[np.float32]
@@ -87,13 +87,7 @@ def load_policy(path: Path, *, trust: bool = False) -> Policy:
     """
     content = read_content(path)
     scripted = content.startswith(START)
-    known = scripted and is_trusted(content_hash(content))
-    if scripted and not known and not trust:
-        raise UntrustedNetworkFile(
-            f"{path}: a TorchScript file is a program, and this one (SHA-256 "
-            f"{content_hash(content)}) is not trusted; if you know where it comes from, add "
-            f"--trust or set {VARIABLE} to its hash; an ONNX file needs no trust"
-        )
+    known = scripted and may_run(path, content, trust=trust, instead="an ONNX")
     try:
         if not known:
             guarded(try_content, content)
@@ -223,9 +217,3 @@ def try_observation(card: PolicyCard, run: Callable[..., Any], level: float) -> 
         )
     if not np.isfinite(output).all():
         raise InvalidPolicyFile("must give finite actions; a test call gave NaN or infinity")
-
-
-def first_line(error: Exception) -> str:
-    """Return the line of an engine's error that says what went wrong."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return (lines[-1] if lines else type(error).__name__)[:200]

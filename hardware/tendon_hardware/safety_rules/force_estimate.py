@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from tendon_hardware.control.policy_runner import first_line, onnx_session, read_content
+from tendon_hardware.control.policy_runner import onnx_session, read_content
 from tendon_hardware.errors import PolicyFailure
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.data.cards.policy_card import CARD_KEY
 from tendon_newton.data.files.guarded import TooMuch, guarded
-from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
+from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile, first_line
 
 
 class ForceEstimate:

@@ -23,8 +23,8 @@ from tendon_newton.data.files.guarded import TooMuch, guarded
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes, write_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
-from tendon_newton.data.files.trust import VARIABLE, is_trusted, trust_content
-from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
+from tendon_newton.data.files.trust import may_run, trust_content
+from tendon_newton.errors import InvalidNetworkFile, first_line
 from tendon_newton.force_networks import FORCE_NETWORKS
 from tendon_newton.force_networks.weights_file import SUFFIX, card_of_weights, network_of_weights
 
@@ -91,24 +91,16 @@ def load_network(path: str | Path, *, trust: bool = False, device: str = "cpu") 
     path = Path(path)
     content = read_content(path)
     card = card_in(content, path)
-    digest = content_hash(content)
     scripted = content.startswith(START)
-    known = scripted and is_trusted(digest)
-    if scripted and not (known or trust):
-        raise UntrustedNetworkFile(
-            f"{path}: a TorchScript file is a program, and this one (SHA-256 {digest}) is not "
-            f"trusted; if you know where it comes from, add --trust or set {VARIABLE} to its hash; "
-            f"a {SUFFIX} file needs no trust"
-        )
     try:
-        if scripted and not known:
+        if scripted and not may_run(path, content, trust=trust, instead=f"a {SUFFIX}"):
             guarded(try_content, content, card)
             trust_content(content, path.name)
         module = open_module(content, card, device)
         check_network(module, card, device)
     except (InvalidNetworkFile, TooMuch) as error:
         raise InvalidNetworkFile(f"{path}: {error}") from error
-    return NetworkFile(path=path, sha256=digest, card=card, module=module)
+    return NetworkFile(path=path, sha256=content_hash(content), card=card, module=module)
 
 
 def open_module(content: bytes, card: ForceNetworkCard, device: str) -> torch.jit.ScriptModule:
@@ -177,9 +169,3 @@ def check_network(module: Any, card: ForceNetworkCard, device: str) -> None:
         )
     if not bool(torch.isfinite(tension).all()):
         raise InvalidNetworkFile("must return finite tensions; a test call gave NaN or infinity")
-
-
-def first_line(error: Exception) -> str:
-    """Return the line of a TorchScript error that says what went wrong."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[-1] if lines else type(error).__name__

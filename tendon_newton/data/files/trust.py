@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 
 from tendon_newton.data.files.origin import content_hash
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.errors import InvalidOutput, UntrustedNetworkFile
 
 VARIABLE = "TENDON_NEWTON_TRUST"
 HASH = re.compile(r"[0-9a-f]{64}")
@@ -36,6 +36,22 @@ def trusted_hashes() -> frozenset[str]:
 def is_trusted(digest: str) -> bool:
     """Say whether a file of this SHA-256 may run: it was made here, or the user said so."""
     return digest in trusted_hashes()
+
+
+def may_run(path: Path, content: bytes, *, trust: bool, instead: str) -> bool:
+    """Return whether a TorchScript file was trusted before; else it must be tried first.
+
+    Raises:
+        UntrustedNetworkFile: Neither was it, nor does the user say so now.
+    """
+    known = is_trusted(digest := content_hash(content))
+    if not (known or trust):
+        raise UntrustedNetworkFile(
+            f"{path}: a TorchScript file is a program, and this one (SHA-256 {digest}) is not "
+            f"trusted; if you know where it comes from, add --trust or set {VARIABLE} to its hash; "
+            f"{instead} file needs no trust"
+        )
+    return known
 
 
 def trust_content(content: bytes, name: str) -> None:
