@@ -8,7 +8,7 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_list, is_table
-from tendon_newton.errors import InvalidParameter, shown, unknown_name
+from tendon_newton.errors import InvalidParameter, look_up, shown
 
 # key -> (least value, greatest value, unit): the ranges catch grams for kilograms and millimetres
 # for metres; a moment arm may be negative (it opens the joint)
@@ -86,8 +86,7 @@ def read_bench_overrides(table: Any) -> BenchOverrides:
         raise InvalidParameter(f"bench_overrides must be a table of numbers; it is {shown(table)}")
     values: dict[str, tuple[float, ...]] = {}
     for key, value in table.items():
-        if key not in BENCH_OVERRIDE_RANGES:
-            raise unknown_name("bench override", key, BENCH_OVERRIDE_RANGES)
+        look_up("bench override", key, BENCH_OVERRIDE_RANGES)
         items = value if is_list(value) else [value]
         for item in items:
             if finite_number(item) is None:

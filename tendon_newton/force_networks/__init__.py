@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from tendon_newton.errors import NameTable, unknown_name
+from tendon_newton.errors import NameTable, look_up
 
 if TYPE_CHECKING:
     from tendon_newton.force_networks.force_network import ForceNetwork
@@ -41,6 +41,4 @@ def build_network(kind: str, *, of_set: str, window: int) -> ForceNetwork:
         UnknownName: No such kind, or no sizes of it in this set.
     """
     family: Any = find_force_network(kind)  # each kind has sizes of its own
-    if of_set not in family.sizes:
-        raise unknown_name(f"set of sizes of {kind!r}", of_set, family.sizes)
-    return family(window, **family.sizes[of_set])
+    return family(window, **look_up(f"set of sizes of {kind!r}", of_set, family.sizes))

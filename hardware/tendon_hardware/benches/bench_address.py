@@ -7,7 +7,7 @@ from pathlib import Path
 from tendon_hardware.load_cells import LOAD_CELLS
 from tendon_hardware.servos import find_servo
 from tendon_hardware.virtual_bench.process import WORD, parse_wear, parse_word
-from tendon_newton.errors import InvalidParameter, listed, shown, unknown_name
+from tendon_newton.errors import InvalidParameter, listed, look_up, shown, unknown_name
 
 FILTERS = {
     80: "HX711 at 80 SPS: a step has settled after 4 conversions, 50 ms",
@@ -53,8 +53,7 @@ class BenchAddress(DriveAddress):
         if not self.virtual and get_close_matches(self.port.split(":")[0], [WORD]):
             raise unknown_name("port", self.port, [WORD, "/dev/ttyUSB0 and the like"])
         find_servo(self.servo)
-        if self.load_cell not in LOAD_CELLS:
-            raise unknown_name("load cell", self.load_cell, LOAD_CELLS)
+        look_up("load cell", self.load_cell, LOAD_CELLS)
         if self.lockstep and not self.virtual:
             raise InvalidParameter(
                 f"only a virtual bench can be faster than real time; --port is {self.port!r}"

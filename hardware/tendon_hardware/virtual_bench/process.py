@@ -20,7 +20,7 @@ from tendon_hardware.virtual_bench.memory.control_table import XC330_T288_T
 from tendon_hardware.virtual_bench.physics.unit import BENCHES, draw_unit
 from tendon_hardware.virtual_bench.physics.wear import NEW, WEARS, worn
 from tendon_hardware.virtual_bench.server import CAMERA, CONTROL, SERVO, load_cell_name
-from tendon_newton.errors import TendonNewtonError, listed, unknown_name
+from tendon_newton.errors import TendonNewtonError, listed, look_up
 from tendon_newton.safe_path import python_command
 
 WORD = "virtual"  # First part of the word that names a virtual bench in place of a port
@@ -46,8 +46,7 @@ def parse_word(word: str) -> tuple[str, int]:
             f"virtual:BENCH:SEED:WEAR; got {word!r}"
         )
     bench = parts[1] if len(parts) > 1 and parts[1] else DEFAULT_BENCH
-    if bench not in BENCHES:
-        raise unknown_name("virtual bench", bench, BENCHES)
+    look_up("virtual bench", bench, BENCHES)
     seed = parts[2] if len(parts) > 2 else "0"
     if not seed.isdecimal():
         raise InvalidVirtualBench(f"The seed of a virtual bench is a whole number; got {seed!r}")

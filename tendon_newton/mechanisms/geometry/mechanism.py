@@ -8,7 +8,7 @@ from pathlib import Path
 import newton
 
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidAsset, InvalidParameter
+from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.joints import Joint, JointKind, freeze_arrays
 from tendon_newton.mechanisms.geometry.meetings import Meeting, find_meetings
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
@@ -40,10 +40,6 @@ class Mechanism:
     def __post_init__(self) -> None:
         freeze_arrays(self)
         object.__setattr__(self, "meetings", find_meetings(self.template, self.obstacles))
-        if not self.joints:
-            raise InvalidAsset(f"{self.asset} has no joints; a mechanism needs at least one.")
-        if not self.tendons:
-            raise InvalidAsset(f"{self.asset} has no tendon; nothing could move it.")
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from tendon_newton.data.parameters import BenchScale, Parameter, with_unit
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.data.servo_names import effect_of, name_of, servo_of
 from tendon_newton.effects import find_effect, law_of
-from tendon_newton.errors import InvalidModelFile, unknown_name
+from tendon_newton.errors import InvalidModelFile, look_up
 from tendon_newton.simulation.model.bench_numbers import OWNER
 from tendon_newton.simulation.model.structure import in_catalogue_order
 
@@ -82,9 +82,7 @@ class ParameterTable:
     def column(self, owner: str, parameter: str) -> int:
         """Return the place of one parameter."""
         names = {self.owners[i][1].name: i for i in self.columns(owner)}
-        if parameter not in names:
-            raise unknown_name(f"parameter of {owner!r}", parameter, names)
-        return names[parameter]
+        return look_up(f"parameter of {owner!r}", parameter, names)
 
     def null_vector(self) -> Array:
         """Return the vector without effects, the actuator at its typical values, shape (P,)."""
@@ -247,8 +245,7 @@ def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) 
     """Refuse numbers that are missing, unknown, words, or outside their range."""
     known = {p.name: p for p in declared}
     for key in entry.values:
-        if key not in known:
-            raise unknown_name(f"parameter of {where}", key, known)
+        look_up(f"parameter of {where}", key, known)
     for name, parameter in known.items():
         if name not in entry.values and parameter.optional:
             continue

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from tendon_newton.errors import require, unknown_name
+from tendon_newton.errors import look_up, require
 from tendon_newton.force_networks import FORCE_NETWORKS, SetName
 
 Kind = Annotated[str, tyro.conf.arg(metavar=f"{{{','.join(FORCE_NETWORKS)}}}")]
@@ -48,8 +48,7 @@ class TrainingConfig:
         require(self, "be 1 or more", lambda x: x >= 1, COUNTS)
         optional = ("rate", "learning_rate", "force_limit")
         require(self, "be positive", lambda x: x is None or 0.0 < x < 1.0e6, optional)
-        if self.network not in FORCE_NETWORKS:
-            raise unknown_name("network", self.network, FORCE_NETWORKS)
+        look_up("network", self.network, FORCE_NETWORKS)
 
     @property
     def name(self) -> str:

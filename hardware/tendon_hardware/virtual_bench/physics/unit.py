@@ -16,7 +16,7 @@ from tendon_hardware.virtual_bench.physics.constants import (
     SliderConstants,
     TendonConstants,
 )
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 
 Constants = TypeVar(
     "Constants",
@@ -115,8 +115,7 @@ def draw_unit(bench: str, seed: int, servo: str = XC330_T288_T.name) -> BenchUni
         UnknownName: No such bench or servo; the message lists the known ones.
     """
     count = servo_count(bench)
-    if servo not in SERVOS:
-        raise unknown_name("virtual servo", servo, SERVOS)
+    nominal = look_up("virtual servo", servo, SERVOS)
     own = random.Random(f"{bench} {seed}")
     shared = random.Random(f"servo {seed}")
     middle = BENCHES[bench]
@@ -126,7 +125,7 @@ def draw_unit(bench: str, seed: int, servo: str = XC330_T288_T.name) -> BenchUni
     return BenchUnit(
         bench=bench,
         seed=seed,
-        servo=drawn_about(SERVOS[servo], shared),
+        servo=drawn_about(nominal, shared),
         tendon=tendon,
         mechanism=drawn_about(middle, own),
         load_cell=drawn_about(LoadCellConstants(), shared),
@@ -142,9 +141,7 @@ def servo_count(bench: str) -> int:
     Raises:
         UnknownName: No such bench; the message lists the known ones.
     """
-    if bench not in BENCHES:
-        raise unknown_name("virtual bench", bench, BENCHES)
-    middle = BENCHES[bench]
+    middle = look_up("virtual bench", bench, BENCHES)
     if isinstance(middle, HandConstants):
         return len(middle.stiffness)
     return 2 if isinstance(middle, AntagonistConstants) else 1
