@@ -287,6 +287,13 @@ MUTATIONS: tuple[Mutation, ...] = (
         "hardware/tendon_hardware/safety_rules/force_estimate.py",
         "estimate.card.servo or servo)", "servo)",
         "tests/hardware/deploy/test_force_estimate.py -k another_servo"),
+    Mutation("run-of-other-numbers-is-of-the-files", "tendon_newton/exports/export_page.py",
+        "runs if has_numbers(run)", "runs[:0]",
+        "tests/exports/test_every_export.py -k numbers_of_its_own"),
+    Mutation("stuck-cell-without-a-calibration",
+        "hardware/tendon_hardware/safety_rules/force_watch.py",
+        "if self.calibration is None and self._doubt.fault", "if False and self._doubt.fault",
+        "tests/hardware/test_collect.py -k stuck_cell"),
     # physics, sensors, gradients
     Mutation("delay-in-whole-rows", "tendon_newton/effects/command_delay.py",
         "return time - values[0]",

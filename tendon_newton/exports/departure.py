@@ -140,7 +140,7 @@ def replayed(
     """Run recordings in the target; one with numbers of its own is exported anew for that."""
     out = []
     for recording in recordings:
-        if not recording.bench_overrides.given and not recording.actuator_overrides:
+        if not has_numbers(recording):
             out.append(exported.replays[way](recording))
             continue
         bench = override_mechanism(bench_of(recording.bench, model), recording.bench_overrides)
@@ -150,6 +150,11 @@ def replayed(
             own = target.write(Path(folder), bench, servo)
             out.append(own.replays[way](recording))
     return out
+
+
+def has_numbers(recording: Recording) -> bool:
+    """Tell whether a recording states numbers of its bench or its servo."""
+    return bool(recording.bench_overrides.given or recording.actuator_overrides)
 
 
 def with_and_without(

@@ -8,7 +8,13 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Recording
-from tendon_newton.exports.departure import Departure, departure, replayed, with_and_without
+from tendon_newton.exports.departure import (
+    Departure,
+    departure,
+    has_numbers,
+    replayed,
+    with_and_without,
+)
 from tendon_newton.exports.export_target import Exported, ExportTarget
 from tendon_newton.exports.source import Source
 from tendon_newton.simulation.hosts.rollout import Trajectory
@@ -26,6 +32,8 @@ class Fidelity:
     runs: tuple[str, ...]  # Names of the recordings that were replayed
     replays: Mapping[str, Departure]  # Departure of each way of running it
     costs: Mapping[str, Mapping[str, Departure]]  # What each effect is worth that a way leaves out
+    # Names of those with numbers of their own, replayed in files that were written with these
+    stated: tuple[str, ...] = ()
     # Departure of each way on a sine, by the sine's frequency
     sines: Mapping[str, Mapping[str, Departure]] = field(
         default_factory=dict[str, Mapping[str, Departure]]
@@ -60,6 +68,7 @@ def measure(
     swung, _ = with_and_without(model, [*waves.values()], (), trust=trust)
     return Fidelity(
         runs=tuple(run.name for run in runs),
+        stated=tuple(run.name for run in runs if has_numbers(run)),
         replays={way: departure(mechanism, replay_by(way, runs), ours) for way in exported.replays},
         costs={
             way: {name: worth[name] for name in names}
@@ -91,6 +100,7 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
 
     numbers: dict[str, Any] = {
         "runs": fidelity.runs,
+        "stated": fidelity.stated,
         "replay": {way: asdict(d) for way, d in fidelity.replays.items()},
         "sines": numbers_of(fidelity.sines),
         "left_out": numbers_of(fidelity.costs),
@@ -108,6 +118,11 @@ def fidelity_part(fidelity: Fidelity) -> list[str]:
     rows += [
         (way, f"sine of {k}", d) for way, own in fidelity.sines.items() for k, d in own.items()
     ]
+    own = [
+        f"{name} states numbers of its own, and was replayed in files with these: the files here "
+        "have the model's and the asset's."
+        for name in fidelity.stated
+    ]
     return [
         "",
         "## How far it strays",
@@ -117,7 +132,7 @@ def fidelity_part(fidelity: Fidelity) -> list[str]:
         "| run by | commands | motor angle | force | tip |",
         "|---|---|---|---|---|",
         *(f"| {way} | {what} | {d.text} |" for way, what, d in rows),
-        *(line for told in push_lines(fidelity) for line in ("", f"**{told}**")),
+        *(line for told in (*own, *push_lines(fidelity)) for line in ("", f"**{told}**")),
     ]
 
 

@@ -5,6 +5,8 @@
 
 import contextlib
 import io
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -12,7 +14,11 @@ import newton
 import numpy as np
 import pytest
 
-from tendon_newton.data.model_file import Model
+from tendon_newton.cli import main
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.dataset import write_dataset
+from tendon_newton.data.model_file import Model, write_model
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, command_range, departure, sines
@@ -124,6 +130,25 @@ def test_the_page_tells_what_the_replays_show(tmp_path: Path) -> None:
     close = Fidelity(runs=("a",), replays={"file": near}, costs={}, sines={})
     write_page(tmp_path, "finger", exported, close)
     assert (tmp_path / "README.md").read_text().endswith("file: no effect of this model.\n")
+
+
+def test_a_run_with_numbers_of_its_own_is_not_of_the_files(tmp_path: Path) -> None:
+    """It is replayed in files with its numbers: the page says so, and replay.json."""
+    times = np.arange(81) / 80.0
+    asked = np.where(times < 0.5, 0.5, 1.0)[:, None]
+    still = np.zeros_like(asked)
+    plain = Recording(name="plain.csv", bench="finger", time=times, command=asked,
+                      motor_position=still, motor_velocity=still)  # fmt: skip
+    heavy = replace(plain, name="heavy.csv", bench_overrides=BenchOverrides(mass=(0.05, 0.02)))
+    write_model(tmp_path / "model.toml", model_of("finger", "ideal"))
+    write_dataset(tmp_path / "data", [plain], [heavy])
+    words = ["--to", "usd", "--dataset", str(tmp_path / "data"), "--out", str(tmp_path / "out")]
+    assert main(["export", str(tmp_path / "model.toml"), *words]) == 0
+    told = "heavy.csv states numbers of its own"
+    page = (tmp_path / "out" / "README.md").read_text()
+    assert told in page
+    assert "plain.csv states" not in page
+    assert json.loads((tmp_path / "out" / "replay.json").read_text())["stated"] == ["heavy.csv"]
 
 
 @pytest.mark.parametrize(("bench", "unit"), [("pendulum", "N m"), ("thumb", "N")])
