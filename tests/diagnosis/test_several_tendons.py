@@ -30,6 +30,7 @@ from tendon_newton.identification import testable
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import layout
 from tendon_newton.identification.study import Study, replacements
+from tests.bad_input.damage import refusal
 from tests.importers.logs import model, recording
 
 SIGNALS = ("force", "command", "motor_position", "motor_velocity")
@@ -89,8 +90,7 @@ def test_a_hands_recording_that_lacks_a_force_is_refused(column, words, tmp_path
     place = rows[0].index(column)
     file.write_text("".join(",".join(row[:place] + row[place + 1 :]) + "\n" for row in rows))
     options = ["--model", str(model(tmp_path / "model.toml")), "--out", str(tmp_path / "out")]
-    assert main(["diagnose", str(tmp_path / "data"), *options]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refusal(["diagnose", str(tmp_path / "data"), *options], capsys)
     assert line.startswith("error: train.csv")
     assert words in line
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.cli import main
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.mujoco.mujoco_target import IN_THE_FILE
 from tendon_newton.simulation.hosts.replay import bench_of
+from tests.bad_input.damage import refusal
 from tests.exports.models import model_of
 from tests.made import stated_model
 
@@ -105,7 +105,6 @@ def test_a_model_that_takes_its_angle_as_given_is_refused(target, tmp_path, caps
     model = stated_model("measured_path")
     write_model(tmp_path / "model.toml", model)
     words = ["export", str(tmp_path / "model.toml"), "--bench", "pendulum", "--to", target]
-    assert main([*words, "--out", str(tmp_path / "out")]) == 2
-    said = capsys.readouterr().err
+    said = refusal([*words, "--out", str(tmp_path / "out")], capsys)
     assert "'measured_path' takes the angle as given, and there is no servo to carry" in said
     assert not (tmp_path / "out").exists()

@@ -11,6 +11,7 @@ import pytest
 
 from tendon_newton import cli
 from tendon_newton.cli import VERBOSE_OPTION, VERBOSE_SHORT, every_verb, main
+from tests.bad_input.damage import refusal
 from tests.held_out import small_dataset
 from tests.interpreters import python, run_without
 
@@ -31,8 +32,7 @@ def test_every_verb_stands_in_the_overview(capsys: pytest.CaptureFixture[str]) -
 
 def test_a_misspelt_verb_gets_a_suggestion(capsys: pytest.CaptureFixture[str]) -> None:
     """The nearest verb is offered, on one line of stderr."""
-    assert main(["diagnoze"]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refusal(["diagnoze"], capsys)
     assert line.startswith("error: No verb named 'diagnoze'; did you mean 'diagnose'? known: ")
 
 

@@ -12,6 +12,7 @@ from pyarrow import parquet
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.model_file import load_model
+from tests.bad_input.damage import refusal
 from tests.importers.lerobot_files import ROWS, lerobot_calibration, lerobot_dataset
 
 
@@ -96,8 +97,7 @@ def test_a_unit_that_cannot_be_is_asked_for(options, said, tmp_path, capsys) -> 
 def test_options_of_lerobot_belong_to_it(tmp_path: Path, capsys) -> None:
     """Another format refuses them rather than overlook them."""
     words = ["import", "so101", str(tmp_path), "--out", str(tmp_path / "out"), "--unit", "deg"]
-    assert main(words) == 2
-    assert "--unit belongs to the format lerobot" in capsys.readouterr().err
+    assert "--unit belongs to the format lerobot" in refusal(words, capsys)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from tendon_newton.mechanisms.rules.mechanism_rules import arm_errors, range_pos
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Stepping, Trajectory
+from tests.bad_input.damage import refusal
 from tests.made import stated_model
 from tests.physics.runs import run_of
 from tests.proposed import proposed
@@ -210,8 +211,7 @@ def test_what_a_new_asset_proposes_can_be_typed(kind, tmp_path, monkeypatch, cap
 )
 def test_numbers_of_no_such_bench_are_refused(words, said, tmp_path, capsys) -> None:
     """One line says what was expected."""
-    assert main(["asset", "new", "bench", "--folder", str(tmp_path), *words]) == 2
-    assert said in capsys.readouterr().err
+    assert said in refusal(["asset", "new", "bench", "--folder", str(tmp_path), *words], capsys)
 
 
 SLIDER = {

@@ -27,6 +27,7 @@ from tendon_newton.diagnosis.result import (
     write_diagnosis,
 )
 from tendon_newton.errors import InvalidDataset, InvalidDiagnosis
+from tests.bad_input.damage import refusal
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, named
 from tests.proposed import proposed
 
@@ -159,5 +160,4 @@ def test_results_do_not_replace_what_they_are_made_of(tmp_path: Path, capsys) ->
         ["servo", "xl330", "--out", data],
         ["demo", "--out", data],
     ):
-        assert main(words) == 2
-        assert "results need a folder of their own" in capsys.readouterr().err
+        assert "results need a folder of their own" in refusal(words, capsys)

@@ -24,6 +24,7 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.errors import InvalidParameter
+from tests.bad_input.damage import refusal
 from tests.faults.cases import ALLOWED
 from tests.hardware.deploy.policies import TwoSided, card_of, card_of_two, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight
@@ -222,10 +223,8 @@ def test_a_hand_moves_one_of_two_servos(tmp_path: Path, capsys: pytest.CaptureFi
     assert log.tendon_count == 1
     assert np.ptp(log.motor_position) < 0.05  # it holds where it is
     capsys.readouterr()
-    assert main([*words, "--servo-id", "3"]) == 2
-    assert "have the IDs 1 to 2; 3 was asked for" in capsys.readouterr().err
-    assert main([*words, "--further-servo-ids", "2"]) == 2
-    assert "--jog moves one servo" in capsys.readouterr().err
+    assert "have the IDs 1 to 2; 3 was asked for" in refusal([*words, "--servo-id", "3"], capsys)
+    assert "--jog moves one servo" in refusal([*words, "--further-servo-ids", "2"], capsys)
 
 
 def test_a_dry_run_leaves_both_motors_off(policy, tmp_path, monkeypatch) -> None:

@@ -21,6 +21,7 @@ from tendon_newton.simulation.hosts.query_rows import query_table, with_queries
 from tendon_newton.simulation.hosts.replay import replay as replay_in_closed_loop
 from tendon_newton.simulation.hosts.rollout import Rollout, Stepping, Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
+from tests.bad_input.damage import refusal
 from tests.physics.learned.networks import (
     EFFECTS,
     HOLD,
@@ -262,8 +263,7 @@ def test_a_model_without_its_file_is_refused(tmp_path, capsys, recordings) -> No
         "--out",
         str(tmp_path / "out"),
     ]
-    assert main(words) == 2
-    assert "'learned' needs file" in capsys.readouterr().err
+    assert "'learned' needs file" in refusal(words, capsys)
 
 
 def test_a_network_is_never_left_out_silently(recordings: list[Recording]) -> None:

@@ -22,6 +22,7 @@ from tendon_train.actuator.samples import changed_windows, sample_departure, ser
 from tendon_train.actuator.samples.changed_windows import ANGLE, COMMAND, SPEED, ZERO, disturbed
 from tendon_train.actuator.samples.windows import Windows, WindowShape, extract_windows
 from tendon_train.actuator.training_config import TrainingConfig
+from tests.bad_input.damage import refusal
 from tests.faults.outside import full_disk
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.servo_logs import servo_log
@@ -312,14 +313,12 @@ def test_a_network_knows_one_servo(tmp_path: Path, capsys) -> None:
             assert card_of_weights(file.read_bytes()).servo == "xc330_t288_t"
             assert main(["doctor", str(data)]) == 0
     capsys.readouterr()
-    assert main(train) == 2
-    assert "one servo; the recordings are of sts3215, xc330_t288_t" in capsys.readouterr().err
+    assert "one servo; the recordings are of sts3215, xc330_t288_t" in refusal(train, capsys)
     assert main(["doctor", str(data)]) == 1
     assert "a model is of one servo" in capsys.readouterr().out
 
 
 def test_a_dataset_that_cannot_train_is_one_line(tmp_path, capsys) -> None:
     """No such folder."""
-    assert main(["train-force", str(tmp_path / "none"), "--out", str(tmp_path / "nets")]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refusal(["train-force", str(tmp_path / "none"), "--out", str(tmp_path / "nets")], capsys)
     assert line.startswith("error: ")

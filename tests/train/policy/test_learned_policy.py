@@ -188,8 +188,7 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[
     """Exit code 2 and one line on stderr."""
     (tmp_path / "policy.onnx").write_bytes(b"no policy")
     for file in ("none.onnx", str(tmp_path / "policy.onnx")):
-        assert main(["evaluate-policy", file, "--out", str(tmp_path / "out")]) == 2
-        (line,) = capsys.readouterr().err.splitlines()
+        line = refusal(["evaluate-policy", file, "--out", str(tmp_path / "out")], capsys)
         assert line.startswith(f"error: {file}")
 
 

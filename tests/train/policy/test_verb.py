@@ -13,6 +13,7 @@ from tendon_newton.data.cards.policy_card import DutyLoop, PolicyCard
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_train.policy.runs.forecast import Forecast
+from tests.bad_input.damage import refusal
 from tests.made import stated_model
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.proposed import proposed
@@ -82,8 +83,7 @@ def test_a_finger_of_ones_own_is_evaluated_as_that_finger(tmp_path, monkeypatch,
     said = capsys.readouterr().out
     assert "policy.onnx --out comparison --finger long_finger" in said
     words = ["evaluate-policy", str(tmp_path / "run" / "policy.onnx"), "--no-plots", "--out", "out"]
-    assert main(words) == 2
-    assert "trained for 'long_finger', which is no asset here" in capsys.readouterr().err
+    assert "trained for 'long_finger', which is no asset here" in refusal(words, capsys)
     assert main([*words, "--finger", "finger"]) == 2
     assert "trained for 'long_finger'; --finger names 'finger'" in capsys.readouterr().err
     assert main([*words, "--finger", "long_finger"]) == 0
