@@ -33,6 +33,15 @@ def test_replies_are_lost_and_broken_as_often_as_asked(faults, result) -> None:
     assert outcomes.count(SUCCESS) == pytest.approx(0.95 * TRIALS, abs=40)
 
 
+def test_noise_comes_before_an_answer() -> None:
+    """One to six bytes that are no frame, and the whole answer to a ping behind them."""
+    link = Link("spring_weak", faults=Faults(line_noise=1.0))
+    link.port.setPacketTimeoutMillis(100.0)
+    link.port.writePort(bytes.fromhex("fffffd0001030001194e"))
+    noise, head, answer = link.port.readPort(100).partition(b"\xff\xff\xfd\x00")
+    assert (1 <= len(noise) <= 6, len(head + answer)) == (True, 14)
+
+
 def test_latency_delays_each_reply() -> None:
     """Two milliseconds more in each transaction, not a microsecond less."""
 
