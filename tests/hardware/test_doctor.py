@@ -85,6 +85,14 @@ def test_a_bench_is_examined_from_the_clock_to_the_load_cell(ports: VirtualPorts
     assert {found[subject] for subject in found.keys() - touched} == {"good"}
 
 
+def test_exchanged_ports_are_thought_of(ports: VirtualPorts) -> None:
+    """Each port is there and free, and answers nothing that is understood."""
+    found = [*examine(ports.load_cell_port, ports.servo_port, clock=MonotonicClock())]
+    mended = [seen for seen in found if seen.verdict == "fix" and seen.subject != "clock"]
+    assert [seen.subject for seen in mended] == ["servo", "load cell"]
+    assert all("exchanged" in seen.remedy for seen in mended)
+
+
 def test_the_verb_prints_a_table_and_the_exit_code_tells(capsys) -> None:
     """What is not there is one row with its remedy, and code 1."""
     assert main(["doctor", "--port", "/dev/no_such_port"]) == 1

@@ -35,7 +35,8 @@ def check_load_cell(
             "load cell",
             f"{len(readings)} readings and {counters.rejected} broken lines in {LISTEN_TIME:g} s",
             "see that the microcontroller runs hardware/tendon_hardware/load_cells/firmware "
-            "and that nothing else listens; broken lines alone mean another rate or format",
+            "and that nothing else listens, nor are the ports exchanged; broken lines alone mean "
+            "another rate or format",
         )
         return
     yield from check_counts(readings)

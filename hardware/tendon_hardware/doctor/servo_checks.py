@@ -38,7 +38,7 @@ def check_servo(
             "servo",
             f"none answers at {listed} baud",
             "see that the power board's supply is on, the servo's lamp blinks when it is "
-            "switched on, and the three-pin plug sits at both ends",
+            "switched on, the three-pin plug sits at both ends, and the ports are not exchanged",
         )
         return
     rate = found.rate
