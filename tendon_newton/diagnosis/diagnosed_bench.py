@@ -5,6 +5,7 @@ The ``model.toml`` alone is a servo for any bench; unless a bench is named it st
 known servo is named by a word, and is carried over to the spool of any bench.
 """
 
+import logging
 from collections.abc import Collection
 from pathlib import Path
 
@@ -14,6 +15,9 @@ from tendon_newton.diagnosis.diagnosis_file import ANSWER, MODEL, diagnosis_tabl
 from tendon_newton.diagnosis.known_servos import known_servo, known_servos, servo_alone
 from tendon_newton.errors import InvalidParameter, listed, unknown_name
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+
+log = logging.getLogger(__name__)
+RADIUS_TOLERANCE = 1e-3  # [1] of a radius, as between a policy's card and its bench
 
 
 def model_path(path: Path) -> Path:
@@ -33,6 +37,8 @@ def model_path(path: Path) -> Path:
 def open_model(path: str | Path, benches: Collection[Mechanism]) -> Model:
     """Return the model that a user names, for benches that it may be used on.
 
+    Where its spool has another radius than those of the benches a warning says so.
+
     Args:
         path: Model file, a diagnosis (its folder or its ``diagnosis.json``), or a known servo.
         benches: A known servo is carried over to their spool.
@@ -46,7 +52,25 @@ def open_model(path: str | Path, benches: Collection[Mechanism]) -> Model:
     if home is None:
         refuse_other_bench(path, [bench.name for bench in benches])
     model = load_model(model_path(path))
-    return model if home is None else servo_alone(model, common_spool(path, benches))
+    if home is not None:
+        return servo_alone(model, common_spool(path, benches))
+    radius = model.actuator.values.get("spool_radius")
+    if isinstance(radius, float):
+        warn_of_other_spool(path, radius, benches)
+    return model
+
+
+def warn_of_other_spool(path: Path, radius: float, benches: Collection[Mechanism]) -> None:
+    """Say where a model's radius of the spool [m] is not that of the benches' assets."""
+    others = {
+        bench.name: tendon.spool_radius
+        for bench in benches
+        for tendon in bench.tendons
+        if abs(radius / tendon.spool_radius - 1.0) > RADIUS_TOLERANCE
+    }
+    if others:
+        of_assets = listed(f"{other:g} m of {bench}" for bench, other in others.items())
+        log.warning("%s: its spool_radius of %g m counts, not %s", path, radius, of_assets)
 
 
 def common_spool(path: Path, benches: Collection[Mechanism]) -> float:

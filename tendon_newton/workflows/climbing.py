@@ -22,6 +22,7 @@ from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, listed
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_files, asset_path
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import BenchPorts, ClimbOptions, DeployOptions, policy_file
@@ -69,13 +70,15 @@ def compare_policies(options: ClimbOptions, operator: Operator) -> ClimbComparis
     if any(policy.card.task == "turn" for policy in policies):
         text, files = compare_turning(options, policies, finger, out)
         return ClimbComparison(scores=(), text=text, files=files)
+    mechanism = load_mechanism(finger)
+    logged = [climb_of(path.stem, path, policies[0], mechanism) for path in options.logs]
     climbs = [
         *climbs_in_simulation(options, policies, finger),
-        *climbs_on_bench(options, policies, finger, out, operator),
+        *logged,
+        *climbs_on_bench(options, policies, finger, mechanism, out, operator),
     ]
     if not climbs:
         raise InvalidParameter("nothing to compare: name a --force, a --port or --logs")
-    mechanism = load_mechanism(finger)
     scores = tuple(score(climb, reachable_error(mechanism, climb.goal)) for climb in climbs)
     table = {
         "dwell_s": options.dwell,
@@ -166,28 +169,31 @@ def climbs_on_bench(
     options: ClimbOptions,
     policies: Sequence[RunnablePolicy],
     finger: str,
+    mechanism: Mechanism,
     out: Path,
     operator: Operator,
 ) -> list[Climb]:
-    """Let the policies climb on a bench, where there is one, and read the logs that are given."""
-    logs = [(path.stem, path, policies[0]) for path in options.logs]
-    if options.port is not None:
-        ports: Any = {field.name: getattr(options, field.name) for field in fields(BenchPorts)}
-        deployment = DeployOptions(
-            **ports,
-            bench=asset_path(finger).stem,
-            goals="stairs",
-            duration=BENCH_DURATION,
-            out=out / "deployments",
-            split="test",
-            trust=options.trust,
-        )
-        for path, policy in zip(options.policies, policies, strict=True):
-            log = drive(replace(deployment, policy=path), operator).path
-            assert log is not None
-            logs.append((policy.name, log, policy))
-    mechanism = load_mechanism(finger)
-    return [
-        climb_on_bench(name, log, step_table(log), mechanism, policy.card.spool_radius)
-        for name, log, policy in logs
-    ]
+    """Let the policies climb on a bench, where there is one."""
+    if options.port is None:
+        return []
+    ports: Any = {field.name: getattr(options, field.name) for field in fields(BenchPorts)}
+    deployment = DeployOptions(
+        **ports,
+        bench=asset_path(finger).stem,
+        goals="stairs",
+        duration=BENCH_DURATION,
+        out=out / "deployments",
+        split="test",
+        trust=options.trust,
+    )
+    climbs: list[Climb] = []
+    for path, policy in zip(options.policies, policies, strict=True):
+        log = drive(replace(deployment, policy=path), operator).path
+        assert log is not None
+        climbs.append(climb_of(policy.name, log, policy, mechanism))
+    return climbs
+
+
+def climb_of(name: str, log: Path, policy: RunnablePolicy, mechanism: Mechanism) -> Climb:
+    """Read a climb from the log of a policy's deployment."""
+    return climb_on_bench(name, log, step_table(log), mechanism, policy.card.spool_radius)

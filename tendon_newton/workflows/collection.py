@@ -20,22 +20,43 @@ FINGER = BENCHES[0]
 def record(options: CollectOptions, operator: Operator) -> Collection:
     """Record what is missing, and return what came of it."""
     plan = planned(options)
-    settings = settings_of(options)
+    settings = settings_of(options, radius_of(options, operator))
     address = address_of(options, plan[0].bench, port=options.port)
     title = options.plan or SINGLE_RUNS
     with StopRequest() as stop:
         return collect(address, plan, settings, options.out, operator, stop, title=title)
 
 
-def settings_of(options: CollectOptions) -> CollectSettings:
-    """Return rates, loop and limits of all recordings."""
+def radius_of(options: CollectOptions, operator: Operator) -> float:
+    """Return the radius of the spool [m]: the given one, or the asset's where USD can be read."""
+    if options.spool_radius is not None:
+        return options.spool_radius
+    radius = CollectSettings.spool_radius
+    if options.bench in BENCHES:
+        return radius
+    try:
+        from tendon_newton.device_code.quiet import quiet_warp
+        from tendon_newton.workflows.importing import spool_radius
+
+        quiet_warp()
+        return spool_radius(options.bench)
+    except ModuleNotFoundError:
+        operator.tell(
+            f"USD cannot be read here: the spool of {options.bench} is taken to have a radius of "
+            f"{radius:g} m; if it has another one, give --spool-radius."
+        )
+        return radius
+
+
+def settings_of(options: CollectOptions, spool_radius: float) -> CollectSettings:
+    """Return rates, loop and limits of all recordings, with a spool of some radius [m]."""
     return CollectSettings(
         rate=options.rate,
         command_rate=options.command_rate,
         loop=no_stronger(HostPositionLoop(), find_servo(options.servo)),
         limits=SafetyLimits(force=options.force_limit, temperature=options.temperature_limit),
         seed=options.seed,
-        spool_radius=options.spool_radius,
+        spool_radius=spool_radius,
         notes=options.notes,
     )
 

@@ -26,8 +26,9 @@ from tendon_hardware.servos import find_servo
 from tendon_hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from tendon_hardware.stop_request import StopRequest
 from tendon_hardware.virtual_bench.process import DEFAULT_BENCH, WORD
-from tendon_newton.data.dataset import listed_files
+from tendon_newton.data.dataset import FILE_NAME, listed_files
 from tendon_newton.data.files.output_folder import make_folder
+from tendon_newton.data.formats.mcap_file import breaks_off
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
 from tendon_newton.workflows.collection import address_of
@@ -85,7 +86,7 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
         with Keyboard() as keyboard:
             if settings.duration is None and not keyboard.there:
                 tell_endless(options, operator)
-            outcome = deploy(deployment, free_log(options), keyboard, operator, stop)
+            outcome = deploy(deployment, free_log(options, operator), keyboard, operator, stop)
     if policy is not None and policy.card.turning is not None and outcome.path is not None:
         operator.announce(turning_text(outcome.path, policy.card.turning))
     conclude(options, address.bench, outcome, operator)
@@ -238,11 +239,17 @@ def get_ready(bench: Bench, operator: Operator) -> None:
             operator.tell(f"No calibrated load cell: the tension{of} is not measured.")
 
 
-def free_log(options: DeployOptions) -> Path:
-    """Return a path for the log that nothing has yet."""
+def free_log(options: DeployOptions, operator: Operator) -> Path:
+    """Return a path for the log that nothing has yet; tell what killed deployments have left."""
     # benches side by side log into one
     folder = make_folder(options.out, shared=True, dataset=True)
-    listed_files(folder)  # a list that cannot be read is told before a motor runs
+    files = listed_files(folder)  # a list that cannot be read is told before a motor runs
+    for log in sorted(folder.glob("*.mcap")):
+        if log.name not in files and breaks_off(log):
+            operator.tell(
+                f"{log}: is in no {FILE_NAME}, as its deployment was killed or goes on; once it is "
+                "over, list it there to use it"
+            )
     stem = "jog" if options.policy is None else options.policy.stem
     return folder / f"{free_name(folder, stem)}.mcap"
 

@@ -49,8 +49,6 @@ class BenchOptions(LoadCellOptions):
     """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     rate: float = SERVO_RATE
     """Readings of the servo per second [Hz]; a policy's card must name the same."""
-    spool_radius: float = 0.0125
-    """Radius of the spool [m]; a policy's card must name the same, a recording's model has it."""
     force_limit: float = 30.0
     """Tension at which the motor is switched off, or with a policy the tendon let out [N]."""
     temperature_limit: float = 65.0  # Temperature at which the same is done [degC].
@@ -76,6 +74,7 @@ class CollectOptions(BenchOptions):
     obstacle: str = "free"
     """What blocks the finger in a single run: free, tape_roll, hand or hand_perturbation."""
     command_rate: float | None = None  # Commands per second [Hz]; 20 unless given.
+    spool_radius: float | None = None  # Radius of the spool [m]; unless given the asset's.
     seed: int = 0  # Seed of what the excitations draw.
 
 
@@ -86,6 +85,7 @@ class DeployOptions(BenchOptions, BenchPorts):
     policy: Path | None = None
     """ONNX file of the policy with its card inside, or TorchScript where torch is installed; or
     finger-stairs or hand-turning, which come along."""
+    spool_radius: float = 0.0125  # Radius of the spool [m]; a policy's card must name the same.
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, stairs, a file of times [s] and angles
     [rad], or one angle [rad]. A policy that turns a ball takes rates [rad/s]."""

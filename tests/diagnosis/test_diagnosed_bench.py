@@ -7,9 +7,10 @@ import pytest
 
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, write_model
-from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
+from tendon_newton.diagnosis.diagnosed_bench import open_model, recorded_numbers
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.source import read_source
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_train.policy.config.environment_config import EnvironmentConfig
 from tendon_train.policy.worlds.randomisation import on_diagnosed_finger
 from tests.bad_input.damage import refusal
@@ -50,6 +51,15 @@ def ideal() -> Model:
 def test_an_export_is_of_the_bench_that_was_diagnosed(file: str, found: Path) -> None:
     """Named by its folder or by either of its files; nobody states a bench."""
     assert read_source(found / file, None, None).mechanism.name == "thumb"
+
+
+def test_another_spool_than_the_assets_is_told(tmp_path: Path, caplog) -> None:
+    """The model's counts, and three radii gave three motions without a word."""
+    for radius in (0.0125, 0.012505, 0.011):
+        write_model(tmp_path / "model.toml", stated_model("ideal", {"spool_radius": radius}))
+        open_model(tmp_path / "model.toml", [load_mechanism("finger")])
+    (told,) = (one.getMessage() for one in caplog.records)
+    assert told.endswith("its spool_radius of 0.011 m counts, not 0.0125 m of finger")
 
 
 def test_another_bench_than_the_diagnosed_one_is_refused(found: Path) -> None:

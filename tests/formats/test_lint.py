@@ -102,6 +102,14 @@ def test_a_log_of_more_rows_than_readings_is_slow_and_not_frozen() -> None:
     assert only(lint_recording(seen)).check == "slow read"
 
 
+def test_a_command_that_steps_by_a_turn_is_no_seam() -> None:
+    """At the end of a run its shaft has not gone along yet: the mend spoilt the command."""
+    goal, theta = np.where(TIME < 9.9, 0.2, 6.1), 0.2 + 0.1 * np.sin(3.0 * TIME)
+    rows = {"command": goal, "motor_position": theta, "motor_velocity": np.gradient(theta, TIME)}
+    seen = lint_recording(log(force=None, **{name: row[:, None] for name, row in rows.items()}))
+    assert "seam" not in {one.check for one in seen}
+
+
 def test_a_speed_that_is_the_slope_of_a_wrapped_angle_is_no_second_defect() -> None:
     """The seam is told, and what it does to the slope goes with its mend."""
     theta = 2.0 * np.sin(3.0 * TIME) + 2.5 * np.sin(0.4 * TIME)

@@ -95,6 +95,9 @@ def test_a_servo_that_stays_away_ends_the_run(tmp_path: Path) -> None:
     outcome = trial.outcome
     assert isinstance(outcome.fault, SafetyStop)
     assert "silent for 10" in str(outcome.fault)
+    ((first, last),) = outcome.gaps
+    assert last - first > 10.0, "a gap that nothing ends counts, too"
+    assert trial.session["gaps"] == f"{first:.3f} to {last:.3f} s"
     assert trial.recording().duration == pytest.approx(1.0, abs=0.1)
     assert any("SWITCH ITS SUPPLY OFF" in text for text in trial.said)
 

@@ -4,7 +4,9 @@ import json
 import os
 import re
 import shlex
+import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -15,7 +17,10 @@ from tendon_newton.cli import main
 from tendon_newton.mechanisms.asset_library import asset_names, asset_path
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.workflows.collection import radius_of
+from tendon_newton.workflows.options import CollectOptions
 from tests.bad_input.damage import refusal
+from tests.hardware.silent_operator import SilentOperator
 from tests.mechanisms.broken.test_findings import CASES
 
 GUIDE = Path(__file__).resolve().parents[2] / "docs" / "your_own_finger.md"
@@ -108,6 +113,22 @@ def test_a_new_asset_has_the_numbers_that_it_was_given(tmp_path, monkeypatch) ->
         assert joint.stiffness == pytest.approx(0.045, rel=1e-6)
         assert joint.damping == pytest.approx(5e-4, rel=1e-6)
         assert joint.stop_stiffness == pytest.approx(30.0, rel=1e-6)
+
+
+def test_a_recording_has_the_spool_of_its_asset(tmp_path: Path, monkeypatch) -> None:
+    """Where USD can be read; else what is taken is told. What the user gives counts first."""
+    assert main(["asset", "new", "wide", "--spool-radius", "0.02", "--folder", str(tmp_path)]) == 0
+    monkeypatch.setenv("TENDON_NEWTON_ASSETS", str(tmp_path))
+    options, operator = CollectOptions(port="virtual", out=tmp_path, bench="wide"), SilentOperator()
+    assert radius_of(replace(options, spool_radius=0.01), operator) == 0.01
+    assert radius_of(options, operator) == pytest.approx(0.02)
+    assert operator.told == []
+    monkeypatch.setitem(sys.modules, "tendon_newton.workflows.importing", None)  # a light install
+    assert radius_of(replace(options, bench="finger"), operator) == 0.0125
+    assert operator.told == []
+    assert radius_of(options, operator) == 0.0125
+    (told,) = operator.told
+    assert "the spool of wide is taken to have a radius of 0.0125 m" in told
 
 
 @pytest.mark.parametrize(

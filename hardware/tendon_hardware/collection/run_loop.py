@@ -72,6 +72,11 @@ class GapWatch:
                 "motor is off"
             )
 
+    def end(self) -> None:
+        """Count a gap that lasts to the end of a run."""
+        if self._gap is not None:
+            self.gaps.append((self._gap - self.start, self.clock.now() - self.start))
+
     def hear(self, instant: float, log: SessionLog | None) -> None:
         """Note a reading, and mark the gap that it ends."""
         begin, self._gap, self._heard = self._gap, None, instant
@@ -145,8 +150,11 @@ class RunLoop:
         """Give the commands [rad], one per tick, shape (T,), and log what follows."""
         self._log = log
         self.ticker = Ticker(self.clock, self.settings.rate)
-        self._run(command, run.name)
-        self.forces.take(log)
+        try:
+            self._run(command, run.name)
+            self.forces.take(log)
+        finally:
+            self.gaps.end()
 
     def _run(self, command: Array, name: str) -> None:
         rate, count = self.settings.rate, len(command)

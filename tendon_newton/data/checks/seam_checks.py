@@ -65,21 +65,23 @@ def without_seams(recording: Recording) -> Recording:
 
 
 def seams_of(recording: Recording, place: int) -> tuple[Seam | None, Seam | None]:
-    """Return the seams of angle and command whose turns bring the two together, if any."""
+    """Return the seams of angle and command whose turns bring the two together, if any.
+
+    A command that steps while its angle goes on has no seam: its steps have any size.
+    """
     theta = recording.motor_position[:, place]
     own = seam_of(theta)
-    if recording.command is None:
+    if own is None or recording.command is None:
         return own, None
     goal = recording.command[:, place]
     asked = seam_of(goal)
     if asked is not None and asked.period != TURN:
-        asked = None  # steps of a command have any size
-    choices = [(one, two) for one in {own, None} for two in {asked, None}]
+        asked = None
     apart = {
         choice: float(np.std(mended(theta, choice[0]) - mended(goal, choice[1])))
-        for choice in choices
+        for choice in ((None, None), (own, None), (own, asked))
     }
-    best = min(choices, key=lambda choice: (apart[choice], choice != (None, None)))
+    best = min(apart, key=lambda choice: apart[choice])
     return best if apart[best] < LESS * apart[None, None] else (None, None)
 
 

@@ -107,6 +107,13 @@ def read_session(path: Path) -> dict[str, str]:
     return from_file
 
 
+def breaks_off(path: Path) -> bool:
+    """Tell whether a file lacks its end: its program was killed, or writes it still."""
+    from mcap.writer import MCAP0_MAGIC
+
+    return not path.read_bytes().endswith(MCAP0_MAGIC)
+
+
 @dataclass(kw_only=True)
 class Damage:
     """Part of a file that could not be read."""

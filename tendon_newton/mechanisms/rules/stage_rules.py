@@ -89,10 +89,10 @@ def _check_gravity(stage: Any) -> Iterator[AssetFinding]:
     for prim in scenes[:1]:
         strength = float(authored(prim, "physics:gravityMagnitude", float("-inf")))
         low, high = GRAVITY_RANGE
-        if strength > 0.0 and not low <= strength <= high:
+        if strength >= 0.0 and not low <= strength <= high:
             yield about(prim, "gravity").warning(
                 f"gravity is 9.81 m/s^2 on Earth; it is {strength:g}",
-                "Check the unit of physics:gravityMagnitude: m/s^2",
+                "Check physics:gravityMagnitude and its unit, m/s^2",
             )
     for prim in scenes[1:]:
         yield about(prim, "gravity").warning(

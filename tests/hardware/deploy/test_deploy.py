@@ -17,20 +17,27 @@ from tendon_hardware.deployment.deploy_log import read_steps
 from tendon_hardware.deployment.deploy_plot import panels_of
 from tendon_hardware.deployment.deploy_replay import replay_log
 from tendon_hardware.deployment.deploy_settings import DeploySettings
+from tendon_hardware.logs.mcap_file import McapFile
 from tendon_hardware.safety_rules.rule_limits import DeployLimits
 from tendon_hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
-from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.dataset import (
+    ListedRecording,
+    list_recording,
+    load_dataset,
+    write_dataset,
+)
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.mcap_file import messages_of, read_session
 from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
 from tendon_newton.data.model_file import write_model
-from tendon_newton.workflows.deployment import bench_address, conclude
+from tendon_newton.workflows.deployment import bench_address, conclude, free_log
 from tendon_newton.workflows.options import DeployOptions
 from tests.bad_input.damage import refusal
 from tests.hardware.deploy.policies import Proportional, card_of, network, write_onnx
 from tests.hardware.deploy.runs import Flight, closing
+from tests.hardware.silent_operator import SilentOperator
 from tests.importers.logs import recording
 from tests.made import stated_model
 
@@ -115,6 +122,18 @@ def test_a_run_that_nothing_ends_is_refused(policy, tmp_path, capsys) -> None:
     for goals in ("keyboard", "0.8"):
         assert "--duration must say how long" in refusal([*words, "--goals", goals], capsys)
     assert not list(tmp_path.glob("*.mcap"))
+
+
+def test_a_log_that_a_killed_deployment_left_is_told(tmp_path: Path) -> None:
+    """No list has it, though it is readable; one that ended in order was not to be listed."""
+    McapFile(tmp_path / "dry.mcap", {}).finish({})
+    for name in ("killed", "listed"):
+        McapFile(tmp_path / f"{name}.mcap", {}).close()
+    list_recording(tmp_path, ListedRecording(file="listed.mcap", bench="finger", split="train"))
+    operator = SilentOperator()
+    free_log(DeployOptions(out=tmp_path), operator)
+    (told,) = operator.told
+    assert told.startswith(f"{tmp_path / 'killed.mcap'}: is in no dataset.toml")
 
 
 def test_a_list_of_recordings_that_cannot_be_read_is_told_before_the_run(

@@ -107,6 +107,8 @@ CASES: dict[str, Fault] = {
         severity="warning"),
     "gravity in cm/s^2": fault("gravity", "/finger/scene",
         (GRAVITY, GRAVITY.replace("9.81", "981")), severity="warning"),
+    "gravity of nothing": fault("gravity", "/finger/scene",
+        (GRAVITY, GRAVITY.replace("9.81", "0")), severity="warning"),
     "a tip that is no site": fault("tip", f"{DISTAL}/tip",
         ('apiSchemas = ["MjcSiteAPI"]', 'kind = "component"'), severity="warning"),
     "no tip": fault("tip", "/", ('def Sphere "tip"', 'def Sphere "end"'), severity="note"),

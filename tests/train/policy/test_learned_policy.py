@@ -13,6 +13,7 @@ import torch
 
 from tendon_hardware.control.pilot import PolicyPilot
 from tendon_hardware.control.policy_runner import Policy, load_policy
+from tendon_hardware.logs.mcap_file import McapFile
 from tendon_hardware.servos.base import ServoState
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_card import PolicyCard
@@ -193,11 +194,13 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_what_cannot_be_compared_is_one_line(learned, tmp_path, capsys) -> None:
-    """No policy, no place, and stairs without a length."""
+    """No policy, no place, stairs without a length; a log of no policy, before any simulation."""
     file, out = str(learned.exported.onnx), ["--out", str(tmp_path)]
+    McapFile(tmp_path / "log.mcap", {}).finish({})
     for words, said in (
         ([], "name the files of one or more policies"),
         ([file, "--force"], "nothing to compare"),
         ([file, "--dwell", "0"], "dwell must be 0.1 to 1000 s; it is 0.0"),
+        ([file, "--force", "no.toml", "--logs", str(tmp_path / "log.mcap")], "this file has none"),
     ):
         assert said in refusal(["evaluate-policy", *words, *out], capsys)
