@@ -16,6 +16,8 @@ SHARES_OF_RANGE = (0.1, 0.4)
 """How far a survey moves a scale, as a share of the logarithm of its greatest value [1]."""
 SHARES_OF_PEAK = (1.0, 0.85, 0.65)
 """Limits that a survey looks at, as shares of the greatest value that was measured [1]."""
+SHARES_OF_TENSION = (1.3, 1.15, *SHARES_OF_PEAK)
+"""Such limits of a motor's force [1]: it moves the gear's friction beside what a tendon shows."""
 SHAPES = (0.3, 1.0, 3.0)
 """Times and speeds that shape an effect, as multiples of what is typical [1]."""
 PLACES = (0.15, 0.35, 0.55, 0.75)
@@ -117,12 +119,12 @@ def sizes(study: Study, column: int) -> list[float]:
 def limits(study: Study, parameter: Parameter) -> list[float]:
     """Return values of a number that is infinite when absent."""
     if parameter.unit == "rad/s":
-        peak = greatest(study, "motor_velocity")
+        peak, shares = greatest(study, "motor_velocity"), SHARES_OF_PEAK
     elif parameter.unit in ("N", "N m"):
-        peak = greatest(study, "force")
+        peak, shares = greatest(study, "force"), SHARES_OF_TENSION
     else:
         return [parameter.nominal * f for f in (3.0, 1.0, 0.4)]
-    return [share * (peak or parameter.nominal) for share in SHARES_OF_PEAK]
+    return [share * (peak or parameter.nominal) for share in shares]
 
 
 def greatest(study: Study, signal: str) -> float:

@@ -62,7 +62,7 @@ def start_of(pool: Pool, view: Survey, trial: Trial) -> Start:
         for c, value in view.columns[i].values.items():
             parameter, own = worlds.study.parameter(c), worlds.coordinate(c)
             shapes = len(view.columns[i].values) > 1 and is_shape(parameter)
-            if not shapes and parameter.name != "position":
+            if not shapes and not parameter.optional and parameter.name != "position":
                 u = float(np.clip(trial.coefficients[i] * own.place(value), own.lower, own.upper))
                 value = own.value(u)
             values[c] = value

@@ -480,17 +480,31 @@ def test_what_is_easily_confused_is_tried(worlds: SearchWorlds) -> None:
 
 def test_a_limit_starts_wherever_the_survey_looked() -> None:
     """Half of the greatest force is far from the linear answer to one that hardly limits."""
-    names = ("force_saturation", "viscous_friction")
+    names = ("force_saturation", "coulomb_friction")
     pool = pool_of(SearchWorlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
     view = survey(pool.worlds, started(pool), names, pool.floors, coarse=True)
-    trials = Chooser(view, PRICE, 7).singles(5)
-    starts = new_starts(pool, view, trials)
-    limit, _ = pool.worlds.study.table.columns("force_saturation")
+    starts = new_starts(pool, view, Chooser(view, PRICE, 7).singles(5))
+    limit, knee = pool.worlds.study.table.columns("force_saturation")
     looked = {c.values[limit] for c in view.columns if limit in c.values}
-    found = {values[limit] for n, values in starts if n == ("force_saturation",)}
-    assert len(looked) == 3
-    assert looked <= found
-    assert sum(n == ("viscous_friction",) for n, _ in starts) == 1
+    begun = [values for n, values in starts if n == ("force_saturation",)]
+    assert len(looked) == 5
+    assert looked <= {values[limit] for values in begun}
+    assert {values[knee] for values in begun} == {pool.worlds.study.parameter(knee).nominal}
+    assert sum(n == ("coulomb_friction",) for n, _ in starts) == 1
+
+
+def test_a_motors_force_is_limited_beyond_what_the_tendon_shows() -> None:
+    """A motor that gives 18.9 N shows 17.3 N behind a friction of 1.5 N: its limit is found."""
+    planted = {"coulomb_friction": {"force": 1.5}, "force_saturation": {"limit": 18.9}}
+    names = ("force_saturation", "coulomb_friction")
+    study = Study([log(2, **planted)], ideal_model(), names, time_step=STEP)
+    pool = pool_of(SearchWorlds(study))
+    fit = started(pool, coulomb_friction=1.5)
+    view = survey(pool.worlds, fit, names, pool.floors, coarse=True)
+    starts = new_starts(pool, view, Chooser(view, PRICE, 7).singles(5))
+    best = strategy.follow(pool, view, starts, coarse=1)[0]
+    found = values_of(pool.worlds, best.columns, best.place)
+    assert found[study.table.columns("force_saturation")[0]] == pytest.approx(18.9, rel=0.01)
 
 
 def test_no_set_holds_a_law_and_its_special_case(worlds: SearchWorlds) -> None:
