@@ -14,7 +14,7 @@ from tendon_newton.diagnosis.search.floors import (
     is_dry,
 )
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise, values_of
-from tendon_newton.diagnosis.search.rule import NATS, SEARCHED
+from tendon_newton.diagnosis.search.rule import CHANGED, NATS, SEARCHED
 from tendon_newton.diagnosis.search.search_worlds import QUIET, Floors, SearchWorlds
 from tendon_newton.diagnosis.search.unseen_parts import unseen_terms
 from tendon_newton.effects import are_related, law_of
@@ -125,7 +125,7 @@ class Pool:
 
         All rows count by their weight, those of a jump too: a cause may act at times only.
         """
-        form = form_of(self.worlds, less.names)
+        form = form_of(self.worlds, less.names, CHANGED)
         return self._largest(self._rise(less.residual**2, fit.residual**2, self.floors), form)
 
     def mean_excess(self, fit: Fit, floors: Floors, share: float) -> float:

@@ -20,8 +20,10 @@ SEARCHED = 1.0 / 3.0
 """Share of what laws usually miss below which a search tells sets no more apart [1]."""
 FORM_THETA, FORM_FORCE = 3.0e-3, 0.1
 """Angle [rad] and force [N] by which a law of dry friction misses real friction on a nominal bench:
-bristles of 5 to 40 um give way before anything slides, and it sticks elsewhere. A cause that
-changes what is simulated by less gets no name either, but where its model leaves less."""
+bristles of 5 to 40 um give way before anything slides, and it sticks elsewhere."""
+CHANGED = SEARCHED / 2.0
+"""Share of that by which a cause must change what is simulated, at least [1]: what changes less may
+be a law's own error, though all rows together make it likely."""
 LADDER = 3.0
 """How much more a law misses than the next plainer one [1]: one that jumps from rest (its breakaway
 force is above the sliding one), one that sticks, one that does neither."""

@@ -100,13 +100,29 @@ def go_on_all_rows(
     is_more = whole.worlds.where.block_count > pool.worlds.where.block_count
     if not is_more or pool.is_late:
         return False
+    likely = (pool.fits[frozenset()], fit, *nearly_worth(pool, fit, whole.price_share))
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place))
-              for f in {f.names: f for f in (pool.fits[frozenset()], fit)}.values()]  # fmt: skip
+              for f in {f.names: f for f in likely}.values()]  # fmt: skip
     whole.floors = floors_of(whole.worlds, fit.names)
     found = start_fits(whole.worlds, starts, whole.floors, near=True)
     whole.add(refit(whole.worlds, found, whole.floors, iterations=4, coarse=0))
     best = grow(whole, names, progress, anywhere=True)
     return frozenset(best.names) != frozenset(fit.names)
+
+
+def nearly_worth(pool: Pool, fit: Fit, share: float) -> list[Fit]:
+    """Return the best sets of one cause more that bring a share of its price.
+
+    More rows may tell more of it: where it acts, and from what else it differs.
+    """
+    near = []
+    for other in pool.fits.values():
+        more = frozenset(other.names) - frozenset(fit.names)
+        if len(more) == 1 and len(other.names) > len(fit.names):
+            (name,) = more
+            if pool.gain(other, fit) >= share * pool.bar(name):
+                near.append(other)
+    return sorted(near, key=pool.cost)[:RIVALS]
 
 
 def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
