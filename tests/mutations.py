@@ -153,6 +153,8 @@ MUTATIONS: tuple[Mutation, ...] = (
         "CHANGED = SEARCHED / 2.0", "CHANGED = SEARCHED / 4.0", f"{SETS} below_the_error"),
     Mutation("a-change-is-a-whole-error-of-form", "tendon_newton/diagnosis/search/rule.py",
         "CHANGED = SEARCHED / 2.0", "CHANGED = SEARCHED", f"{SETS} below_the_error"),
+    Mutation("all-rows-see-any-that-is-near", "tendon_newton/diagnosis/search/strategy.py",
+        "sorted(near, key=pool.cost)[:RIVALS]", "near[:RIVALS]", f"{SETS} the_best_of_what"),
     Mutation("a-limit-beyond-its-range", "tendon_newton/diagnosis/search/coordinates.py",
         "parameter.nominal / high", "0.0", f"{SETS} beyond_its_range"),
     Mutation("a-limit-at-its-end-is-a-number", "tendon_newton/diagnosis/posterior.py",

@@ -17,7 +17,8 @@ SHARES_OF_RANGE = (0.1, 0.4)
 SHARES_OF_PEAK = (1.0, 0.85, 0.65)
 """Limits that a survey looks at, as shares of the greatest value that was measured [1]."""
 SHARES_OF_TENSION = (1.3, 1.15, *SHARES_OF_PEAK)
-"""Such limits of a motor's force [1]: it moves the gear's friction beside what a tendon shows."""
+"""Such limits of a motor's force [1]: it moves the gear's friction beside what a tendon shows, and
+gears of hobby servos take 10 to 40 % of it (`load_dependent_friction`)."""
 SHAPES = (0.3, 1.0, 3.0)
 """Times and speeds that shape an effect, as multiples of what is typical [1]."""
 PLACES = (0.15, 0.35, 0.55, 0.75)

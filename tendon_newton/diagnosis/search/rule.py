@@ -23,7 +23,8 @@ FORM_THETA, FORM_FORCE = 3.0e-3, 0.1
 bristles of 5 to 40 um give way before anything slides, and it sticks elsewhere."""
 CHANGED = SEARCHED / 2.0
 """Share of that by which a cause must change what is simulated, at least [1]: what changes less may
-be a law's own error, though all rows together make it likely."""
+be a law's own error, though all rows together make it likely. A damping that nobody planted changed
+0.26 of `SEARCHED`, planted tilts 0.64 to 0.96."""
 LADDER = 3.0
 """How much more a law misses than the next plainer one [1]: one that jumps from rest (its breakaway
 force is above the sliding one), one that sticks, one that does neither."""

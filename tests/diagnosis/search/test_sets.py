@@ -494,6 +494,20 @@ def test_all_rows_are_asked_of_a_cause_that_was_nearly_worth_its_price(worlds) -
         assert (both in whole.fits) is is_asked
 
 
+def test_the_best_of_what_was_nearly_worth_its_price_are_asked(worlds, monkeypatch) -> None:
+    """One cause that lacks a third of a price goes before one that lacks two thirds."""
+    pool = pool_of(worlds)
+    fit = started(pool, viscous_friction=1.2)
+    lacking = {"coulomb_friction": 2.0 / 3.0, "stribeck_friction": 1.0 / 3.0}
+    for name, prices in lacking.items():
+        wider = started(pool, viscous_friction=1.2, **{name: 0.6})
+        score = fit.score - pool.bar(name) + prices * pool.price
+        pool.fits[frozenset(wider.names)] = replace(wider, score=score)
+    monkeypatch.setattr(strategy, "RIVALS", 1)
+    (best,) = strategy.nearly_worth(pool, fit, 0.3)
+    assert best.names == ("viscous_friction", "stribeck_friction")
+
+
 def test_a_limit_starts_wherever_the_survey_looked() -> None:
     """Half of the greatest force is far from the linear answer to one that hardly limits."""
     names = ("force_saturation", "coulomb_friction")
