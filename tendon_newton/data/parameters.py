@@ -43,6 +43,12 @@ TIME_POWERS: dict[str, int] = {
     "N m s/rad": 1, "s/m": 1, "s/rad": 1, "kg m2": 2,
 }  # fmt: skip
 """Unit -> power of time, where there is one and forces are measured: an inertia is in N m s2."""
+FORCE_POWERS: dict[str, int] = {
+    name: powers[0]
+    for unit, powers in DIMENSIONS.items()
+    for name in (unit, ON_A_SHAFT.get(unit, unit))
+}
+"""Unit -> power of force, at a string and on a shaft."""
 SMALLEST, GREATEST = 1.0e-4, 1.0e4
 """Factors on a range within which a machine of any size may have a number."""
 LED = 10.0
@@ -96,7 +102,9 @@ class Parameter:
     optional: bool = False  # Whether a model may leave it out, and so at its null
     # Effect without which it does nothing; it acts only where a spool moves on its own
     needs: str = ""
-    of: str = ""  # Unit of what a scale multiplies, where that has a time in it
+    # Unit in which it grows with forces and times, where its own does not say it: that of what a
+    # scale multiplies; none of a reading's newtons
+    of: str = ""
     # Standard deviation by which a sound bench differs from what drawing, data sheet or
     # calibration state: a share of what is stated where that cannot be zero, else [unit].
     # Zero where nothing states it.
@@ -124,6 +132,11 @@ class Parameter:
     def time_power(self) -> int:
         """Power of time that it has where forces are measured."""
         return TIME_POWERS.get(self.of or self.unit, 0)
+
+    @property
+    def force_power(self) -> int:
+        """Power by which it grows where all forces grow, and motions and readings do not."""
+        return FORCE_POWERS.get(self.of or self.unit, 0)
 
     @property
     def widest(self) -> tuple[float, float]:

@@ -18,7 +18,7 @@ class CurrentSensorGain(Effect):
     side = "sensor"
     confused = ("load_cell_gain",)
     parameters = (
-        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.5, upper=2.0).since(
+        Parameter("scale", "1", of="1/N", null=1.0, nominal=1.0, lower=0.5, upper=2.0).since(
             "beyond, a register's unit is another"
         ),
     )

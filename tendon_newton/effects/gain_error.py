@@ -19,7 +19,7 @@ class GainError(Effect):
     side = "actuator"
     confused = ("joint_stiffness_error", "load_cell_gain")
     parameters = (
-        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.2, upper=3.0).since(
+        Parameter("scale", "1", of="N/rad", null=1.0, nominal=1.0, lower=0.2, upper=3.0).since(
             "unit-to-unit spread of hobby servos is within a factor of three"
         ),
     )

@@ -18,7 +18,7 @@ class LoadCellBias(Effect):
     confused = ("position_offset", "deadband")
     parameters = (
         Parameter(
-            "offset", "N", null=0.0, nominal=0.0, lower=-10.0, upper=10.0, tolerance=0.05
+            "offset", "N", of="1", null=0.0, nominal=0.0, lower=-10.0, upper=10.0, tolerance=0.05
         ).since("half of what the servo gives"),
     )
 

@@ -17,7 +17,7 @@ class LoadCellDrift(Effect):
     side = "sensor"
     confused = ("gain_drift", "load_cell_bias")
     parameters = (
-        Parameter("rate", "N/s", null=0.0, nominal=0.0, lower=-1.0, upper=1.0).since(
+        Parameter("rate", "N/s", of="1/s", null=0.0, nominal=0.0, lower=-1.0, upper=1.0).since(
             "a cell that runs away by a newton per second is broken"
         ),
     )

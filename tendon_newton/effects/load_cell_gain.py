@@ -17,9 +17,9 @@ class LoadCellGain(Effect):
     side = "sensor"
     confused = ("gain_error",)
     parameters = (
-        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.3, upper=3.0, tolerance=0.015).since(
-            "beyond, a calibration is of another cell"
-        ),
+        Parameter(
+            "scale", "1", of="1/N", null=1.0, nominal=1.0, lower=0.3, upper=3.0, tolerance=0.015
+        ).since("beyond, a calibration is of another cell"),
     )
 
     @staticmethod

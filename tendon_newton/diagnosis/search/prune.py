@@ -9,7 +9,7 @@ from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, start_fits, without
-from tendon_newton.diagnosis.search.starts import new_starts, related_starts
+from tendon_newton.diagnosis.search.starts import new_starts, related_starts, similar_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.effects import special_cases
@@ -130,7 +130,10 @@ def look_ahead(pool: Pool, fit: Fit, less: Sequence[Fit]) -> list[tuple[Fit, flo
 
 
 def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
-    """Refit sets in which another cause stands in the place of each."""
+    """Refit sets in which another cause stands in the place of each.
+
+    With other forces a set may not need all causes any more, so it is pruned if it is near.
+    """
     view = survey(pool.worlds, fit, names, pool.floors)
     chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
@@ -139,6 +142,9 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
         *new_starts(pool, view, exchanges(chooser, RIVALS)),
     ]
     follow(pool, view, starts, coarse=0)
+    for similar in follow(pool, view, similar_starts(pool, fit, names), coarse=0)[:1]:
+        if pool.cost(similar) < pool.cost(pool.best()) + KEPT * pool.price:
+            prune(pool, similar)
 
 
 def simplest(pool: Pool, fit: Fit) -> Fit:

@@ -4,6 +4,8 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.search.choice import Trial
 from tendon_newton.diagnosis.search.coordinates import atoms, inside, is_shape, limits
 from tendon_newton.diagnosis.search.pool import Pool
@@ -12,6 +14,8 @@ from tendon_newton.diagnosis.search.survey import Survey
 from tendon_newton.effects import are_confused, are_one_law, are_related, special_cases
 
 SHARES = (1.0, 2.0, 0.5)  # Multiples of a cause's number at which a relative starts [1]
+CLOSE = 0.5
+"""How far a scale is from right, as a share of what it was, where it is right with others [1]."""
 Start = tuple[tuple[str, ...], dict[int, float]]
 """Causes and the values to start from, column -> value."""
 
@@ -124,6 +128,44 @@ def starts_of_relative(pool: Pool, fit: Fit, name: str, relative: str) -> list[S
         for share in SHARES if same else SHARES[:1]:
             alike = {c: inside(p, share * by_kind[p.unit, p.null]) for c, p in same.items()}
             out.append((names, {**rest, **atom, **loose, **alike}))
+    return out
+
+
+def similar_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
+    """Return starts of sets with other forces, whose motions and readings are nearly the same.
+
+    A stronger servo moves stiffer springs as far, and a load cell that reads less reads the same:
+    weights and inertias alone tell them apart. Each scale of a force that a set has becomes right,
+    and what must grow with it does: what acts on slow motions, or dampings too, or inertias too.
+
+    Args:
+        pool: Has the sets that were fitted.
+        fit: The set.
+        allowed: Effects that may be named.
+    """
+    study, place = pool.worlds.study, values_of(pool.worlds, fit.columns, fit.place)
+    scales, values = dict[str, tuple[int, Parameter]](), dict(place)
+    for name in allowed:
+        (column, *others) = study.table.columns(name)
+        scale, value = study.parameter(column), place.get(column, study.base_value(column))
+        is_scale = not others and (scale.unit, scale.null) == ("1", 1.0) and value > 0.0
+        if is_scale and scale.force_power and servo_of(name) is None:
+            scales[name], values[column] = (column, scale), value
+    out = list[Start]()
+    for column, scale in (scales[name] for name in fit.names if name in scales):
+        force = values[column] ** (-1.0 / scale.force_power)
+        numbers = {c: study.parameter(c) for c in values}
+        grown = {c: inside(p, values[c] * force**p.force_power) for c, p in numbers.items()}
+        close = [n for n, (c, _) in scales.items()
+                 if abs(np.log(grown[c])) <= CLOSE * abs(np.log(values[c]))]  # fmt: skip
+        kept = [n for n in fit.names if n not in close]
+        new = [n for n in scales if n not in fit.names and not any(are_related(n, k) for k in kept)]
+        for most in sorted({scales[n][1].time_power for n in new}):
+            names = (*kept, *(n for n in new if scales[n][1].time_power <= most))
+            gone = {c for n in fit.names if n not in names for c in study.table.columns(n)}
+            gone |= {c for n, (c, _) in scales.items() if n not in names and c not in place}
+            if frozenset(names) not in pool.fits:
+                out.append((names, {c: v for c, v in grown.items() if c not in gone}))
     return out
 
 

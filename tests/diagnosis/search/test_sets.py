@@ -81,7 +81,7 @@ from tendon_newton.diagnosis.search.search_worlds import (
     SearchWorlds,
     rests,
 )
-from tendon_newton.diagnosis.search.starts import new_starts, related_starts
+from tendon_newton.diagnosis.search.starts import new_starts, related_starts, similar_starts
 from tendon_newton.diagnosis.search.strategy import singles_from_stated
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.diagnosis.search.unseen_parts import folds, unseen_terms, untold
@@ -506,6 +506,28 @@ def test_the_best_of_what_was_nearly_worth_its_price_are_asked(worlds, monkeypat
     monkeypatch.setattr(strategy, "RIVALS", 1)
     (best,) = strategy.nearly_worth(pool, fit, 0.3)
     assert best.names == ("viscous_friction", "stribeck_friction")
+
+
+def test_what_moves_and_reads_alike_with_other_forces_is_tried() -> None:
+    """Softer springs and dampers do what a stronger servo does, but for weight and inertia.
+
+    The cell reads as much less as the servo is stronger. No exchange of one cause leads there.
+    """
+    planted = {"gain_error": {"scale": 1.25}, "load_cell_gain": {"scale": 0.8}}
+    names = (*planted, "joint_stiffness_error", "joint_damping_error")
+    study = Study([log(n, **planted) for n in range(2)], ideal_model(), names, time_step=STEP)
+    pool = pool_of(SearchWorlds(study))
+    fit = started(pool, joint_stiffness_error=0.8, joint_damping_error=0.82)
+    starts = similar_starts(pool, fit, names)
+    assert {frozenset(n) for n, _ in starts} == {frozenset(planted)}
+    for _, values in starts:
+        assert sorted(values.values()) == pytest.approx([0.8, 1.25], rel=0.03)
+    pool.add([fit])
+    assert frozenset(settle(pool, fit, names).names) == frozenset(planted)
+    pool.fits.clear()
+    back = similar_starts(pool, started(pool, gain_error=1.25), names)
+    both = {"joint_stiffness_error", "load_cell_gain"}
+    assert [frozenset(n) for n, _ in back] == [both, both | {"joint_damping_error"}]
 
 
 def test_a_limit_starts_wherever_the_survey_looked() -> None:
