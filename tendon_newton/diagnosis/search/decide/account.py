@@ -8,7 +8,7 @@ from tendon_newton.diagnosis.findings import Found
 from tendon_newton.diagnosis.result import CandidateScore, Criterion
 from tendon_newton.diagnosis.search.coordinates import inside
 from tendon_newton.diagnosis.search.decide.decision import Decided, at_bound
-from tendon_newton.diagnosis.search.decide.fitted_sets import holds_null
+from tendon_newton.diagnosis.search.decide.fitted_sets import holds_null, is_within
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
 from tendon_newton.diagnosis.search.rule import SURE
@@ -68,14 +68,6 @@ def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: 
         Criterion(name=REMAINS, value=loss, bar=least, passed=loss >= least),
         Criterion(name=OPEN, value=float(is_open), bar=0.0, passed=not is_open),
     )
-
-
-def is_within(decisive: Pool, found: Found, name: str) -> bool:
-    """Tell whether the interval of a stated number reaches what is stated, a tolerance off."""
-    worlds, (column,) = decisive.worlds, decisive.worlds.study.table.columns(name)
-    stated, spread = worlds.stated_at(column)
-    ends = [worlds.coordinate(column).place(value) for value in found.intervals[column]]
-    return min(ends) <= stated + spread and max(ends) >= stated - spread
 
 
 def refusal_of(pool: Pool, decisive: Pool, decided: Decided, name: str) -> tuple[Criterion, ...]:

@@ -185,6 +185,14 @@ def holds_null(study: Study, found: Found, name: str) -> bool:
     return alone and (len(own) == 1 or none_together(found, [(c, p.null) for p, c in own]))
 
 
+def is_within(decisive: Pool, found: Found, name: str) -> bool:
+    """Tell whether the interval of a stated number reaches what is stated, a tolerance off."""
+    worlds, (column,) = decisive.worlds, decisive.worlds.study.table.columns(name)
+    stated, spread = worlds.stated_at(column)
+    ends = [worlds.coordinate(column).place(value) for value in found.intervals[column]]
+    return min(ends) <= stated + spread and max(ends) >= stated - spread
+
+
 def none_together(found: Found, nulls: Sequence[tuple[int, float]]) -> bool:
     """Tell whether values of several numbers, by column, lie in their common 95 % region.
 

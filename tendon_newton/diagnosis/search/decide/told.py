@@ -15,7 +15,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     special_case_or_without,
     with_worths,
 )
-from tendon_newton.diagnosis.search.decide.fitted_sets import found_of, holds_null
+from tendon_newton.diagnosis.search.decide.fitted_sets import found_of, holds_null, is_within
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import FOLLOWED, is_sharper, leave_out
 from tendon_newton.diagnosis.search.refit import (
@@ -153,7 +153,8 @@ def sure_of(decisive: Pool, fit: Fit) -> set[str]:
 def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
     """Return an answer with the stated numbers among its causes that are out of their tolerances.
 
-    They are in its model, whatever they are called.
+    They are in its model, whatever they are called. A number of which nothing is known once it is
+    free stays within its tolerance: what is known of all others would be lost with it.
 
     Args:
         decisive: Has the fits of all rows.
@@ -164,11 +165,16 @@ def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided
     owners = [worlds.study.table.owners[c][0] for c in fit.columns]
     off = dict(zip(owners, np.abs(offsets(worlds, fit)).tolist(), strict=True))
     told = {name: z for name, z in off.items() if name in names and z > WITHIN - EDGE}
+    values, found = values_of(worlds, fit.columns, fit.place), fit
+    while told:
+        begun = start_fits(worlds, [((*fit.names, *told), values)], decisive.floors, near=True)
+        (found,) = refit(worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0)
+        shown, before = found_of(decisive, found), told
+        told = {n: z for n, z in before.items() if not is_within(decisive, shown, n)}
+        if len(told) == len(before):
+            break
     if not told:
         return decided
-    values = values_of(worlds, fit.columns, fit.place)
-    begun = start_fits(worlds, [((*fit.names, *told), values)], decisive.floors, near=True)
-    (found,) = refit(worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0)
     decisive.fits[frozenset(found.names)] = found
     found = within_ranges(decisive, found)
     free = [worlds.study.table.columns(name)[0] for name in told]
