@@ -50,7 +50,7 @@ from tendon_newton.diagnosis.richer_actuator import (
 from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.account import OPEN
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
-from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP
+from tendon_newton.diagnosis.search.search_worlds import SEARCH_STEP, WITHIN
 from tendon_newton.diagnosis.time_left import (
     Progress,
     expectation,
@@ -69,11 +69,12 @@ from tendon_newton.identification.testable import (
     too_little,
     untested_sides,
 )
-from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
+from tendon_newton.simulation.model.bench_numbers import OWNER
 
 WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table
 alone. Of causes that take less away from held-out recordings, or add less, these tell nothing."""
+FAR = 0.999 * WITHIN  # Tolerances from which a stated number is off as far as it may be [1]
 SEED = 0  # Seed of the bootstrap: the same data give the same diagnosis
 
 NO_SMALLER = (
@@ -476,21 +477,36 @@ def undoubted_columns(study: Study, effects: Sequence[str]) -> tuple[int, ...]:
 
 
 def as_built(study: Study, found: Found) -> tuple[str, ...]:
-    """Say which numbers of benches surely differ from what was stated, and which by too much."""
-    told, far = [], []
-    for column in study.tolerated_columns:
-        drawn, (low, high) = study.base_value(column), found.intervals[column]
-        if not low <= drawn <= high:
-            name, change = study.parameter(column).name, found.values[column] / drawn - 1.0
-            told.append(f"{name} {100.0 * change:+.1f} %")
-            far += [name] if abs(change) > TOLERANCE else []
+    """Say which stated numbers are surely not what was stated, and which are off as far as may be.
+
+    A number that ended there may hide a cause: of it alone too little is known for a name.
+    """
+    told, far = list[str](), list[str]()
+    benches = study.tolerated_columns
+    for column in (*benches, *undoubted_columns(study, found.effects)):
+        if column not in found.values:
+            continue
+        number, stated, value = (
+            study.parameter(column),
+            study.base_value(column),
+            found.values[column],
+        )
+        change = value / stated - 1.0 if stated else value
+        off = np.log1p(change) / np.log1p(number.tolerance) if stated else change / number.tolerance
+        low, high = found.intervals[column]
+        if low <= stated <= high and abs(off) < FAR:
+            continue
+        name = number.name if column in benches else study.table.owners[column][0]
+        told.append(f"{name} {100.0 * change:+.1f} %" if stated
+                    else f"{name} {change:+.3g} {number.unit}")  # fmt: skip
+        far += [name] if abs(off) >= FAR else []
     if not told:
         return ()
     text = (
-        f"A bench may differ from its drawing by {100.0 * TOLERANCE:.0f} %, and no cause is named "
-        f"for that. Fitted: {', '.join(told)}. The model's bench_overrides have all such numbers."
+        "A bench may differ a little from its drawing, data sheet and calibration, and no cause is "
+        f"named for that. Fitted: {', '.join(told)}. The model has all such numbers."
     )
-    return (f"{text} Measure {', '.join(far)}: no drawing is so far off." if far else text,)
+    return (f"{text} Measure {', '.join(far)}: nothing stated is so far off." if far else text,)
 
 
 def of_each_bench(study: Study, found: Found) -> tuple[str, ...]:

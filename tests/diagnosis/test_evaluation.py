@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tendon_newton.diagnosis import diagnose as diagnosing
 from tendon_newton.diagnosis import evaluation
 from tendon_newton.diagnosis.diagnose import as_built, rivals
 from tendon_newton.diagnosis.evaluation import (
@@ -87,15 +88,28 @@ def test_an_answer_beside_nothing_is_no_comparison() -> None:
     assert rivals(findings, ("viscous_friction",), after, ()) == ()
 
 
-def test_a_bench_that_is_too_far_off_its_drawing_is_to_be_measured() -> None:
-    """4 % is what a ruler leaves, 8 % is not, and 1 % that may be none is not told."""
+def test_what_is_too_far_off_what_is_stated_is_to_be_measured(monkeypatch) -> None:
+    """4 % is what a ruler leaves, 8 % is not, and 1 % that may be none is not told.
+
+    A load cell that is no cause is told as well: what it reads is nobody's secret.
+    """
+    numbers = {"mass": 0.025, "length": 0.025, "arm": 0.025, "scale": 0.015, "offset": 0.05}
     study: Any = SimpleNamespace(
         tolerated_columns=(0, 1, 2),
-        base_value=lambda _: 1.0,
-        parameter=lambda c: SimpleNamespace(name=("mass", "length", "arm")[c]),
+        base_value=lambda c: float(c < 4),
+        parameter=lambda c: SimpleNamespace(
+            name=list(numbers)[c], tolerance=list(numbers.values())[c], unit="N"
+        ),
+        table=SimpleNamespace(
+            owners=[("bench", None)] * 3 + [("load_cell_gain", None), ("load_cell_bias", None)]
+        ),
     )
-    ends = ((1.02, 1.06), (1.05, 1.11), (0.99, 1.03))
-    found: Any = SimpleNamespace(values=(1.04, 1.08, 1.01), intervals=ends)
+    monkeypatch.setattr(diagnosing, "stated_columns", lambda _: (3, 4))
+    ends = ((1.02, 1.06), (1.05, 1.11), (0.99, 1.03), (0.96, 1.01), (0.02, 0.06))
+    values = dict(enumerate((1.04, 1.08, 1.01, 0.9706, 0.04)))
+    found: Any = SimpleNamespace(values=values, intervals=ends, effects=())
     (text,) = as_built(study, found)
-    assert "mass +4.0 %, length +8.0 %." in text
-    assert text.endswith("Measure length: no drawing is so far off.")
+    assert "mass +4.0 %, length +8.0 %, load_cell_gain -2.9 %, load_cell_bias +0.04 N." in text
+    assert text.endswith("Measure length, load_cell_gain: nothing stated is so far off.")
+    found.effects = ("load_cell_gain",)
+    assert "load_cell_gain" not in as_built(study, found)[0]
