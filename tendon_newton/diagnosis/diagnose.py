@@ -484,14 +484,10 @@ def as_built(study: Study, found: Found) -> tuple[str, ...]:
     told, far = list[str](), list[str]()
     benches = study.tolerated_columns
     for column in (*benches, *undoubted_columns(study, found.effects)):
-        if column not in found.values:
+        number, stated = study.parameter(column), study.base_value(column)
+        if column not in found.values or not number.tolerance:
             continue
-        number, stated, value = (
-            study.parameter(column),
-            study.base_value(column),
-            found.values[column],
-        )
-        change = value / stated - 1.0 if stated else value
+        change = found.values[column] / stated - 1.0 if stated else found.values[column]
         off = np.log1p(change) / np.log1p(number.tolerance) if stated else change / number.tolerance
         low, high = found.intervals[column]
         if low <= stated <= high and abs(off) < FAR:
