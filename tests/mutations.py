@@ -157,6 +157,8 @@ MUTATIONS: tuple[Mutation, ...] = (
         "sorted(near, key=pool.cost)[:RIVALS]", "near[:RIVALS]", f"{SETS} the_best_of_what"),
     Mutation("no-set-with-other-forces", "tendon_newton/diagnosis/search/prune.py",
         "similar_starts(pool, fit, names)", "[]", f"{SETS} moves_and_reads"),
+    Mutation("no-answer-with-other-forces", "tendon_newton/diagnosis/search/decide/told.py",
+        "(decided.fit, *found)", "(decided.fit,)", f"{SETS} moves_and_reads"),
     Mutation("every-scale-grows-at-once", "tendon_newton/diagnosis/search/starts.py",
         "if scales[n][1].time_power <= most", "if True", f"{SETS} moves_and_reads"),
     Mutation("what-is-nearly-right-stays", "tendon_newton/diagnosis/search/starts.py",

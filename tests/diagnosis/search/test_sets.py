@@ -59,6 +59,7 @@ from tendon_newton.diagnosis.search.decide.told import (
     gains_of,
     taking_over,
     with_deserved,
+    with_other_forces,
     with_told,
     within_ranges,
 )
@@ -515,7 +516,7 @@ def test_what_moves_and_reads_alike_with_other_forces_is_tried() -> None:
     """
     planted = {"gain_error": {"scale": 1.25}, "load_cell_gain": {"scale": 0.8}}
     names = (*planted, "joint_stiffness_error", "joint_damping_error")
-    study = Study([log(n, **planted) for n in range(2)], ideal_model(), names, time_step=STEP)
+    study = Study([log(n, **planted) for n in range(3)], ideal_model(), names, time_step=STEP)
     pool = pool_of(SearchWorlds(study))
     fit = started(pool, joint_stiffness_error=0.8, joint_damping_error=0.82)
     starts = similar_starts(pool, fit, names)
@@ -524,6 +525,11 @@ def test_what_moves_and_reads_alike_with_other_forces_is_tried() -> None:
         assert sorted(values.values()) == pytest.approx([0.8, 1.25], rel=0.03)
     pool.add([fit])
     assert frozenset(settle(pool, fit, names).names) == frozenset(planted)
+    pool.fits.clear()
+    decided = Decided(fit=fit, held_out=dict.fromkeys(fit.names, 1.0))
+    assert frozenset(with_other_forces(pool, decided, names).fit.names) == frozenset(planted)
+    decided = replace(decided, fit=pool.best())
+    assert with_other_forces(pool, decided, names) is decided
     pool.fits.clear()
     back = similar_starts(pool, started(pool, gain_error=1.25), names)
     both = {"joint_stiffness_error", "load_cell_gain"}

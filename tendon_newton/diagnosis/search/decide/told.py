@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
 )
 from tendon_newton.diagnosis.search.decide.fitted_sets import found_of, holds_null, is_within
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import FOLLOWED, is_sharper, leave_out
+from tendon_newton.diagnosis.search.prune import FOLLOWED, is_sharper, leave_out, prune
 from tendon_newton.diagnosis.search.refit import (
     Fit,
     offsets,
@@ -28,7 +28,7 @@ from tendon_newton.diagnosis.search.refit import (
 )
 from tendon_newton.diagnosis.search.rule import SURE
 from tendon_newton.diagnosis.search.search_worlds import WITHIN
-from tendon_newton.diagnosis.search.starts import Start
+from tendon_newton.diagnosis.search.starts import Start, similar_starts
 from tendon_newton.effects import are_one_friction, special_cases
 
 EDGE = 1.0e-6  # Share of a tolerance at which a number counts as at the end of its range [1]
@@ -42,7 +42,7 @@ def as_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
         decided: The answer.
         names: Effects that may be named.
     """
-    for change in (with_one_law_each, with_deserved, with_told):
+    for change in (with_one_law_each, with_deserved, with_told, with_other_forces):
         decided = change(decisive, decided, names)
     return decided
 
@@ -184,3 +184,26 @@ def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided
     stated = {c: worlds.stated_at(c) for c in free}
     sizes = (abs(places[c] - stated[c][0]) / stated[c][1] for c in free)
     return replace(out, told=dict(zip(told, sizes, strict=True)))
+
+
+def with_other_forces(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided:
+    """Return the answer in which all forces are others, where one costs less: see `similar_starts`.
+
+    What a stated number hid is a scale of forces like any other once it is told.
+
+    Args:
+        decisive: Has the fits of all rows.
+        decided: The answer.
+        names: Effects that may be named.
+    """
+    worlds, floors = decisive.worlds, decisive.floors
+    begun = start_fits(worlds, similar_starts(decisive, decided.fit, names), floors, near=True)
+    found = refit(worlds, begun, floors, iterations=FOLLOWED, coarse=0)
+    decisive.add(found)
+    best = min((decided.fit, *found), key=decisive.cost)
+    if best is decided.fit:
+        return decided
+    best = within_ranges(decisive, prune(decisive, best))
+    gains = gains_of(decisive, best, decided.held_out)
+    other = with_worths(replace(decided, fit=best, told={}), decisive, gains, names)
+    return with_told(decisive, other, names)
