@@ -103,7 +103,7 @@ class Parameter:
     # Effect without which it does nothing; it acts only where a spool moves on its own
     needs: str = ""
     # Unit in which it grows with forces and times, where its own does not say it: that of what a
-    # scale multiplies; none of a reading's newtons
+    # scale multiplies, newtons of a share of a motor's force, none of a reading
     of: str = ""
     # Standard deviation by which a sound bench differs from what drawing, data sheet or
     # calibration state: a share of what is stated where that cannot be zero, else [unit].

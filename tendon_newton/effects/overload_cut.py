@@ -27,10 +27,10 @@ class OverloadCut(Effect):
     switches = ("duty", "time")
     counts_to = 2
     parameters = (
-        Parameter("duty", "1", null=1.0, nominal=0.8, lower=0.05, upper=1.0).since(
+        Parameter("duty", "1", of="N", null=1.0, nominal=0.8, lower=0.05, upper=1.0).since(
             "80 of 100 from the factory"
         ),
-        Parameter("fraction", "1", null=1.0, nominal=0.2, lower=0.0, upper=1.0).since(
+        Parameter("fraction", "1", of="N", null=1.0, nominal=0.2, lower=0.0, upper=1.0).since(
             "20 of 100 from the factory"
         ),
         Parameter("time", "s", null=2.0, nominal=2.0, lower=0.05, upper=2.55).since(

@@ -21,7 +21,7 @@ class StartingDuty(Effect):
     side = "actuator"
     confused = ("deadband", "coulomb_friction")
     parameters = (
-        Parameter("duty", "1", null=0.0, nominal=0.016, lower=0.0, upper=0.3).since(
+        Parameter("duty", "1", of="N", null=0.0, nominal=0.016, lower=0.0, upper=0.3).since(
             "Feetech memory table: 0 to 1,000 thousandths, 16 from the factory"
         ),
     )

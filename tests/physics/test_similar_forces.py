@@ -20,7 +20,7 @@ FORCES = [
 def acting(number: Parameter) -> float:
     """Return a value at which an effect acts."""
     value = number.nominal if number.nominal != number.null else 0.4 * number.upper
-    return 0.7 * value if number.name == "limit" else value
+    return {"limit": 0.7, "duty": 0.2, "time": 0.05}.get(number.name, 1.0) * value
 
 
 @pytest.mark.parametrize("effect", FORCES)
