@@ -1,5 +1,7 @@
 """Where all forces grow, and all that they move, nothing moves or reads otherwise."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,10 @@ from tests.effect_bench import commanded, simulate, steps_and_waves
 GROWN = 1.25
 MASS = 0.05  # Mass of the weak spring's bench [kg]: an inertia is in proportion to it
 SCALES = ("gain_error", "joint_stiffness_error", "joint_damping_error", "load_cell_gain")
+READ = ("current_sensor_gain", "voltage_sensor_sag")  # Sensors beside the force
 FORCES = [
     effect for effect in EFFECTS
-    if effect not in (*SCALES, "inertia_error")
+    if effect not in (*SCALES, *READ, "inertia_error")
     and any("N" in p.unit + p.of for p in find_effect(effect).parameters)
 ]  # fmt: skip
 
@@ -36,3 +39,18 @@ def test_forces_of_an_effect_grow_with_all_others(effect: str) -> None:
     alike = simulate(commanded(command, mass=GROWN * MASS), {effect: grown, **scales})
     assert np.abs(one.motor_position - alike.motor_position).max() < 1.0e-7
     assert np.abs(one.force - alike.force).max() < 1.0e-6
+
+
+@pytest.mark.parametrize("effect", READ)
+def test_a_sensor_reads_alike_where_forces_grow(effect: str) -> None:
+    """A motor's current, and what its supply gives way by, are in proportion to its force."""
+    law: Any = find_effect(effect)
+    force, time = np.array([[1.0, 0.0], [3.0, 0.0]]), np.zeros(2)
+    (number,) = law.parameters
+    read = law.current_reading if effect.startswith("current") else law.voltage_reading
+    less, more = (np.array([acting(number) * grown**number.force_power]) for grown in (1.0, GROWN))
+    at_rest = read(0.0 * force, time, less)
+    own, other = read(force, time, less), read(GROWN * force, time, more)
+    column = 0 if effect.startswith("current") else 1
+    assert other[:, column] == pytest.approx(own[:, column])
+    assert np.ptp(own[:, column] - at_rest[:, column]) > 0.0

@@ -151,10 +151,9 @@ def similar_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
         is_scale = not others and (scale.unit, scale.null) == ("1", 1.0) and value > 0.0
         if is_scale and scale.force_power and servo_of(name) is None:
             scales[name], values[column] = (column, scale), value
-    out = list[Start]()
+    numbers, out = {c: study.parameter(c) for c in values}, list[Start]()
     for column, scale in (scales[name] for name in fit.names if name in scales):
         force = values[column] ** (-1.0 / scale.force_power)
-        numbers = {c: study.parameter(c) for c in values}
         grown = {c: inside(p, values[c] * force**p.force_power) for c, p in numbers.items()}
         close = [n for n, (c, _) in scales.items()
                  if abs(np.log(grown[c])) <= CLOSE * abs(np.log(values[c]))]  # fmt: skip

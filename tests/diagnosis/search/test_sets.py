@@ -531,6 +531,12 @@ def test_what_moves_and_reads_alike_with_other_forces_is_tried() -> None:
     decided = replace(decided, fit=pool.best())
     assert with_other_forces(pool, decided, names) is decided
     pool.fits.clear()
+    refused = Decided(fit=fit, refused={"gain_error": Refusal(gain=0.0)})
+    assert with_other_forces(pool, refused, names) is refused
+    pool.fits.clear()
+    pruning.exchange(pool, started(pool, joint_stiffness_error=0.8, joint_damping_error=0.5), names)
+    assert frozenset(planted) in pool.fits, "dampers that need no name any more are dropped"
+    pool.fits.clear()
     back = similar_starts(pool, started(pool, gain_error=1.25), names)
     both = {"joint_stiffness_error", "load_cell_gain"}
     assert [frozenset(n) for n, _ in back] == [both, both | {"joint_damping_error"}]

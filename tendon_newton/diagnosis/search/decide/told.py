@@ -63,8 +63,7 @@ def with_one_law_each(decisive: Pool, decided: Decided, names: Sequence[str]) ->
         return decided
     alone = [taking_over(decisive, fit, gone, kept) for gone in shared for kept in shared
              if gone != kept and are_one_friction(gone, kept)]  # fmt: skip
-    begun = start_fits(decisive.worlds, alone, decisive.floors, near=True)
-    decisive.add(refit(decisive.worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0))
+    decisive.add(fits_from(decisive, alone))
     less = leave_out(decisive, fit)
     best = followed(decisive, min((less[name] for name in shared), key=decisive.cost))
     best = within_ranges(decisive, best)
@@ -73,6 +72,12 @@ def with_one_law_each(decisive: Pool, decided: Decided, names: Sequence[str]) ->
     gains = gains_of(decisive, best, decided.held_out)
     fewer = with_worths(replace(decided, fit=best), decisive, gains, names)
     return with_one_law_each(decisive, fewer, names)
+
+
+def fits_from(decisive: Pool, starts: Sequence[Start]) -> list[Fit]:
+    """Return sets refitted from starts near their optima."""
+    begun = start_fits(decisive.worlds, starts, decisive.floors, near=True)
+    return refit(decisive.worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0)
 
 
 def within_ranges(decisive: Pool, fit: Fit) -> Fit:
@@ -167,8 +172,7 @@ def with_told(decisive: Pool, decided: Decided, names: Sequence[str]) -> Decided
     told = {name: z for name, z in off.items() if name in names and z > WITHIN - EDGE}
     values, found = values_of(worlds, fit.columns, fit.place), fit
     while told:
-        begun = start_fits(worlds, [((*fit.names, *told), values)], decisive.floors, near=True)
-        (found,) = refit(worlds, begun, decisive.floors, iterations=FOLLOWED, coarse=0)
+        (found,) = fits_from(decisive, [((*fit.names, *told), values)])
         shown, before = found_of(decisive, found), told
         told = {n: z for n, z in before.items() if not is_within(decisive, shown, n)}
         if len(told) == len(before):
@@ -196,9 +200,8 @@ def with_other_forces(decisive: Pool, decided: Decided, names: Sequence[str]) ->
         decided: The answer.
         names: Effects that may be named.
     """
-    worlds, floors = decisive.worlds, decisive.floors
-    begun = start_fits(worlds, similar_starts(decisive, decided.fit, names), floors, near=True)
-    found = refit(worlds, begun, floors, iterations=FOLLOWED, coarse=0)
+    allowed = [name for name in names if name not in decided.refused]
+    found = fits_from(decisive, similar_starts(decisive, decided.fit, allowed))
     decisive.add(found)
     best = min((decided.fit, *found), key=decisive.cost)
     if best is decided.fit:
