@@ -853,6 +853,39 @@ def test_an_interval_holds_what_other_sets_say_by_their_weight(worlds: SearchWor
     assert whole == pytest.approx(np.hypot(half, 1.96 * 0.2 * unit * np.sqrt(share)), rel=1e-3)
 
 
+@pytest.mark.parametrize("scale", [0.98, 1.05])
+def test_an_interval_holds_what_is_too_small_to_be_named(scale: float) -> None:
+    """A gain that would just not be named moves the friction by as much as the interval grows.
+
+    What may stand in the friction's place, or is a number of the fit itself, says nothing of it.
+    """
+    truth = {"viscous_friction": {"coefficient": 1.2}, "gain_error": {"scale": scale}}
+    study = Study([log(n, **truth) for n in range(2)], ideal_model(), (*truth,), time_step=STEP)
+    pool = pool_of(SearchWorlds(study))
+    pool.floors = replace(pool.floors, theta=0.05, force=0.5)
+    starts = [
+        started(pool, viscous_friction=1.2),
+        started(pool, viscous_friction=1.2, gain_error=scale),
+    ]
+    one, both = refit(pool.worlds, starts, pool.floors, iterations=6)
+    pool.add([one, both])
+    pool.dearest = pool.gain(both, one)
+    (column,) = study.table.columns("viscous_friction")
+    place = one.columns.index(column)
+    moved = abs(one.place[place] - both.place[place]) * pool.worlds.coordinate(column).unit
+    rival = {"viscous_friction": ("gain_error",)}
+    found = [
+        found_of(pool, one, unnamed=names, classes=classes).intervals[column]
+        for names, classes in (
+            ((), {}), (("gain_error",), {}), (("gain_error",), rival), (("viscous_friction",), {}),
+        )
+    ]  # fmt: skip
+    slack = 1.5e-2 * found_of(pool, one).values[column]
+    half, whole, *same = (0.5 * (high - low) - slack for low, high in found)
+    assert np.sqrt(whole**2 - half**2) == pytest.approx(moved, rel=0.1)
+    assert same == pytest.approx([half, half])
+
+
 def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -> None:
     """Sets that are as likely share the weight; one with a refused cause has none."""
     pool = pool_of(worlds)

@@ -67,6 +67,18 @@ def test_a_number_that_others_contradict_is_not_named_beside_one_that_is_right()
     assert found(logs, "gain_error", "command_delay").closest.effects == ("gain_error",)
 
 
+def test_an_interval_holds_what_unnamed_causes_would_do() -> None:
+    """A delay that moves less than laws usually miss has no name: no better is friction known."""
+    logs = [log(k, QUICK, viscous_friction=0.3) for k in range(2)]
+    widths = []
+    for names in (("viscous_friction",), ("viscous_friction", "command_delay")):
+        answer = found(logs, *names)
+        assert answer.closest.effects == ("viscous_friction",)
+        ((low, high),) = answer.closest.intervals.values()
+        widths.append(high - low)
+    assert widths[1] > 1.2 * widths[0]
+
+
 def test_what_little_is_left_is_told() -> None:
     """Dry friction is all but 6 ms of delay, which nobody may name: eight prices are left."""
     logs = [log(k, SLOW, coulomb_friction=0.8, command_delay=0.006) for k in range(3)]

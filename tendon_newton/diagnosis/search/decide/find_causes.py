@@ -155,7 +155,11 @@ def conclude_search(
     share = explained_share(decisive, baseline, final)
     verdict = verdict_of(decisive, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
-    shown = found_of(decisive, final, refused=decided.refused)
+    instead = {n: [new_name(final, rival) for rival in own] for n, own in decided.rivals.items()}
+    shown = found_of(
+        decisive, final, refused=decided.refused, classes=instead,
+        unnamed=names if final.names else (),
+    )  # fmt: skip
     criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
     rivals = {name: {new_name(final, rival): rival for rival in
                      (*special_case_left_open(decisive, final, shown, name), *own)}
