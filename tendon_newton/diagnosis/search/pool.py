@@ -128,17 +128,6 @@ class Pool:
         form = form_of(self.worlds, less.names, CHANGED)
         return self._largest(self._rise(less.residual**2, fit.residual**2, self.floors), form)
 
-    def changed(self, moved: Array, names: Sequence[str]) -> Array:
-        """Return how large changes of the residuals are, as of `change`, shape (K,).
-
-        Args:
-            moved: Changes of all rows, shape (K, M).
-            names: Causes beside which they must be seen.
-        """
-        form = form_of(self.worlds, names, CHANGED)
-        return np.array([self._largest(self._rise(own**2, 0.0 * own, self.floors), form)
-                         for own in moved])  # fmt: skip
-
     def mean_excess(self, fit: Fit, floors: Floors, share: float) -> float:
         """Return how much larger residuals a fit has than the floors [its errors of form].
 

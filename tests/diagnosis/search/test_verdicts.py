@@ -68,7 +68,7 @@ def test_a_number_that_others_contradict_is_not_named_beside_one_that_is_right()
 
 
 def test_an_interval_holds_what_unnamed_causes_would_do() -> None:
-    """A delay that moves less than laws usually miss has no name: no better is friction known."""
+    """A delay worth less than its price has no name, and moves the friction as far as it may be."""
     logs = [log(k, QUICK, viscous_friction=0.3) for k in range(2)]
     widths = []
     for names in (("viscous_friction",), ("viscous_friction", "command_delay")):

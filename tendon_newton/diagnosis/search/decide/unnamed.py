@@ -24,10 +24,10 @@ def moved_by_unnamed(
 ) -> Array:
     """Return half the 95 % intervals that effects too small to be named leave open, shape (F,).
 
-    An effect that would bring less than its price, or change less than laws usually miss, is not
-    named, and may be there. All numbers of the fit move a little to stand for it: by what the
-    residuals along its direction project on theirs. Each effect counts by itself, at the size at
-    which it would just be named, and at most at that at which a survey begins.
+    An effect that would bring less than its price is not named, and may be there. All numbers of
+    the fit move a little to stand for it: by what the residuals along its direction project on
+    theirs. Each effect counts by itself, at the size at which it would bring its price, and at most
+    at that at which a survey begins.
 
     Source: bias by omitted variables (Greene, Econometric analysis, 4.3.2), each of which has the
     size that a test would just not have told.
@@ -57,7 +57,6 @@ def moved_by_unnamed(
     left = changes - point.jacobian @ moves
     asked = np.array([pool.bar(name) for name in others]) * len(weight) / len(worlds.where.signals)
     told = np.sum(weight[:, None] * left**2, axis=0) / (2.0 * asked)
-    seen = pool.changed((left * unit[:, None]).T, fit.names)
-    size = 1.0 / np.maximum(np.minimum(np.sqrt(told), seen), 1.0)
+    size = 1.0 / np.sqrt(np.maximum(told, 1.0))
     counts = [[name not in classes.get(owner, ()) for name in others] for owner in owners]
     return np.linalg.norm(counts * size * moves, axis=1)
