@@ -55,11 +55,18 @@ def recipe_of(number: int) -> tuple[OtherRecipe, dict[str, Draw], tuple[str, ...
         two = tuple(map(str, rng.choice(list(DRAWS), size=2, replace=False)))
         if not are_alike(two):
             break
-    small = [name for name in map(str, rng.permutation(list(SMALL))) if name not in two]
     draws = {name: DRAWS[name] for name in two}
+    taken = numbers_of(*draws.values())
+    small = [name for name in map(str, rng.permutation(list(SMALL)))
+             if taken.isdisjoint(numbers_of(SMALL[name]))]  # fmt: skip
     draws |= {name: SMALL[name] for name in small[:IMPERFECTIONS]}
     benches = BENCHES[0 if ON_FINGER & set(two) else number % 2]
     return OtherRecipe(effects=two, seed=SEED + number, benches=benches), draws, two
+
+
+def numbers_of(*draws: Draw) -> set[str]:
+    """Return the numbers of the plant that draws state: each is of one cause at most."""
+    return set().union(*(draw(np.random.default_rng(0))[1] for draw in draws))
 
 
 def name_of(number: int) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import tyro
 
+from lab.exams.rich import numbers_of, recipe_of
 from lab.studies.diagnosed_policies import by_direction
 from lab.studies.turning_seeds import RECIPE
 from tendon_hardware.virtual_bench.emulation.truth import quasi_static_gear
@@ -38,3 +39,10 @@ def test_a_gear_pressed_from_both_sides_keeps_its_force_either_way() -> None:
         left = (gain * force - side * level) / (1.0 + side * mu)
         exact = ((1.0 - side * motor) * force - side * dry) / (1.0 + side * load)
         assert left == pytest.approx(exact, rel=1e-12)
+
+
+def test_no_two_causes_of_a_rich_bench_are_one_number_of_its_plant() -> None:
+    """The second would take the first one's place, and its truth be wrong."""
+    for number in range(100):
+        _, draws, _ = recipe_of(number)
+        assert len(numbers_of(*draws.values())) == sum(len(numbers_of(d)) for d in draws.values())
