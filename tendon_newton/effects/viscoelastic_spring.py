@@ -22,9 +22,9 @@ class ViscoelasticSpring(Effect):
     confused = ("joint_damping_error",)
     memory = Stage.SPRING
     parameters = (
-        Parameter("stiffness_ratio", "1", null=0.0, nominal=0.3, lower=0.0, upper=3.0).since(
-            "polymers relax by half and more"
-        ),
+        Parameter(
+            "stiffness_ratio", "1", of="N/m", null=0.0, nominal=0.3, lower=0.0, upper=3.0
+        ).since("polymers relax by half and more"),
         Parameter("relaxation_time", "s", null=0.5, nominal=0.5, lower=0.005, upper=10.0).since(
             "from a damper to the length of a recording"
         ),
