@@ -63,6 +63,7 @@ from tendon_newton.diagnosis.search.decide.told import (
     with_told,
     within_ranges,
 )
+from tendon_newton.diagnosis.search.decide.unnamed import with_unnamed
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, least_scales, usual_form
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, leave_out, settle
@@ -858,6 +859,7 @@ def test_an_interval_holds_what_is_too_small_to_be_named(scale: float) -> None:
     """A gain that would just not be named moves the friction by as much as the interval grows.
 
     What may stand in the friction's place, or is a number of the fit itself, says nothing of it.
+    Friction that is just worth its price is no smaller.
     """
     truth = {"viscous_friction": {"coefficient": 1.2}, "gain_error": {"scale": scale}}
     study = Study([log(n, **truth) for n in range(2)], ideal_model(), (*truth,), time_step=STEP)
@@ -873,17 +875,18 @@ def test_an_interval_holds_what_is_too_small_to_be_named(scale: float) -> None:
     (column,) = study.table.columns("viscous_friction")
     place = one.columns.index(column)
     moved = abs(one.place[place] - both.place[place]) * pool.worlds.coordinate(column).unit
-    rival = {"viscous_friction": ("gain_error",)}
+    alone, rival = found_of(pool, one), {"viscous_friction": ("gain_error",)}
     found = [
-        found_of(pool, one, unnamed=names, classes=classes).intervals[column]
+        with_unnamed(pool, one, alone, names, classes, {}).intervals[column]
         for names, classes in (
             ((), {}), (("gain_error",), {}), (("gain_error",), rival), (("viscous_friction",), {}),
         )
     ]  # fmt: skip
-    slack = 1.5e-2 * found_of(pool, one).values[column]
-    half, whole, *same = (0.5 * (high - low) - slack for low, high in found)
+    half, whole, *same = (0.5 * (high - low) for low, high in found)
     assert np.sqrt(whole**2 - half**2) == pytest.approx(moved, rel=0.1)
     assert same == pytest.approx([half, half])
+    least = with_unnamed(pool, one, alone, ("gain_error",), {}, {"viscous_friction": 1.0})
+    assert least.intervals[column] == pytest.approx((found[0][0], found[1][1]))
 
 
 def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -> None:

@@ -32,6 +32,7 @@ from tendon_newton.diagnosis.search.decide.fitted_sets import (
     weights_of,
 )
 from tendon_newton.diagnosis.search.decide.told import as_told
+from tendon_newton.diagnosis.search.decide.unnamed import with_unnamed
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Pool
 from tendon_newton.diagnosis.search.prune import prune, settle
@@ -155,11 +156,7 @@ def conclude_search(
     share = explained_share(decisive, baseline, final)
     verdict = verdict_of(decisive, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
-    instead = {n: [new_name(final, rival) for rival in own] for n, own in decided.rivals.items()}
-    shown = found_of(
-        decisive, final, refused=decided.refused, classes=instead,
-        unnamed=names if final.names else (),
-    )  # fmt: skip
+    shown = found_of(decisive, final, refused=decided.refused)
     criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
     rivals = {name: {new_name(final, rival): rival for rival in
                      (*special_case_left_open(decisive, final, shown, name), *own)}
@@ -170,6 +167,9 @@ def conclude_search(
         for name, own in rivals.items()
     }
     alike = {frozenset(found.effects): found for own in classes.values() for _, found in own}
+    instead = {name: tuple(own) for name, own in rivals.items()}
+    worths = {n: decided.losses[n] / decisive.bar(n) for n in final.names}
+    told = with_unnamed(decisive, final, shown, names, instead, worths) if final.names else shown
     stop = None
     if named is None and final.names:
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
@@ -177,8 +177,8 @@ def conclude_search(
         verdict=verdict,
         nameless=verdict_of(decisive, decisive.fits[frozenset()], 0.0),
         baseline=found_of(decisive, baseline),
-        final=None if named is None else shown,
-        closest=shown,
+        final=None if named is None else told,
+        closest=told,
         suspected=tuple(n for n, own in criteria.items() if not all(c.passed for c in own)),
         classes=classes,
         candidates=candidates(pool, decisive, names, final, decided, criteria, stop),

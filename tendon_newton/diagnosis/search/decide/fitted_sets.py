@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 from scipy.special import chdtri
@@ -11,7 +10,6 @@ from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.findings import Found
 from tendon_newton.diagnosis.posterior import SURE, FittedSet, OpenNumber, Posterior
 from tendon_newton.diagnosis.search.coordinates import is_shape
-from tendon_newton.diagnosis.search.decide.unnamed import moved_by_unnamed
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
     Fit,
@@ -41,14 +39,7 @@ LEAST_WEIGHT, MOST_SETS = 0.02, 8
 """Sets with a smaller share of the weight [1], and beyond so many, are no part of the posterior."""
 
 
-def found_of(
-    pool: Pool,
-    fit: Fit,
-    *,
-    refused: Collection[str] | None = None,
-    unnamed: Sequence[str] = (),
-    classes: Mapping[str, Collection[str]] = MappingProxyType({}),
-) -> Found:
+def found_of(pool: Pool, fit: Fit, *, refused: Collection[str] | None = None) -> Found:
     """Return a fit's numbers with 95 % intervals out of the joint fit.
 
     Intervals are symmetric in coordinates in which a limit that is infinite when absent lies at
@@ -61,8 +52,6 @@ def found_of(
             numbers widens the intervals, as the variance between sets is added to that within one
             (Hoeting et al., Bayesian model averaging: a tutorial, 1999). The covariance stays that
             of the set alone. By default no other set is asked.
-        unnamed: Effects that may be there and are too small to be named, see `moved_by_unnamed`.
-        classes: Effects that may stand in the place of a named one, see there.
     """
     worlds = pool.worlds
     jacobian = two_sided(worlds, fit) @ clock_slopes(worlds, fit)
@@ -76,13 +65,9 @@ def found_of(
     half = half_widths(point, worlds.where, spread, form)
     weights = {} if refused is None else weights_of(pool, point, fit, refused)
     among = [(in_seconds(worlds, pool.fits[key]), weight) for key, weight in weights.items()]
-    moved = np.zeros(len(half))
-    if unnamed:
-        moved = form * moved_by_unnamed(pool, fit, point, rows.unit, unnamed, classes)
     fit = in_seconds(worlds, fit)
     values = values_of(worlds, fit.columns, fit.place)
-    apart = [between(worlds, fit, column, among) for column in fit.columns]
-    whole = np.sqrt(half**2 + moved**2 + np.square(apart))
+    whole = np.hypot(half, [between(worlds, fit, c, among) for c in fit.columns])
     low, high = bounds_of(worlds, fit.columns, fit.names)
     intervals, numbers = {}, list[OpenNumber]()
     for f, (column, value) in enumerate(values.items()):

@@ -1,26 +1,65 @@
 """What effects that are not named do to the numbers of those that are."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.coordinates import atoms
+from tendon_newton.diagnosis.findings import Found
+from tendon_newton.diagnosis.search.coordinates import atoms, is_shape
+from tendon_newton.diagnosis.search.decide.fitted_sets import share_of_form
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, values_of
+from tendon_newton.diagnosis.search.refit import Fit, rows_of, values_of
 from tendon_newton.effects import are_related
 from tendon_newton.identification.intervals import rows_together
-from tendon_newton.identification.linearisation import Linearisation, invertible
+from tendon_newton.identification.linearisation import invertible
 from tendon_newton.identification.objective import loss_weights
 
 
-def moved_by_unnamed(
+def with_unnamed(
     pool: Pool,
     fit: Fit,
-    point: Linearisation,
-    unit: Array,
+    found: Found,
     names: Sequence[str],
     classes: Mapping[str, Collection[str]],
+    worths: Mapping[str, float],
+) -> Found:
+    """Return a set with intervals that hold what effects too small to be named would do.
+
+    They say nothing on whether a cause is there, which sets without it tell. A cause that is named
+    is at least as large as one that would just be worth its price.
+
+    Args:
+        pool: Has the prices.
+        fit: The set as it was fitted.
+        found: Its numbers with intervals, given its causes.
+        names: Effects that may be there.
+        classes: Effects that may stand in the place of a named one: its numbers mean something only
+            where it is there, and not one of them.
+        worths: What each cause is worth [prices].
+    """
+    study, intervals = pool.worlds.study, dict(found.intervals)
+    moved = moved_by_unnamed(pool, fit, found, names, classes)
+    for number, column, move in zip(found.numbers, found.values, moved, strict=True):
+        own, parameter = number.coordinate, study.parameter(column)
+        low, high = sorted(own.place(end) for end in found.intervals[column])
+        ends = number.place + np.array([-1.0, 1.0]) * np.hypot(
+            [number.place - low, high - number.place], move
+        )
+        if number.owner in worths and not is_shape(parameter):
+            null = own.place(parameter.null)
+            least = null + (number.place - null) / np.sqrt(max(1.0, worths[number.owner]))
+            side = 0 if null < number.place else 1
+            ends[side] = (max, min)[side](ends[side], least)
+        ends = np.clip(ends, own.lower, own.upper)
+        values = [*found.intervals[column], *(own.value(float(end)) for end in ends)]
+        intervals[column] = (min(values), max(values))
+    return replace(found, intervals=intervals)
+
+
+def moved_by_unnamed(
+    pool: Pool, fit: Fit, found: Found, names: Sequence[str], classes: Mapping[str, Collection[str]]
 ) -> Array:
     """Return half the 95 % intervals that effects too small to be named leave open, shape (F,).
 
@@ -31,25 +70,16 @@ def moved_by_unnamed(
 
     Source: bias by omitted variables (Greene, Econometric analysis, 4.3.2), each of which has the
     size that a test would just not have told.
-
-    Args:
-        pool: Has the prices.
-        fit: The set.
-        point: The fit around its optimum.
-        unit: What its residuals are measured in, shape (M,).
-        names: Effects that may be there.
-        classes: Effects that may stand in the place of a named one: its numbers mean something only
-            where it is there, and not one of them.
     """
-    worlds = pool.worlds
-    owners = [worlds.study.table.owners[c][0] for c in fit.columns]
+    worlds, point = pool.worlds, found.point
+    owners = [number.owner for number in found.numbers]
     others = [n for n in names
               if n not in owners and not any(are_related(n, own) for own in fit.names)]  # fmt: skip
     if not others:
         return np.zeros(len(owners))
     values = values_of(worlds, fit.columns, fit.place)
-    found = worlds.residuals([{**values, **atoms(worlds.study, name)[0]} for name in others])
-    changes = ((found - fit.residual) / unit).T
+    beside = worlds.residuals([{**values, **atoms(worlds.study, name)[0]} for name in others])
+    changes = ((beside - fit.residual) / rows_of(worlds, fit, pool.floors).unit).T
     weight = point.weight * loss_weights(point.residual)
     stated = rows_together(point, worlds.where) / worlds.spreads(fit.columns, fit.names) ** 2
     shared = point.jacobian.T @ (weight[:, None] * changes)
@@ -59,4 +89,4 @@ def moved_by_unnamed(
     told = np.sum(weight[:, None] * left**2, axis=0) / (2.0 * asked)
     size = 1.0 / np.sqrt(np.maximum(told, 1.0))
     counts = [[name not in classes.get(owner, ()) for name in others] for owner in owners]
-    return np.linalg.norm(counts * size * moves, axis=1)
+    return share_of_form(worlds, fit) * np.linalg.norm(counts * size * moves, axis=1)
