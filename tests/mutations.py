@@ -205,7 +205,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "tests/diagnosis/search/test_verdicts.py -k unnamed"),
     Mutation("what-is-unnamed-is-twice-as-large",
         "tendon_newton/diagnosis/search/decide/unnamed.py",
-        "/ (2.0 * asked)", "/ (8.0 * asked)", f"{SETS} too_small_to_be_named"),
+        "UNNAMED = 2.0", "UNNAMED = 8.0", f"{SETS} too_small_to_be_named"),
     Mutation("a-named-cause-may-be-nothing", "tendon_newton/diagnosis/search/decide/unnamed.py",
         "if number.owner in worths and", "if False and", f"{SETS} too_small_to_be_named"),
     Mutation("a-rival-is-there-beside-what-it-replaces",

@@ -11,7 +11,7 @@ LEVEL = 0.95  # Probability that an interval holds the truth
 WIDENING = 4.0
 """How many times wider intervals are than their scatter over blocks of time [1]: blocks are few,
 alike, and share the model's error of form. On 28 benches of a second plant with a dozen small
-imperfections, of which a model has five, 3 and 4 hold 81 and 85 % of the numbers of planted causes,
+imperfections, of which a model has five, 3 and 4 hold 87 and 89 % of the numbers of planted causes,
 with what effects that are not named leave open; docs/lab/search.md."""
 SHARED_FORM = 3.0
 """How many times wider scatter counts as evidence between sets of causes, and between days [1]: an

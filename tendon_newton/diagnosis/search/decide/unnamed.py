@@ -16,6 +16,11 @@ from tendon_newton.identification.intervals import rows_together
 from tendon_newton.identification.linearisation import invertible
 from tendon_newton.identification.objective import loss_weights
 
+UNNAMED = 2.0
+"""Prices that an effect may be worth and go unnamed [1]: it must bring one on all rows and on parts
+that no number has seen. On 16 benches of a second plant 84 and 89 % of the numbers lie inside with
+1 and 2, on 12 that no choice had seen 86 and 89 %."""
+
 
 def with_unnamed(
     pool: Pool,
@@ -63,10 +68,10 @@ def moved_by_unnamed(
 ) -> Array:
     """Return half the 95 % intervals that effects too small to be named leave open, shape (F,).
 
-    An effect that would bring less than its price is not named, and may be there. All numbers of
-    the fit move a little to stand for it: by what the residuals along its direction project on
-    theirs. Each effect counts by itself, at the size at which it would bring its price, and at most
-    at that at which a survey begins.
+    An effect that brings hardly its price is not named, and may be there. All numbers of the fit
+    move a little to stand for it: by what the residuals along its direction project on theirs. Each
+    effect counts by itself, at the size at which it would bring `UNNAMED` prices, and at most at
+    that at which a survey begins.
 
     Source: bias by omitted variables (Greene, Econometric analysis, 4.3.2), each of which has the
     size that a test would just not have told.
@@ -86,7 +91,7 @@ def moved_by_unnamed(
     moves = np.linalg.solve(invertible(point.normal_matrix() + np.diag(stated)), shared)
     left = changes - point.jacobian @ moves
     asked = np.array([pool.bar(name) for name in others]) * len(weight) / len(worlds.where.signals)
-    told = np.sum(weight[:, None] * left**2, axis=0) / (2.0 * asked)
+    told = np.sum(weight[:, None] * left**2, axis=0) / (2.0 * UNNAMED * asked)
     size = 1.0 / np.sqrt(np.maximum(told, 1.0))
     counts = [[name not in classes.get(owner, ()) for name in others] for owner in owners]
     return share_of_form(worlds, fit) * np.linalg.norm(counts * size * moves, axis=1)
