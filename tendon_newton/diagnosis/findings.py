@@ -16,10 +16,10 @@ class Found:
     effects: tuple[str, ...]  # Causes, those that explain most first; empty for the starting model
     values: Mapping[int, float]  # Parameter column -> fitted value
     intervals: Mapping[int, tuple[float, float]]
-    """Parameter column -> 95 % interval, given the causes."""
+    """Parameter column -> 95 % interval; of causes with what unnamed effects would do."""
     point: Linearisation  # Residuals around the optimum, one column of the Jacobian per value
     numbers: tuple[OpenNumber, ...]  # Where each value is in its coordinate, F of them
-    covariance: Array  # Covariance of these coordinates, as wide as the intervals, shape (F, F)
+    covariance: Array  # Covariance of these coordinates, given the causes, shape (F, F)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -74,7 +74,7 @@ class FittedSet:
     causes: tuple[str, ...]
     numbers: tuple[OpenNumber, ...]
     """F numbers: those of the causes, and what is stated with a tolerance."""
-    covariance: Array  # Covariance of the coordinates, as wide as the 95 % intervals, shape (F, F)
+    covariance: Array  # Covariance of the coordinates, given the causes, shape (F, F)
 
     def __post_init__(self) -> None:
         self.covariance.setflags(write=False)
