@@ -201,7 +201,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "whole = np.hypot(half, [", "whole = np.hypot(half, 0.0) + 0.0 * np.array([",
         f"{SETS} by_their_weight"),
     Mutation("what-is-unnamed-is-not-there", "tendon_newton/diagnosis/search/decide/find_causes.py",
-        "told = with_unnamed(decisive, final, shown, names, instead, worths)", "told = shown",
+        "told = with_unnamed(decisive, final, shown, names, rivals, worths)", "told = shown",
         "tests/diagnosis/search/test_verdicts.py -k unnamed"),
     Mutation("what-is-unnamed-is-twice-as-large",
         "tendon_newton/diagnosis/search/decide/unnamed.py",

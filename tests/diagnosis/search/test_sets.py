@@ -887,6 +887,16 @@ def test_an_interval_holds_what_is_too_small_to_be_named(scale: float) -> None:
     assert same == pytest.approx([half, half])
     least = with_unnamed(pool, one, alone, ("gain_error",), {}, {"viscous_friction": 1.0})
     assert least.intervals[column] == pytest.approx((found[0][0], found[1][1]))
+    (gain,) = refit(pool.worlds, [started(pool, gain_error=0.9)], pool.floors, iterations=4)
+    own, (column,) = found_of(pool, gain), study.table.columns("gain_error")
+    sure = (0.99 * own.values[column], 1.01 * own.values[column])
+    own = replace(own, intervals={**own.intervals, column: sure})
+    open_, least = (
+        with_unnamed(pool, gain, own, ("viscous_friction",), {}, worths).intervals[column]
+        for worths in ({}, {"gain_error": 1.0})
+    )
+    assert open_[1] > least[1] == pytest.approx(sure[1])
+    assert open_[0] == least[0] < sure[0], "away from 1, which means nothing"
 
 
 def test_a_cause_is_as_probable_as_the_sets_that_hold_it(worlds: SearchWorlds) -> None:

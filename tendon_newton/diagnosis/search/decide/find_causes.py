@@ -167,9 +167,8 @@ def conclude_search(
         for name, own in rivals.items()
     }
     alike = {frozenset(found.effects): found for own in classes.values() for _, found in own}
-    instead = {name: tuple(own) for name, own in rivals.items()}
     worths = {n: decided.losses[n] / decisive.bar(n) for n in final.names}
-    told = with_unnamed(decisive, final, shown, names, instead, worths) if final.names else shown
+    told = with_unnamed(decisive, final, shown, names, rivals, worths) if final.names else shown
     stop = None
     if named is None and final.names:
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)

@@ -169,6 +169,14 @@ def clock_slopes(worlds: SearchWorlds, fit: Fit) -> Array:
     return np.linalg.inv(slopes.T).astype(np.float64)
 
 
+def strengths(study: Study, name: str) -> list[int]:
+    """Return the columns of the numbers of a cause without which there is none."""
+    columns = study.table.columns(name)
+    own = [(c, study.parameter(c)) for c in columns]
+    shaped = [c for c, p in own if not is_shape(p) and p.name != "position"]
+    return shaped if len(own) > 1 else list(columns)
+
+
 def holds_null(study: Study, found: Found, name: str) -> bool:
     """Tell whether the values that mean none lie in the intervals of all strengths of a cause.
 
@@ -176,9 +184,7 @@ def holds_null(study: Study, found: Found, name: str) -> bool:
     though their difference is sure. Places, times and speeds that only shape a cause of several
     numbers do not count.
     """
-    own = [(study.parameter(c), c) for c in study.table.columns(name)]
-    if len(own) > 1:
-        own = [(p, c) for p, c in own if not is_shape(p) and p.name != "position"]
+    own = [(study.parameter(c), c) for c in strengths(study, name)]
     ends = [(p, *found.intervals[c]) for p, c in own]
     alone = all(high >= (1.0 - AT_END) * p.upper if np.isinf(p.null) else low <= p.null <= high
                 for p, low, high in ends)  # fmt: skip
