@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.actuators import find_actuator
-from tendon_newton.data.checks.first_rows import first_row
+from tendon_newton.data.checks.first_rows import start_of
 from tendon_newton.data.checks.measures import supply_of
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model
@@ -38,8 +38,7 @@ def rows_of(recording: Recording, model: Model) -> dict[str, Any]:
     }
     if (supply := supply_of(recording)) is not None:
         rows["voltage"] = np.interp(timeline.time, recording.time, supply)
-    if recording.start == "first_row":
-        begin = first_row(recording)
+    if (begin := start_of(recording)) is not None:
         rows["start"] = (begin.angle, begin.rate)
     return rows
 

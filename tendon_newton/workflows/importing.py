@@ -7,7 +7,7 @@ Every importer's logs pass here, and none is refused for what its columns hold: 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,14 +17,14 @@ import numpy as np
 from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, OF_BENCH
 from tendon_newton.data.checks.bench_checks import BenchFacts
 from tendon_newton.data.checks.finding import Examined, Finding
-from tendon_newton.data.checks.first_rows import first_row
+from tendon_newton.data.checks.first_rows import first_row, start_of
 from tendon_newton.data.checks.lint import mended
 from tendon_newton.data.checks.set_checks import other_gain
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.split import read_conditions, split_logs
 from tendon_newton.data.importers.writing import ImportReport, write_import
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import SERVO, Array, BenchOverrides, Recording
+from tendon_newton.data.recording import SERVO, Recording
 from tendon_newton.errors import unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
 
@@ -33,22 +33,7 @@ if TYPE_CHECKING:
 
 LITTLE = 1e-3  # [rad] an error at which no servo is at its limit
 MOVING = ("armature", "kd")  # Numbers that make no force at rest
-AT_REST = 0.01  # [rad] from the friction-free rest; the slowest encoder's noise is a tenth of it
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImportedRest:
-    """A bench's friction-free equilibria under its only tendon."""
-
-    angle: Array  # Motor angle [rad], increasing, shape (N,)
-    tension: Array  # Tension that holds it there [N], shape (N,)
-
-    def angle_under(self, command: float, gain: float) -> float:
-        """Return the motor angle [rad] at which a spring of some gain [N/rad] rests."""
-        surplus = self.tension - gain * (command - self.angle)
-        if surplus[0] > 0.0:
-            return min(command, float(self.angle[0]))  # slack: nothing pulls the motor away
-        return float(np.interp(0.0, surplus, self.angle))
+LEAST_JUMP = 0.01  # [rad] of a first command; the slowest encoder's noise is a tenth of it
 
 
 def admit(imported: Imported) -> Imported:
@@ -140,15 +125,15 @@ def admit_log(log: ImportedLog, imported: Imported) -> tuple[ImportedLog, Findin
     if not log.open_start:
         return log, None
     recording = log.recording
-    why = begins_in_motion(recording) or away_from_rest(recording, imported)
+    why = begins_in_motion(recording) or begins_with_jump(recording) or rests_briefly(recording)
     start = "equilibrium" if why is None else "first_row"
     if recording.command is None:
         told = what_leads(recording, imported.model)
         return replace(log, recording=replace(recording, start=start), open_start=False), told
     told = Examined(recording.name, "theta").note(
-        why or "stands where a bench without friction rests under the first command",
+        why or "rests under its first command",
         "a simulation starts from "
-        + ("the equilibrium" if why is None else "the first row")
+        + ("that rest" if why is None else "the first row")
         + f' (start = "{start}"); the mapping may say otherwise',
     )
     return replace(log, recording=replace(recording, start=start), open_start=False), told
@@ -184,37 +169,16 @@ def begins_with_jump(recording: Recording) -> str | None:
     if before is None or recording.command is None:
         return None
     jump = max(recording.command[0] - before, key=abs)
-    if abs(jump) <= AT_REST:
+    if abs(jump) <= LEAST_JUMP:
         return None
     return f"begins at rest with a jump of the command, by {1e3 * jump:+.0f} mrad"
 
 
-def away_from_rest(recording: Recording, imported: Imported) -> str | None:
-    """Say how far the first row is from the friction-free rest; None where it is there."""
-    values = {**imported.model.actuator.values, **recording.actuator_overrides}
-    gain = values.get("gain")
-    rest = rest_of(recording.bench, recording.bench_overrides, values.get("spool_radius"))
-    jumps = begins_with_jump(recording)
-    if rest is None or recording.command is None or not isinstance(gain, float):
-        return jumps or "rests in the first row, and where it would without friction is not known"
-    expected = rest.angle_under(float(recording.command[0, 0]), gain)
-    away = float(recording.motor_position[0, 0]) - expected
-    if abs(away) <= AT_REST:
+def rests_briefly(recording: Recording) -> str | None:
+    """Say that the first rows do not show where friction holds; None where they do."""
+    if start_of(replace(recording, start="equilibrium")) is not None:
         return None
-    return jumps or f"rests {1e3 * away:+.0f} mrad from where it would without friction"
-
-
-@cache
-def rest_of(
-    bench: str, overrides: BenchOverrides, radius: float | str | None
-) -> ImportedRest | None:
-    """Return where a bench rests; None where that is not known."""
-    from tendon_newton.mechanisms.bench_facts import held_excursions  # loads Newton
-
-    if (held := held_excursions(bench, overrides)) is None:
-        return None
-    radius = radius if isinstance(radius, float) else spool_radius(bench)
-    return ImportedRest(angle=held[0] / radius, tension=held[1])
+    return "rests in the first row, and where friction lets it rest is not known"
 
 
 def refuse_model(model: Model) -> None:

@@ -11,7 +11,8 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.recording import Array, BenchOverrides
 from tendon_newton.diagnosis.accounts.checked_data import findings_of
-from tendon_newton.workflows.importing import rest_of
+from tendon_newton.mechanisms.bench_facts import held_excursions
+from tendon_newton.workflows.importing import spool_radius
 from tests.bad_input.damage import refusal
 from tests.proposed import proposed
 
@@ -47,9 +48,10 @@ class Logs:
 
 def run(seed: int, away: float = 0.0, scale: float = 1.0, rests: int = 60) -> dict[str, Array]:
     """Return a run of steps: a lag of 50 ms towards the friction-free rest of each command."""
-    rest = rest_of("finger", BenchOverrides(), None)
-    assert rest is not None
-    asked = scale * np.array([rest.angle_under(c, GAIN) for c in STEPS])
+    held = held_excursions("finger", BenchOverrides())
+    assert held is not None
+    rest, tension = held[0] / spool_radius("finger"), held[1]
+    asked = scale * np.array([np.interp(0.0, tension - GAIN * (c - rest), rest) for c in STEPS])
     theta = np.full_like(asked, asked[0] + away)
     for k in range(rests, asked.size):
         theta[k] = theta[k - 1] + (asked[k - 4] - theta[k - 1]) / 4.0
@@ -95,8 +97,7 @@ def test_one_run_alone_is_cut_by_the_diagnosis(logs, tmp_path, capsys) -> None:
 @pytest.mark.parametrize(
     ("away", "rests", "start", "why"),
     [
-        (0.0, 60, "equilibrium", "stands where a bench without friction rests"),
-        (0.12, 60, "first_row", "rests +120 mrad from where it would without friction"),
+        (0.12, 60, "equilibrium", "rests under its first command"),
         (0.3, 4, "first_row", "begins at rest with a jump of the command, by -"),
         (0.3, 0, "first_row", "begins in motion: what was commanded before is not known"),
     ],
@@ -104,12 +105,20 @@ def test_one_run_alone_is_cut_by_the_diagnosis(logs, tmp_path, capsys) -> None:
 def test_the_first_rows_say_where_a_simulation_starts(
     away, rests, start, why, tmp_path, capsys
 ) -> None:
-    """Friction that holds a finger beside its rest, a jump and a motion are seen and said."""
+    """A rest wherever friction holds it, a jump and a motion are said."""
     runs = [run(seed, away, rests=rests) for seed in range(2)]
     text = said(Logs(runs=runs), tmp_path, capsys)
     assert load_dataset(tmp_path / "out").train[0].start == start
     assert why in text
     assert f'(start = "{start}")' in text
+
+
+def test_a_brief_rest_does_not_show_where_friction_holds(tmp_path, capsys) -> None:
+    """The command jumps after 0.2 s: the first row alone says where the servo stands."""
+    brief = [{name: rows[110:] for name, rows in run(seed).items()} for seed in range(2)]
+    text = said(Logs(runs=brief), tmp_path, capsys)
+    assert load_dataset(tmp_path / "out").train[0].start == "first_row"
+    assert "rests in the first row, and where friction lets it rest is not known" in text
 
 
 def test_a_start_that_is_stated_stays(logs: Logs, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from tendon_newton.identification.cutting import rows_of
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.timeline import make_timeline
 from tests.made import stated_model
-from tests.physics.runs import run_of
+from tests.physics.runs import ideal_model, run_of
 
 RATE, COUNT = 100.0, 2.0 * np.pi / 4096.0
 BEGINS = 50  # Row of the first jump; what stands before it is cut away
@@ -132,3 +132,25 @@ def test_a_string_that_hung_loose_is_wound_in_first() -> None:
     )
     (part,) = replay([rows_of(measured, slice(80, len(command)), "jump")], model)
     np.testing.assert_allclose(part.motor_position, whole.motor_position[80:], atol=2.0e-4)
+
+
+def test_a_servo_that_friction_holds_begins_where_it_rests() -> None:
+    """Its log begins amid a rest short of equilibrium; a model without friction finds its own.
+
+    To a tenth of an encoder's count; without friction to a count: it swings for half a second.
+    """
+    command = np.r_[np.full(80, 0.1), np.full(120, 0.4), np.full(80, 1.2), np.full(80, 0.7)]
+    sticky = ideal_model(coulomb_friction={"force": 0.3})
+    free = ideal_model(coulomb_friction={"force": 0.0})
+    (whole,) = replay([run_of(command, bench="spring_weak")], sticky)
+    cut = slice(150, None)  # Amid a rest, at which it had come from below
+    run = run_of(command[cut], bench="spring_weak")
+    measured = replace(run, motor_position=whole.motor_position[cut],
+                       motor_velocity=whole.motor_velocity[cut])  # fmt: skip
+    held, swung, planned = (
+        replay([r], m)[0].motor_position
+        for r, m in ((measured, sticky), (measured, free), (run, free))
+    )
+    assert planned[0, 0] - measured.motor_position[0, 0] > 10.0 * COUNT
+    np.testing.assert_allclose(held, measured.motor_position, atol=0.1 * COUNT)
+    np.testing.assert_allclose(swung, planned, atol=COUNT)

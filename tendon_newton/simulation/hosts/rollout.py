@@ -9,7 +9,7 @@ import warp as wp
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.bench_overrides import BenchOverrides
-from tendon_newton.data.checks.first_rows import first_row
+from tendon_newton.data.checks.first_rows import first_row, start_of
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.checks.measures import supply_of
 from tendon_newton.data.model_file import Model
@@ -489,13 +489,10 @@ class Rollout:
             commands.rate = self.array(motion[:, 0], types[real])
             commands.acceleration = self.array(motion[:, 1], types[real])
         settles = NEAR_MEASURED if self.kernels.structure.tendon_count > 1 else FROM_SPRINGS
-        # without a command there is no equilibrium that it asks for
-        starts = np.array(
-            [AS_MEASURED if r.start == "first_row" or r.command is None else settles
-             for r in self.recordings], dtype=np.int32,
-        )  # fmt: skip
+        known = [start_of(r) for r in self.recordings]
+        starts = np.array([AS_MEASURED if k else settles for k in known], dtype=np.int32)
         commands.start = self.array(self._chains.by_world(starts), wp.int32)
-        begins = [first_row(r) for r in self.recordings]
+        begins = [k or first_row(r) for k, r in zip(known, self.recordings, strict=True)]
         angles, rates = (np.stack([getattr(b, name) for b in begins]) for name in ("angle", "rate"))
         commands.start_angle = self.array(self._chains.by_world(angles), types[TendonVector])
         commands.start_rate = self.array(self._chains.by_world(rates), types[TendonVector])
