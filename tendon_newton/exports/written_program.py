@@ -13,6 +13,7 @@ from tendon_newton.data.checks.measures import supply_of
 from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.effects import law_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
 
@@ -38,7 +39,8 @@ def rows_of(recording: Recording, model: Model) -> dict[str, Any]:
     }
     if (supply := supply_of(recording)) is not None:
         rows["voltage"] = np.interp(timeline.time, recording.time, supply)
-    if (begin := start_of(recording)) is not None:
+    sticks = any(e.values.get(n) for e in model.effects for n in law_of(e.name).dry)
+    if (begin := start_of(recording)) is not None and (sticks or not begin.if_held):
         rows["start"] = (begin.angle, begin.rate)
     return rows
 

@@ -51,11 +51,11 @@ from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.sensors import tensions_in
 from tendon_newton.simulation.dynamics.settling import (
-    AS_MEASURED,
     GUIDE_STIFFNESS,
     frictionless_forces,
     measured_speed,
     resting_contact_states,
+    starts_as_measured,
 )
 from tendon_newton.simulation.kernels.acting_command import in_row, just_after_row, log_of
 from tendon_newton.simulation.kernels.history_kernels import all_present, servo_sample, with_held
@@ -172,7 +172,7 @@ def start_kernel(
     kept = settled.memory[i]
     row = in_row(world_drive(mechanism, i, p), commands, log, 0)
     drive = with_command(row, commands.angle[log.first], kept)
-    guided = commands.start[i] == AS_MEASURED
+    guided = starts_as_measured(commands, i, row)
     x = settled.q[i]
     still = JointVector()
     # Memory and posture depend on each other; each sweep passes the derivative on.

@@ -135,9 +135,9 @@ def test_a_string_that_hung_loose_is_wound_in_first() -> None:
 
 
 def test_a_servo_that_friction_holds_begins_where_it_rests() -> None:
-    """Its log begins amid a rest short of equilibrium; a model without friction finds its own.
+    """Its log begins amid a rest short of equilibrium; a model without friction begins in that.
 
-    To a tenth of an encoder's count; without friction to a count: it swings for half a second.
+    To a tenth of an encoder's count.
     """
     command = np.r_[np.full(80, 0.1), np.full(120, 0.4), np.full(80, 1.2), np.full(80, 0.7)]
     sticky = ideal_model(coulomb_friction={"force": 0.3})
@@ -147,10 +147,10 @@ def test_a_servo_that_friction_holds_begins_where_it_rests() -> None:
     run = run_of(command[cut], bench="spring_weak")
     measured = replace(run, motor_position=whole.motor_position[cut],
                        motor_velocity=whole.motor_velocity[cut])  # fmt: skip
-    held, swung, planned = (
+    held, loose, planned = (
         replay([r], m)[0].motor_position
         for r, m in ((measured, sticky), (measured, free), (run, free))
     )
     assert planned[0, 0] - measured.motor_position[0, 0] > 10.0 * COUNT
     np.testing.assert_allclose(held, measured.motor_position, atol=0.1 * COUNT)
-    np.testing.assert_allclose(swung, planned, atol=COUNT)
+    np.testing.assert_array_equal(loose, planned)

@@ -21,7 +21,6 @@ REST = 0.3  # Time [s] after which a servo whose command stands has come to rest
 QUIET = 5.0  # Standard deviations of its encoder by which a servo at rest may wander
 JUMP = 2.0  # Scatter of its sag by which a first command is no jump
 FORGOTTEN = 3.0  # Times by which a servo is late after which its past has gone by
-STOOD = 0.5  # Time [s] in which a model whose friction does not hold it there finds its own rest
 SHARE = 0.25  # Share of a log at most whose past is not known [1]
 
 
@@ -33,7 +32,7 @@ class FirstRow:
     rate: Array  # Their rates [rad/s], 0 where a servo stands, shape (D,)
     before: Array | None  # Commands before the first row [rad], shape (D,); None without commands
     doubtful: float = 0.0  # Time [s] in which the rows still show a past that is not known
-    stood: float = 0.0  # Time [s] for which it had stood under that command
+    if_held: bool = False  # Whether that holds for a model with dry friction alone
 
 
 def first_row(recording: Recording) -> FirstRow:
@@ -58,8 +57,8 @@ def start_of(recording: Recording) -> FirstRow | None:
     """Return the state in which a simulation of it begins; None for friction-free equilibrium.
 
     Friction holds a mechanism away from equilibrium, by more than an encoder's count. So a log
-    whose first rows show where its servo rests begins there. Several strings hold each other, and
-    what was not measured rests nowhere: these begin in equilibrium.
+    whose first rows show where its servo rests begins there, if its model has dry friction. Several
+    strings hold each other, and what was not measured rests nowhere: these begin in equilibrium.
     """
     if recording.start == "first_row" or recording.command is None:
         return first_row(recording)
@@ -70,7 +69,7 @@ def start_of(recording: Recording) -> FirstRow | None:
     if not Servo(time, recording.command[:, 0], angle[:, 0], recording.enabled).rests()[last]:
         return None
     place = angle[: last + 1].mean(axis=0)
-    return FirstRow(angle=place, rate=np.zeros(1), before=recording.command[0], stood=STOOD)
+    return FirstRow(angle=place, rate=np.zeros(1), before=recording.command[0], if_held=True)
 
 
 class Servo:

@@ -1,5 +1,8 @@
 """Where a recording starts: in friction-free equilibrium, or at its first row's angle and speed.
 
+A log that begins with a rest shows where friction holds its servo, and a model with dry friction
+starts there.
+
 Strings that pull against each other press on the links, and a pressed chain buckles: it may rest in
 several places. A recording of several strings starts in the one to which it goes from its first
 row's angles.
@@ -55,8 +58,8 @@ OVERSHOOT = 0.5  # Share of the torque along a step that may push back at its en
 # that rounding swallows has arrived in any case
 STILL = 1.0e-12
 # Where a recording starts: in the equilibrium to which it goes from relaxed springs, as its first
-# row says, or in the equilibrium to which it goes from there
-FROM_SPRINGS, AS_MEASURED, NEAR_MEASURED = 0, 1, 2
+# row says, in the equilibrium to which it goes from there, or as measured if friction may hold it
+FROM_SPRINGS, AS_MEASURED, NEAR_MEASURED, IF_HELD = 0, 1, 2, 3
 # Stiffness [N/m] of the guide that brings a tendon to a measured angle at the start
 GUIDE_STIFFNESS = 1.0e6
 
@@ -197,6 +200,13 @@ def stepped(mechanism: Mechanism, world: int, q: JointVector, move: JointVector)
 
 
 @device_template
+def starts_as_measured(commands: Commands, recording: int, drive: Drive) -> bool:
+    """Tell whether a recording starts at measured angles."""
+    start = commands.start[recording]
+    return start == AS_MEASURED or (start == IF_HELD and drive.dry > real(0.0))
+
+
+@device_template
 def settle_kernel(
     first_world: int, mechanism: Mechanism, worlds: Worlds, commands: Commands, states: States
 ) -> None:
@@ -215,7 +225,7 @@ def settle_kernel(
         for d in range(TENDONS):
             place = wp.static(HELD_MEMORY) + d
             drive.memory[place] = states.memory[i][place]
-    as_measured = commands.start[recording] == AS_MEASURED
+    as_measured = starts_as_measured(commands, recording, drive)
     guided = as_measured or commands.start[recording] == NEAR_MEASURED
     target = commands.start_angle[recording]
     x = JointVector()

@@ -30,7 +30,12 @@ from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.worlds import build_model
-from tendon_newton.simulation.dynamics.settling import AS_MEASURED, FROM_SPRINGS, NEAR_MEASURED
+from tendon_newton.simulation.dynamics.settling import (
+    AS_MEASURED,
+    FROM_SPRINGS,
+    IF_HELD,
+    NEAR_MEASURED,
+)
 from tendon_newton.simulation.hosts.chain_layout import ChainLayout
 from tendon_newton.simulation.hosts.force_source import Equation, ForceSource
 from tendon_newton.simulation.hosts.launch import Launch
@@ -490,7 +495,10 @@ class Rollout:
             commands.acceleration = self.array(motion[:, 1], types[real])
         settles = NEAR_MEASURED if self.kernels.structure.tendon_count > 1 else FROM_SPRINGS
         known = [start_of(r) for r in self.recordings]
-        starts = np.array([AS_MEASURED if k else settles for k in known], dtype=np.int32)
+        starts = np.array(
+            [settles if k is None else IF_HELD if k.if_held else AS_MEASURED for k in known],
+            dtype=np.int32,
+        )
         commands.start = self.array(self._chains.by_world(starts), wp.int32)
         begins = [k or first_row(r) for k, r in zip(known, self.recordings, strict=True)]
         angles, rates = (np.stack([getattr(b, name) for b in begins]) for name in ("angle", "rate"))

@@ -5,9 +5,7 @@ and after, the lost commands are interpolated; where it jumped, the last one is 
 that follow cannot be trusted.
 
 A log that begins with a jump of the command gets a row before all others, in which what had been
-commanded before is in force: delays, lags and profiles begin with that. So does a log that begins
-at rest, half a second earlier: friction holds the servo where it rests, and a model without it
-swings into its own equilibrium before the first row.
+commanded before is in force: delays, lags and profiles begin with that.
 
 Without commands the measured force drives the mechanism. A row is measured just after its command
 took effect, so that the force of a servo jumps at rows and sags between them, by its stiffness
@@ -19,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.data.checks.first_rows import start_of
+from tendon_newton.data.checks.first_rows import first_row
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 
 GAP_RATIO = 1.5  # An interval this many times longer than the median has lost rows
@@ -77,12 +75,11 @@ def make_timeline(recording: Recording, stiffness: float = 0.0) -> Timeline:
         end = gaps[index + 1] + 1 if index + 1 < len(gaps) else len(time)
         times += [time[gap] + share[:, 0] * intervals[gap], time[gap + 1 : end]]
         commands += [filled, command[gap + 1 : end]]
-    begin = start_of(recording)
-    if begin is not None and begin.before is not None:
+    begin = first_row(recording)
+    if recording.start == "first_row" and begin.before is not None:
         trusted[time < time[0] + begin.doubtful] = False
-        if begin.stood or (begin.before != command[0]).any():
-            lead = begin.stood or LEAD
-            times, commands = [time[:1] - lead, *times], [begin.before[None], *commands]
+        if (begin.before != command[0]).any():
+            times, commands = [time[:1] - LEAD, *times], [begin.before[None], *commands]
     every_time = np.concatenate(times)
     return Timeline(
         time=every_time,
