@@ -23,6 +23,9 @@ DIMENSIONS: dict[str, tuple[int, int, int]] = {
     "s/m": (0, 0, -1),
     "kg m2": (1, -2, 1),
     "rad/(N m)": (-1, 0, -1),
+    "N s/m": (1, 0, -1),
+    "N s2/m": (1, 0, -1),
+    "m/rad": (0, -1, 1),
 }
 """Unit -> powers of force, motor angle and tendon excursion; seconds are the same on any bench."""
 ON_A_SHAFT: dict[str, str] = {
@@ -40,7 +43,7 @@ ON_A_SHAFT: dict[str, str] = {
 """Unit at a string -> unit where a shaft is turned, whose excursion is its angle."""
 TIME_POWERS: dict[str, int] = {
     "s": 1, "1/s": -1, "N/s": -1, "N m/s": -1, "rad/s": -1, "rad/s2": -2, "N s/rad": 1,
-    "N m s/rad": 1, "s/m": 1, "s/rad": 1, "kg m2": 2,
+    "N m s/rad": 1, "N s/m": 1, "N s2/m": 2, "s/m": 1, "s/rad": 1, "kg m2": 2,
 }  # fmt: skip
 """Unit -> power of time, where there is one and forces are measured: an inertia is in N m s2."""
 FORCE_POWERS: dict[str, int] = {
@@ -137,6 +140,11 @@ class Parameter:
     def force_power(self) -> int:
         """Power by which it grows where all forces grow, and motions and readings do not."""
         return FORCE_POWERS.get(self.of or self.unit, 0)
+
+    @property
+    def travel_power(self) -> int:
+        """Power by which it grows where tendons travel further for the same turns of a motor."""
+        return DIMENSIONS.get(self.of or self.unit, (0, 0, 0))[2]
 
     @property
     def widest(self) -> tuple[float, float]:

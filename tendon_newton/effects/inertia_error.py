@@ -18,7 +18,7 @@ class InertiaError(Effect):
     side = "mechanism"
     confused = ("actuator_lag", "joint_damping_error")
     parameters = (
-        Parameter("scale", "1", of="kg m2", null=1.0, nominal=1.0, lower=0.2, upper=10.0).since(
+        Parameter("scale", "1", of="N s2/m", null=1.0, nominal=1.0, lower=0.2, upper=10.0).since(
             "a heavy fingertip or a reflected rotor"
         ),
     )

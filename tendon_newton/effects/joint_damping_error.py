@@ -18,7 +18,7 @@ class JointDampingError(Effect):
     side = "mechanism"
     confused = ("viscous_friction", "viscoelastic_spring")
     parameters = (
-        Parameter("scale", "1", of="N m s/rad", null=1.0, nominal=1.0, lower=0.0, upper=10.0).since(
+        Parameter("scale", "1", of="N s/m", null=1.0, nominal=1.0, lower=0.0, upper=10.0).since(
             "from none to ten times as much"
         ),
     )

@@ -22,7 +22,7 @@ class JointStiffnessError(Effect):
         Parameter(
             "scale",
             "1",
-            of="N m/rad",
+            of="N/m",
             null=1.0,
             nominal=1.0,
             lower=0.2,

@@ -27,7 +27,7 @@ class Obstruction(Effect):
         Parameter("stiffness", "N/m", null=0.0, nominal=500.0, lower=0.0, upper=20000.0).since(
             "above, the contact is an end stop"
         ),
-        Parameter("position", "rad", null=0.0, nominal=1.0, lower=0.0, upper=7.0).since(
+        Parameter("position", "rad", of="m", null=0.0, nominal=1.0, lower=0.0, upper=7.0).since(
             "the travel of a bench is below 6.4 rad"
         ),
         Parameter(

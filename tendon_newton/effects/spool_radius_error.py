@@ -21,9 +21,9 @@ class SpoolRadiusError(Effect):
     confused = ("tendon_compliance", "obstruction", "joint_stiffness_error")
     needs_string = True
     parameters = (
-        Parameter("scale", "1", null=1.0, nominal=1.0, lower=0.5, upper=2.0, tolerance=0.015).since(
-            "a core of half or twice the radius is another spool"
-        ),
+        Parameter(
+            "scale", "1", of="m/rad", null=1.0, nominal=1.0, lower=0.5, upper=2.0, tolerance=0.015
+        ).since("a core of half or twice the radius is another spool"),
     )
 
     @staticmethod

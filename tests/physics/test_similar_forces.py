@@ -1,4 +1,4 @@
-"""Where all forces grow, and all that they move, nothing moves or reads otherwise."""
+"""Where all forces or ways grow, and all that they move, nothing moves or reads otherwise."""
 
 from typing import Any
 
@@ -19,6 +19,12 @@ FORCES = [
     and any("N" in p.unit + p.of for p in find_effect(effect).parameters)
 ]  # fmt: skip
 
+WAYS = [
+    effect for effect in EFFECTS
+    if effect not in (*SCALES, *READ, "inertia_error", "spool_radius_error")
+    and any(p.force_power or p.travel_power for p in find_effect(effect).parameters)
+]  # fmt: skip
+
 
 def acting(number: Parameter) -> float:
     """Return a value at which an effect acts."""
@@ -37,6 +43,27 @@ def test_forces_of_an_effect_grow_with_all_others(effect: str) -> None:
     command = 0.5 * steps_and_waves()  # beyond, the servo's own limit does not grow
     one = simulate(commanded(command), {effect: plain})
     alike = simulate(commanded(command, mass=GROWN * MASS), {effect: grown, **scales})
+    assert np.abs(one.motor_position - alike.motor_position).max() < 1.0e-7
+    assert np.abs(one.force - alike.force).max() < 1.0e-6
+
+
+@pytest.mark.parametrize("effect", WAYS)
+@pytest.mark.parametrize("forces", [0, 1])
+def test_ways_of_an_effect_grow_on_a_larger_spool(effect: str, forces: int) -> None:
+    """Springs, dampers and a mass are a fifth less, or the servo a quarter more."""
+    numbers = {p.name: p for p in find_effect(effect).parameters}
+    power = {name: forces * p.force_power + p.travel_power for name, p in numbers.items()}
+    scales = {
+        name: {"scale": GROWN ** (forces * scale.force_power + scale.travel_power)}
+        for name in (*SCALES, "spool_radius_error")
+        for scale in find_effect(name).parameters[:1]
+    }
+    plain = {name: acting(p) for name, p in numbers.items()}
+    grown = {name: value * GROWN ** power[name] for name, value in plain.items()}
+    command = 0.5 * steps_and_waves()
+    one = simulate(commanded(command), {effect: plain})
+    mass = MASS * GROWN ** (forces - 1)
+    alike = simulate(commanded(command, mass=mass), {effect: grown, **scales})
     assert np.abs(one.motor_position - alike.motor_position).max() < 1.0e-7
     assert np.abs(one.force - alike.force).max() < 1.0e-6
 

@@ -16,6 +16,8 @@ from tendon_newton.effects import are_confused, are_one_law, are_related, specia
 SHARES = (1.0, 2.0, 0.5)  # Multiples of a cause's number at which a relative starts [1]
 CLOSE = 0.5
 """How far a scale is from right, as a share of what it was, where it is right with others [1]."""
+SIMILAR = ((1, 0), (0, 1), (1, 1))
+"""Whether forces and ways grow: the spool stays right, servo and cell do, or the mechanism does."""
 Start = tuple[tuple[str, ...], dict[int, float]]
 """Causes and the values to start from, column -> value."""
 
@@ -132,11 +134,14 @@ def starts_of_relative(pool: Pool, fit: Fit, name: str, relative: str) -> list[S
 
 
 def similar_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
-    """Return starts of sets with other forces, whose motions and readings are nearly the same.
+    """Return starts of sets with other forces or ways, whose motions and readings are the same.
 
     A stronger servo moves stiffer springs as far, and a load cell that reads less reads the same:
-    weights and inertias alone tell them apart. Each scale of a force that a set has becomes right,
-    and what must grow with it does: what acts on slow motions, or dampings too, or inertias too.
+    weights and inertias alone tell them apart. On a larger spool the same turns lead further, by
+    softer springs as well, or by the same ones and a stronger servo. Each scale of a force or way
+    that a set has becomes right, and what must grow with it does (`SIMILAR`): what acts on slow
+    motions, or dampings too, or inertias too. What is nearly right then is dropped, and is kept as
+    well where the set is no larger.
 
     Args:
         pool: Has the sets that were fitted.
@@ -149,22 +154,30 @@ def similar_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
         (column, *others) = study.table.columns(name)
         scale, value = study.parameter(column), place.get(column, study.base_value(column))
         is_scale = not others and (scale.unit, scale.null) == ("1", 1.0) and value > 0.0
-        if is_scale and scale.force_power and servo_of(name) is None:
+        if is_scale and (scale.force_power or scale.travel_power) and servo_of(name) is None:
             scales[name], values[column] = (column, scale), value
     numbers, out = {c: study.parameter(c) for c in values}, list[Start]()
-    for column, scale in (scales[name] for name in fit.names if name in scales):
-        force = values[column] ** (-1.0 / scale.force_power)
-        grown = {c: inside(p, values[c] * force**p.force_power) for c, p in numbers.items()}
-        close = [n for n, (c, _) in scales.items()
-                 if abs(np.log(grown[c])) <= CLOSE * abs(np.log(values[c]))]  # fmt: skip
-        kept = [n for n in fit.names if n not in close]
-        new = [n for n in scales if n not in fit.names and not any(are_related(n, k) for k in kept)]
-        for most in sorted({scales[n][1].time_power for n in new}):
-            names = (*kept, *(n for n in new if scales[n][1].time_power <= most))
-            gone = {c for n in fit.names if n not in names for c in study.table.columns(n)}
-            gone |= {c for n, (c, _) in scales.items() if n not in names and c not in place}
-            if frozenset(names) not in pool.fits:
-                out.append((names, {c: v for c, v in grown.items() if c not in gone}))
+    spools = any(s.travel_power and not s.force_power for _, s in scales.values())
+    for forces, ways in SIMILAR if spools else SIMILAR[:1]:
+        power = {c: forces * p.force_power + ways * p.travel_power for c, p in numbers.items()}
+        moved = {name: c for name, (c, _) in scales.items() if power[c]}
+        for right in (c for name, c in moved.items() if name in fit.names):
+            size = values[right] ** (-1.0 / power[right])
+            grown = {c: inside(p, values[c] * size ** power[c]) for c, p in numbers.items()}
+            close = {n for n, c in moved.items()
+                     if abs(np.log(grown[c])) <= CLOSE * abs(np.log(values[c]))}  # fmt: skip
+            kept = [n for n in fit.names if n not in close]
+            new = [n for n in moved
+                   if n not in fit.names and not any(are_related(n, k) for k in kept)]  # fmt: skip
+            also = [n for n in fit.names if n in close and moved[n] != right]
+            for most in sorted({numbers[moved[n]].time_power for n in new}):
+                causes = (*kept, *(n for n in new if numbers[moved[n]].time_power <= most))
+                same = (*causes, *also) if len(causes) + len(also) <= len(fit.names) else causes
+                for names in dict.fromkeys([causes, same]):
+                    gone = {c for n in fit.names if n not in names for c in study.table.columns(n)}
+                    gone |= {c for n, (c, _) in scales.items() if n not in names and c not in place}
+                    if frozenset(names) not in pool.fits:
+                        out.append((names, {c: v for c, v in grown.items() if c not in gone}))
     return out
 
 

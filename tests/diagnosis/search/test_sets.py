@@ -543,6 +543,22 @@ def test_what_moves_and_reads_alike_with_other_forces_is_tried() -> None:
     assert [frozenset(n) for n, _ in back] == [both, both | {"joint_damping_error"}]
 
 
+def test_a_larger_spool_is_tried_where_servo_and_cell_differ() -> None:
+    """On springs a stronger servo and a cell that reads less do what a larger spool does."""
+    names = ("gain_error", "load_cell_gain", "spool_radius_error", "joint_stiffness_error")
+    planted = {"spool_radius_error": {"scale": 1.15}}
+    study = Study([log(n, **planted) for n in range(3)], ideal_model(), names, time_step=STEP)
+    pool = pool_of(SearchWorlds(study))
+    fit = started(pool, gain_error=0.83, load_cell_gain=1.15)
+    starts = {frozenset(n): sorted(v.values()) for n, v in similar_starts(pool, fit, names)}
+    assert starts[frozenset(planted)] == pytest.approx([1.15], rel=0.06)
+    assert starts[frozenset({"spool_radius_error", "gain_error"})] == pytest.approx(
+        [0.83 * 1.15, 1.15], rel=0.01
+    )
+    pool.add([fit])
+    assert frozenset(settle(pool, fit, names).names) == frozenset(planted)
+
+
 def test_a_limit_starts_wherever_the_survey_looked() -> None:
     """Half of the greatest force is far from the linear answer to one that hardly limits."""
     names = ("force_saturation", "coulomb_friction")
