@@ -33,7 +33,7 @@ from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tests.exports.models import ANGLE, FORCE, TYPICAL, model_of, strays, strays_of
 from tests.interpreters import python
 from tests.made import stated_model
-from tests.physics.runs import run_of
+from tests.physics.runs import held_run, ideal_model, run_of
 from tests.test_imports import top_level_imports
 
 ALONE = f"{MODEL_FILE} alone"
@@ -90,6 +90,19 @@ def test_a_start_at_a_measured_angle_stretches_the_string_there_too(tmp_path: Pa
     found = departure(mechanism, [theirs], [ours])
     assert found.angle < ANGLE
     assert found.force < FORCE
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.0])
+def test_a_program_starts_where_friction_holds_its_servo_too(friction, tmp_path) -> None:
+    """A log begins 19 mrad short of equilibrium; a program without friction starts in that."""
+    bench, target = "spring_weak", EXPORTS["mujoco"]
+    model = ideal_model(coulomb_friction={"force": friction})
+    run = held_run(ideal_model(coulomb_friction={"force": 0.3}), bench)
+    mechanism = bench_of(bench, model)
+    exported = target.write(tmp_path, mechanism, model)
+    (theirs,) = replayed(target, exported, PROGRAM_FILE, model, [run])
+    (ours,) = replay([run], model)
+    assert departure(mechanism, [theirs], [ours]).angle < ANGLE
 
 
 def test_a_guide_holds_between_two_parts_of_a_string_in_the_program_too(tmp_path) -> None:

@@ -1,6 +1,7 @@
 """Short runs for the tests of physics."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import newton
@@ -12,6 +13,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Rollout, Stepping, Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.made import recorded, stated_model
@@ -156,3 +158,18 @@ def replayed(step: Callable[[], None]) -> Callable[[], None]:
         graphs.append(capture.graph)
 
     return again
+
+
+def held_run(model: Model, bench: str) -> Recording:
+    """Return a log of a model that begins amid a rest, short of its friction-free equilibrium.
+
+    Its encoder counts microradians: what rests reads the same.
+    """
+    command = np.repeat([0.1, 0.4, 1.2, 0.7], [80, 120, 80, 80])
+    (whole,) = replay([run_of(command, bench=bench)], model)
+    cut = slice(150, None)
+    return replace(
+        run_of(command[cut], bench=bench),
+        motor_position=np.round(whole.motor_position[cut], 6),
+        motor_velocity=whole.motor_velocity[cut],
+    )

@@ -12,7 +12,7 @@ from tendon_newton.identification.cutting import rows_of
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.timeline import make_timeline
 from tests.made import stated_model
-from tests.physics.runs import ideal_model, run_of
+from tests.physics.runs import held_run, ideal_model, run_of
 
 RATE, COUNT = 100.0, 2.0 * np.pi / 4096.0
 BEGINS = 50  # Row of the first jump; what stands before it is cut away
@@ -139,14 +139,11 @@ def test_a_servo_that_friction_holds_begins_where_it_rests() -> None:
 
     To a tenth of an encoder's count.
     """
-    command = np.r_[np.full(80, 0.1), np.full(120, 0.4), np.full(80, 1.2), np.full(80, 0.7)]
     sticky = ideal_model(coulomb_friction={"force": 0.3})
     free = ideal_model(coulomb_friction={"force": 0.0})
-    (whole,) = replay([run_of(command, bench="spring_weak")], sticky)
-    cut = slice(150, None)  # Amid a rest, at which it had come from below
-    run = run_of(command[cut], bench="spring_weak")
-    measured = replace(run, motor_position=whole.motor_position[cut],
-                       motor_velocity=whole.motor_velocity[cut])  # fmt: skip
+    measured = held_run(sticky, "spring_weak")
+    assert measured.command is not None
+    run = run_of(measured.command[:, 0], bench="spring_weak")
     held, loose, planned = (
         replay([r], m)[0].motor_position
         for r, m in ((measured, sticky), (measured, free), (run, free))

@@ -1,4 +1,4 @@
-"""Where all forces or ways grow, and all that they move, nothing moves or reads otherwise."""
+"""Where all forces or travels grow, and all that they move, nothing moves or reads otherwise."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ FORCES = [
     and any("N" in p.unit + p.of for p in find_effect(effect).parameters)
 ]  # fmt: skip
 
-WAYS = [
+TRAVELS = [
     effect for effect in EFFECTS
     if effect not in (*SCALES, *READ, "inertia_error", "spool_radius_error")
     and any(p.force_power or p.travel_power for p in find_effect(effect).parameters)
@@ -47,9 +47,9 @@ def test_forces_of_an_effect_grow_with_all_others(effect: str) -> None:
     assert np.abs(one.force - alike.force).max() < 1.0e-6
 
 
-@pytest.mark.parametrize("effect", WAYS)
+@pytest.mark.parametrize("effect", TRAVELS)
 @pytest.mark.parametrize("forces", [0, 1])
-def test_ways_of_an_effect_grow_on_a_larger_spool(effect: str, forces: int) -> None:
+def test_travels_of_an_effect_grow_on_a_larger_spool(effect: str, forces: int) -> None:
     """Springs, dampers and a mass are a fifth less, or the servo a quarter more."""
     numbers = {p.name: p for p in find_effect(effect).parameters}
     power = {name: forces * p.force_power + p.travel_power for name, p in numbers.items()}

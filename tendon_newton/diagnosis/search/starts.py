@@ -17,7 +17,10 @@ SHARES = (1.0, 2.0, 0.5)  # Multiples of a cause's number at which a relative st
 CLOSE = 0.5
 """How far a scale is from right, as a share of what it was, where it is right with others [1]."""
 SIMILAR = ((1, 0), (0, 1), (1, 1))
-"""Whether forces and ways grow: the spool stays right, servo and cell do, or the mechanism does."""
+"""Whether forces grow, and tendons' travels.
+
+What stays right is the spool in the first, servo and cell in the second, else the mechanism.
+"""
 Start = tuple[tuple[str, ...], dict[int, float]]
 """Causes and the values to start from, column -> value."""
 
@@ -134,14 +137,14 @@ def starts_of_relative(pool: Pool, fit: Fit, name: str, relative: str) -> list[S
 
 
 def similar_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
-    """Return starts of sets with other forces or ways, whose motions and readings are the same.
+    """Return starts of sets with other forces or travels, whose motions and readings are the same.
 
     A stronger servo moves stiffer springs as far, and a load cell that reads less reads the same:
     weights and inertias alone tell them apart. On a larger spool the same turns lead further, by
-    softer springs as well, or by the same ones and a stronger servo. Each scale of a force or way
-    that a set has becomes right, and what must grow with it does (`SIMILAR`): what acts on slow
-    motions, or dampings too, or inertias too. What is nearly right then is dropped, and is kept as
-    well where the set is no larger.
+    softer springs as well, or by the same ones and a stronger servo. Each scale of a force or
+    travel that a set has becomes right, and what must grow with it does (`SIMILAR`): what acts on
+    slow motions, or dampings too, or inertias too. What is nearly right then is dropped, and is
+    kept as well where the set is no larger.
 
     Args:
         pool: Has the sets that were fitted.
@@ -158,8 +161,8 @@ def similar_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
             scales[name], values[column] = (column, scale), value
     numbers, out = {c: study.parameter(c) for c in values}, list[Start]()
     spools = any(s.travel_power and not s.force_power for _, s in scales.values())
-    for forces, ways in SIMILAR if spools else SIMILAR[:1]:
-        power = {c: forces * p.force_power + ways * p.travel_power for c, p in numbers.items()}
+    for forces, travels in SIMILAR if spools else SIMILAR[:1]:
+        power = {c: forces * p.force_power + travels * p.travel_power for c, p in numbers.items()}
         moved = {name: c for name, (c, _) in scales.items() if power[c]}
         for right in (c for name, c in moved.items() if name in fit.names):
             size = values[right] ** (-1.0 / power[right])

@@ -14,7 +14,7 @@ from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.gradients.taped_run import Adjoint
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
-from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, stairs
+from tests.physics.runs import RADIUS, ROWS, held_run, ideal_model, run_of, stairs
 
 EFFECTS = {
     "command_delay": {"delay": 0.0312},
@@ -269,6 +269,18 @@ def test_gradients_by_the_commands(rollout: DifferentiableRollout) -> None:
     only_early = {"motor_position": np.zeros_like(seeds["motor_position"])}
     only_early["motor_position"][rollout.rows_of(0).start + 5] = 1.0
     assert rollout.backward(**only_early).command.grad.numpy()[last, 0] == 0.0
+
+
+def test_gradients_of_a_run_that_friction_holds_where_it_begins() -> None:
+    """No equilibrium moves with the gain there: the log says where it starts."""
+    model = ideal_model(**EFFECTS)
+    run = held_run(model, "finger")
+    rollout = DifferentiableRollout(load_mechanism("finger"), [run], model, device="cpu")
+    check_gain_and_commands(rollout, ((60, 0), (140, 0)))
+    first = {name: np.zeros_like(s) for name, s in random_seeds(rollout).items()}
+    first["motor_position"][0] = 1.0
+    rollout.backward(**first)
+    assert rollout.gradient("ideal", "gain")[0] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_delay_of_zero_has_the_derivative_of_a_small_delay() -> None:
