@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.planted.generator import Recipe
 from tests.planted.physics.sensors import FORCE_NOISE
-from tests.planted.sets.draws import EFFECTS, MIX_OF, NEEDS_FINGER, OUTSIDE, SIDES
+from tests.planted.sets.draws import ALONE, MIX_OF, NEEDS_FINGER, OUTSIDE, SIDES
 
 FAMILIES = ("single", "pair", "clean", "outside")
 """Asked by default; ``many``, three to five causes at once, is asked by name."""
@@ -80,7 +80,7 @@ class ExamPlan:
     cases: int = 60
     seed: int = 1000
     families: tuple[str, ...] = FAMILIES
-    effects: tuple[str, ...] = tuple(EFFECTS)  # Causes of the catalogue that are asked for
+    effects: tuple[str, ...] = ALONE  # Causes of the catalogue that are asked for
     mixes: tuple[str, ...] = tuple(MIX_SHARES)
     colours: tuple[float, ...] = (0.0, 0.6, 0.9)
     """Correlations of the force noise, each as likely [1]."""

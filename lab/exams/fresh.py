@@ -28,12 +28,12 @@ from tendon_lab.verbs.exam import line
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.scheduler import JobOptions, completed
 from tests.planted.generator import Recipe, make_dataset
-from tests.planted.sets.draws import EFFECTS
+from tests.planted.sets.draws import ALONE, EFFECTS
 
 SEED = 300_000  # First of all seeds; those below 105,000 were used before
 APART = 1_000  # Seeds of a section
 ELSEWHERE = 10_000_000  # How far away the seeds of the draws are on which fixed answers are chosen
-WITHOUT_CELL = tuple(name for name in EFFECTS if not name.startswith("load_cell"))
+WITHOUT_CELL = tuple(name for name in ALONE if not name.startswith("load_cell"))
 SECTIONS: dict[str, ExamPlan] = {
     "single": ExamPlan(cases=63, families=("single",)),
     "pair": ExamPlan(cases=20, families=("pair",)),

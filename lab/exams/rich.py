@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from lab.exams.exam_draws import are_alike
+from lab.exams.other_plant import BRISTLE
 from lab.exams.other_sets import BENCHES, DRAWS, ON_FINGER, Draw, OtherRecipe, drawn, one, write_set
 from lab.studies.unit_score import Mark, mark, rate, summary
 from tendon_lab.exam.constant_answers import reached
@@ -102,7 +103,8 @@ def take(job: tuple[Path, int]) -> tuple[Mark, tuple[str, ...]]:
         name: {"force": force**2, "theta": theta**2}
         for name, (force, theta) in truth["moves"].items()
     }
-    effects = {name: [numbers] for name, numbers in truth["effects"].items()}
+    effects = {"presliding": [{"travel": BRISTLE}]}  # of every dry friction of the second plant
+    effects |= {name: [numbers] for name, numbers in truth["effects"].items()}
     found = mark(number, answer, effects, moves, {"diagnose": answer["wall_time_s"]})
     heard = frozenset[str]().union(*(name.heard for name in found.named))
     return found, tuple(name for name in truth["planted"] if name in heard)

@@ -33,7 +33,7 @@ from tendon_newton.cli import main as program
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.scheduler import JobOptions, completed
 from tests.planted.generator import Recipe, make_dataset
-from tests.planted.sets.draws import EFFECTS, MIX_OF
+from tests.planted.sets.draws import ALONE, EFFECTS, MIX_OF
 
 SEED = 900_000
 FAULTS, SMALL = 3, 9  # Faults that are asked for, and effects at a tenth of their size
@@ -85,13 +85,13 @@ def name_of(number: int) -> str:
 def faults_of(number: int) -> tuple[str, ...]:
     """Draw the faults of a set."""
     rng = np.random.default_rng(SEED + number)
-    return draw_many(rng, [*VIRTUAL] if number % 2 == 0 else [*EFFECTS], FAULTS)
+    return draw_many(rng, [*VIRTUAL] if number % 2 == 0 else [*ALONE], FAULTS)
 
 
 def recipe_of(number: int) -> Recipe:
     """Draw a bench of the tests' plant with its imperfections."""
     rng, faults = np.random.default_rng([SEED, number]), faults_of(number)
-    others = [name for name in EFFECTS if name not in (*faults, *MIX_OF)]
+    others = [name for name in ALONE if name not in (*faults, *MIX_OF)]
     return Recipe(
         effects=faults,
         small=draw_many(rng, others, SMALL),

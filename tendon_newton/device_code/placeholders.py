@@ -176,6 +176,9 @@ MAY_HOLD: bool = constant()  # Whether any effect of the kernel holds a tendon a
 HAS_DUTY: bool = constant()
 # Where the strengths of the tendons' dry frictions stand among the parameters
 DRY_OFFSETS: tuple[int, ...] = constant()
+HAS_BRISTLES: bool = constant()  # Whether any effect bends bristles before dry friction slides
+# Where the parameters stand with which nothing sticks: bristles bend instead
+SMOOTH_OFFSETS: tuple[int, ...] = constant()
 REST: float = constant()  # Speed below which a dry friction may stick [m/s, rad/s]
 STRIDE: float = constant()  # Longest step towards an equilibrium [rad, m]
 

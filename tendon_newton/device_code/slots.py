@@ -131,6 +131,11 @@ def spool_force_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @slot
+def sliding_effects(side: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """By what share of its dry friction a tendon's bristles are bent, and to which side [1]."""
+
+
+@slot
 def tension_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """What dry friction leaves of that at the load cell [N]."""
 

@@ -33,6 +33,7 @@ IN_ORDER = (  # in which they act within a stage
     "gear_load_friction",
     "load_stribeck_friction",
     "holding_friction",
+    "presliding",
     "tendon_compliance",
     "speed_limit",
     "routing_friction",

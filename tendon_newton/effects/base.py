@@ -48,6 +48,8 @@ class Stage(Enum):
     after the servo's own limit."""
     SPOOL_FORCE = "spool_force"
     """(force: Jet, tendon, values) -> Jet: what the spool gives its string of it [N]."""
+    SLIDING = "sliding"
+    """(side: Jet, tendon, values) -> Jet: by what share bristles are bent [1]."""
     TENSION = "tension"
     """(force: Jet, tendon, values) -> Jet: what dry friction leaves of it at the load cell [N]."""
     ENCODER = "encoder"
@@ -107,6 +109,8 @@ class Effect(DeviceCode):
     parameters: ClassVar[tuple[Parameter, ...]]
     dry: ClassVar[tuple[str, ...]] = ()
     """Parameters that make a tendon stick where they are not zero."""
+    smooth: ClassVar[tuple[str, ...]] = ()
+    """Parameters with which bristles bend before dry friction slides, and nothing sticks."""
     undamped: ClassVar[bool] = False
     """Whether what damps its contact or its string is left out, or is known in one form alone."""
     switches: ClassVar[tuple[str, ...]] = ()

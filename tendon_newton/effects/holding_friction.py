@@ -1,5 +1,7 @@
 """A gear that holds its load better than it drives it."""
 
+import warp as wp
+
 from tendon_newton.effects.base import Effect, Jet, Parameter, Tendon, Values, real
 from tendon_newton.effects.loaded_gear import load_side
 
@@ -29,7 +31,5 @@ class HoldingFriction(Effect):
     @staticmethod
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 - share) against a motion that the load drives."""
-        out = force
-        if load_side(force[0], tendon) < real(0.0):
-            out = force * (real(1.0) / (real(1.0) - values[0]))
-        return out
+        driven_back = wp.max(-load_side(force[0], tendon), real(0.0))
+        return force * (real(1.0) / (real(1.0) - values[0] * driven_back))

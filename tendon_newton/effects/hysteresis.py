@@ -6,6 +6,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.device_code.travel import travel
 from tendon_newton.effects.base import Effect, Jet, Parameter, Stage, Tendon, Values, real
 
+RELAXED = 1.0e6  # Time [s] after which bristles no longer hold anything
 ALIKE = 1.0e-3  # Difference of an exponent from 1 below which both are the same [1]
 
 
@@ -86,7 +87,7 @@ class Hysteresis(Effect):
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - F_h."""
         out = force
-        if values[0] > real(0.0):
+        if values[0] > real(0.0) and tendon.elapsed < real(RELAXED):
             out = force - bent(values[3], tendon, values)
         return out
 
@@ -94,7 +95,7 @@ class Hysteresis(Effect):
     def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """The friction."""
         out = real(0.0)
-        if tendon.elapsed < real(1.0e6):
+        if tendon.elapsed < real(RELAXED):
             friction = bent(values[3], tendon, values)
             out = friction[0]
         return out

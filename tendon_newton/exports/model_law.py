@@ -56,12 +56,16 @@ class ModelLaw:
         """What the constants of the device code are; a held force stands behind all memories."""
         actuator = find_actuator(self.model.actuator.name)
         count = sum(len(places) for places in self.memories.values())
-        hooks = [find_effect(name).hook(Stage.DUTY) for name in self.names]
+        uses = {
+            stage: any(find_effect(name).hook(stage) is not None for name in self.names)
+            for stage in (Stage.DUTY, Stage.SLIDING)
+        }
         return {
             placeholders.TENDONS: 1,
             placeholders.HAS_ROTOR: actuator.rotor,
             placeholders.FREE_SPOOL: self.free_spool,
-            placeholders.HAS_DUTY: any(hook is not None for hook in hooks),
+            placeholders.HAS_DUTY: uses[Stage.DUTY],
+            placeholders.HAS_BRISTLES: uses[Stage.SLIDING],
             placeholders.HAS_MEMORY: count > 0,
             placeholders.HELD_MEMORY: count,
         }

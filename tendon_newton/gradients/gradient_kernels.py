@@ -7,6 +7,7 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_BRISTLES,
     HAS_MEMORY,
     JOINTS,
     LINKS,
@@ -52,6 +53,7 @@ from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.sensors import tensions_in
 from tendon_newton.simulation.dynamics.settling import (
     GUIDE_STIFFNESS,
+    bent_memory,
     frictionless_forces,
     measured_speed,
     resting_contact_states,
@@ -191,6 +193,10 @@ def start_kernel(
             here = located(mechanism, held, x, still)
             kept = remembered(mechanism, p, here, resting_contact_states(mechanism, p, here, False))
     speed = JointVector()
+    if wp.static(HAS_BRISTLES):
+        if row.dry < real(0.0):
+            held = at_rest(drive, kept)
+            kept = bent_memory(mechanism, p, held, guided, commands.start_angle[i], x)
     if guided:
         end = located(mechanism, drive, x, still)
         speed = measured_speed(mechanism, p, end, commands.start_rate[i])

@@ -7,15 +7,16 @@ numbers say how much of the rotor is felt: `Flow.tension_gain` at the load cell,
 the mechanism. Where the spool has a coordinate of its own, `spool` takes these apart.
 """
 
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+import warp as wp
+
+from tendon_newton.device_code.placeholders import HAS_BRISTLES, Jet, ParameterVector, real
 from tendon_newton.device_code.slots import (
     line_effects,
     spool_force_effects,
-    tension_effects,
-    transmission_effects,
 )
 from tendon_newton.device_code.structs import Flow, Tendon
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.bristles import rubbed_gear, rubbed_guides
 from tendon_newton.law.servo import holding_force, is_outrun
 
 
@@ -24,7 +25,7 @@ def after_gear(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """Return what friction leaves of a motor's force [N]."""
     driven = tendon
     driven.motor_force = force
-    return tension_effects(spool_force_effects(force, driven, p), driven, p)
+    return rubbed_gear(spool_force_effects(force, driven, p), driven, p)
 
 
 @device_template
@@ -36,9 +37,17 @@ def gear_line(force: real, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @device_template
+def bristle_slope(force: real, tendon: Tendon, p: ParameterVector) -> real:
+    """Return by how much what a gear leaves of a force grows with the string wound in [N/m]."""
+    if wp.static(HAS_BRISTLES):
+        return after_gear(Jet(force, real(0.0), real(0.0)), tendon, p)[1]
+    return real(0.0)
+
+
+@device_template
 def passed_share(tension: Jet, pull: Jet, tendon: Tendon, p: ParameterVector) -> real:
     """Return by how much the pull at the mechanism grows with the tension behind it [1]."""
-    ahead = transmission_effects(tension + Jet(real(0.0), real(1.0), real(0.0)), tendon, p)
+    ahead = rubbed_guides(tension + Jet(real(0.0), real(1.0), real(0.0)), tendon, p)
     return ahead[1] - pull[1]
 
 
@@ -65,13 +74,14 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector) -> Flow:
         probe = tendon.carried
     gear = gear_line(probe, tendon, p)
     value = gear[0] + gear[1] * (motor[0] - probe)
-    tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
+    bending = bristle_slope(probe, tendon, p)
+    tension = Jet(value, gear[1] * motor[1] + bending, gear[1] * motor[2] + gear[2])
     gain = gear[1]
     if is_outrun(tendon):
         tension = holding_force(tendon)
         gain = real(0.0)
     out.tension = tension
-    out.pull = transmission_effects(tension, tendon, p)
+    out.pull = rubbed_guides(tension, tendon, p)
     out.tension_gain = gain
     out.pull_gain = passed_share(tension, out.pull, tendon, p) * gain
     return out

@@ -14,7 +14,7 @@ from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.slots import armature
 from tendon_newton.device_code.structs import Flow, Spool, Tendon
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.law.gear import gear_line
+from tendon_newton.law.gear import bristle_slope, gear_line
 from tendon_newton.law.servo import holding_force, is_outrun
 
 # Inertia [kg m2] of the smallest rotor: that of a coreless motor of 10 mm without a gear
@@ -43,7 +43,7 @@ def spool_balance(
     out.force = motor
     if gear[1] > real(0.0):  # else inside a gap, where nothing is in touch
         taken = tension[0] + (tension[0] - gear[0]) / gear[1]
-        by_wound = motor[1] - tension[1] / gear[1]
+        by_wound = motor[1] - (tension[1] - bristle_slope(tension[0], tendon, p)) / gear[1]
         out.force = Jet(motor[0] - taken, by_wound, motor[2] + gear[2] / gear[1])
         out.force_by_lead = -stiffness / gear[1]
     if is_outrun(tendon):

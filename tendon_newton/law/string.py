@@ -28,11 +28,11 @@ from tendon_newton.device_code.slots import (
     string_effects,
     tension_effects,
     tension_memory,
-    transmission_effects,
 )
 from tendon_newton.device_code.structs import Flow, Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.device_code.travel import travel
+from tendon_newton.law.bristles import rubbed_gear, rubbed_guides
 from tendon_newton.law.gear import rotor_flow
 from tendon_newton.law.servo import holding_force, is_outrun, on_side, servo_flow
 from tendon_newton.law.spool import UNBOUNDED
@@ -51,7 +51,7 @@ def carried(given: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     stiffness = string_effects(real(UNBOUNDED), tendon.index, p)
     out = Jet()
     if stiffness >= real(UNBOUNDED):
-        out = tension_effects(given, tendon, p)
+        out = rubbed_gear(given, tendon, p)
     else:
         side = real(1.0)
         if tendon.direction == real(0.0):  # without friction
@@ -144,7 +144,7 @@ def tendon_flow(tendon: Tendon, p: ParameterVector) -> Flow:
                 flow.slack = real(SLACK)
         if flow.slack == real(SLACK):
             flow.tension = Jet(tendon.least_tension, real(0.0), real(0.0))
-        flow.pull = transmission_effects(flow.tension, acting, p)
+        flow.pull = rubbed_guides(flow.tension, acting, p)
     return flow
 
 

@@ -21,6 +21,8 @@ IN_TRAJECTORIES = [n for n, e in EFFECTS.items() if not UNSEEN & {*e.further_sig
 """What moves angles or forces; tests/identification/test_signals.py sees the others."""
 ENCODER_FLOOR = 0.44e-3  # [rad] half a count of 4096 a turn
 CELL_FLOOR = 0.05  # [N]
+ROUGH = "coulomb_friction"
+"""What stands beside an effect of dry friction's bristles, which has none of its own."""
 
 
 CLEAR = {"overload_cut": [0.2, 0.1, 0.1]}
@@ -60,6 +62,9 @@ def vectors(finger: Rollout, null_vector: np.ndarray) -> np.ndarray:
     out = np.repeat(null_vector[None, None], len(EFFECTS) + 1, axis=0)
     for index, (name, effect) in enumerate(EFFECTS.items()):
         out[index, 0, list(finger.table.columns(name))] = clear_values(effect)
+        if effect.smooth:
+            rough = find_effect(ROUGH)
+            out[index, 0, list(finger.table.columns(ROUGH))] = clear_values(rough)
     return out
 
 
@@ -93,7 +98,7 @@ def test_the_parameters_of_an_effect_are_complete(name: str) -> None:
     assert 1 <= len(effect.parameters) <= 3
     for parameter in effect.parameters:
         assert parameter.source
-    assert set(effect.dry) <= {p.name for p in effect.parameters}
+    assert {*effect.dry, *effect.smooth} <= {p.name for p in effect.parameters}
     assert set(effect.includes) <= set(EFFECTS)
 
 
@@ -109,7 +114,8 @@ def test_all_effects_at_null_change_nothing(trajectories: dict[str, Trajectory])
 @pytest.mark.parametrize("name", IN_TRAJECTORIES)
 def test_an_effect_is_seen(name: str, trajectories: dict[str, Trajectory]) -> None:
     """At a clear strength it moves an angle or a force by more than the sensors' noise."""
-    with_effect, without = trajectories[name], trajectories["none"]
+    with_effect = trajectories[name]
+    without = trajectories[ROUGH if find_effect(name).smooth else "none"]
     joint = np.abs(with_effect.joint_position - without.joint_position).max()
     angle = np.abs(with_effect.motor_position - without.motor_position).max()
     force = np.abs(with_effect.force - without.force).max()

@@ -13,13 +13,13 @@ from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import Bindings, Specialiser, device_template
 from tendon_newton.effects import EFFECTS, Stage
 from tendon_newton.errors import InvalidDeviceCode
-from tendon_newton.law import gear, servo, spool, string
+from tendon_newton.law import bristles, gear, servo, spool, string
 from tendon_newton.simulation.dynamics import sensors
 from tendon_newton.simulation.kernels import history_kernels
 from tendon_newton.simulation.model.stage_fields import KNOWN_IN, check_stage
 from tendon_newton.simulation.tendons import spools, states
 
-CALLERS = (servo, gear, string, spool, states, sensors, spools, history_kernels)
+CALLERS = (servo, bristles, gear, string, spool, states, sensors, spools, history_kernels)
 """Modules whose functions hand a tendon to the effects of a stage."""
 GIVEN = {Stage.STRETCH, Stage.ANGLE, Stage.ENCODER, *KNOWN_IN["error"]}  # Stages of a tendon
 

@@ -37,6 +37,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "overload_cut": {"duty": 0.2, "fraction": 0.1, "time": 0.2},
     "asymmetric_friction": {"winding": 0.7, "unwinding": 0.3},
     "hysteresis": {"force": 0.6, "travel": 0.0005},
+    "presliding": {"travel": 0.0002},
     "sample_period_error": {"scale": 1.1},
     "spool_radius_error": {"scale": 1.2},
     "position_offset": {"angle": 0.1},

@@ -92,11 +92,14 @@ def test_a_start_at_a_measured_angle_stretches_the_string_there_too(tmp_path: Pa
     assert found.force < FORCE
 
 
-@pytest.mark.parametrize("friction", [0.3, 0.0])
-def test_a_program_starts_where_friction_holds_its_servo_too(friction, tmp_path) -> None:
-    """A log begins 19 mrad short of equilibrium; a program without friction starts in that."""
+@pytest.mark.parametrize(("friction", "travel"), [(0.3, 0.0), (0.0, 0.0), (0.3, 2e-4)])
+def test_a_program_starts_where_friction_holds_its_servo_too(friction, travel, tmp_path) -> None:
+    """A log begins 19 mrad short of equilibrium; a program without friction starts in that.
+
+    Where bristles bend they are bent by what holds the servo.
+    """
     bench, target = "spring_weak", EXPORTS["mujoco"]
-    model = ideal_model(coulomb_friction={"force": friction})
+    model = ideal_model(coulomb_friction={"force": friction}, presliding={"travel": travel})
     run = held_run(ideal_model(coulomb_friction={"force": 0.3}), bench)
     mechanism = bench_of(bench, model)
     exported = target.write(tmp_path, mechanism, model)
@@ -112,6 +115,15 @@ def test_a_guide_holds_between_two_parts_of_a_string_in_the_program_too(tmp_path
     guide = NamedValues(name="routing_friction", values=values)
     model = replace(model, effects=(*model.effects, guide))
     found = strays_of(tmp_path, "mujoco", PROGRAM_FILE, "spring_weak", model)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
+@pytest.mark.parametrize("actuator", ["ideal", "pwm_servo"])
+def test_bristles_of_gear_and_guides_bend_in_the_program_too(actuator, tmp_path) -> None:
+    """Without them the force would be 0.5 N off."""
+    effects = ("coulomb_friction", "presliding", "routing_friction")
+    found = strays(tmp_path, "mujoco", PROGRAM_FILE, "spring_weak", actuator, *effects)
     assert found.angle < ANGLE
     assert found.force < FORCE
 

@@ -37,6 +37,7 @@ WAYS = 3.0e-5  # m: a hundredth of the thumb's excursion, a fifth of what a spoo
         ("spring_weak", "pwm_servo", ()),
         pytest.param("thumb", "ideal", (), marks=pytest.mark.slow),
         ("pendulum", "pwm_servo", ("gear_load_friction",)),
+        ("spring_weak", "pwm_servo", ("coulomb_friction", "presliding", "routing_friction")),
         ("finger", "learned", ()),
     ],
 )

@@ -25,7 +25,7 @@ def plain_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "Jet", jet)
     for name in ("spring_effects", "damping_effects"):
         monkeypatch.setattr(joint, name, lambda torque, _joint, _p: torque)
-    monkeypatch.setattr(gear, "transmission_effects", lambda force, _tendon, _p: force)
+    monkeypatch.setattr(gear, "rubbed_guides", lambda force, _tendon, _p: force)
     monkeypatch.setattr(gear, "is_outrun", lambda _tendon: False)
 
 
@@ -58,10 +58,13 @@ def test_springs_and_dampers_have_their_slopes(law: Any) -> None:
 
 @pytest.mark.parametrize("carried", [0.0, 1.3])
 def test_what_a_gear_leaves_has_its_slopes(carried: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a motor's 3 - 2 x - 0.7 v a gear leaves 0.8, less 0.3 N and 0.5 v."""
+    """Of a motor's 3 - 2 x - 0.7 v a gear leaves 0.8, less 0.3 N, 0.5 v and bristles of 6 x."""
 
     def at(place: float, speed: float) -> Any:
-        left = lambda force, _tendon, _p: 0.8 * force + jet(-0.3 - 0.5 * speed, 0.0, -0.5)  # noqa: E731
+        left = lambda force, _tendon, _p: (  # noqa: E731
+            0.8 * force + jet(-0.3 - 0.5 * speed - 6.0 * place, -6.0, -0.5)
+        )
+        monkeypatch.setattr(gear, "HAS_BRISTLES", True)
         monkeypatch.setattr(gear, "after_gear", left)
         motor = jet(3.0 - 2.0 * place - 0.7 * speed, -2.0, -0.7)
         flow: Any = SimpleNamespace(motor_force=motor)

@@ -17,7 +17,7 @@ from tests.planted.answers import answer_of
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.physics.commands import DURATION
 from tests.planted.physics.servo import DcServo
-from tests.planted.sets.draws import NEEDS_FINGER
+from tests.planted.sets.draws import NEEDS_FINGER, WITH_FRICTION
 from tests.planted.trials import SERVO
 from tests.planted.truth import Truth
 
@@ -88,6 +88,7 @@ def of_gate(hidden: str, seed: int) -> Recipe:
     return Recipe(
         effects=(hidden,), seed=seed, mix=BENCHES.get(hidden, "S"), duration=SHORT,
         servo=servo_of(hidden), supply=7.4 if hidden.startswith("voltage") else None,
+        known_friction=hidden in WITH_FRICTION,
     )  # fmt: skip
 
 

@@ -13,8 +13,8 @@ from tests.planted.physics.causes import Causes
 from tests.planted.physics.commands import COMMANDS, ROW_RATE
 from tests.planted.physics.plant import STEP, Run, simulate
 from tests.planted.recordings import SWING
+from tests.planted.sets.draws import COULOMB_KNOWN, FURTHER_SENSORS, MIX_OF, WITH_FRICTION
 from tests.planted.sets.draws import EFFECTS as DRAWS
-from tests.planted.sets.draws import FURTHER_SENSORS, MIX_OF
 from tests.planted.trials import FINGER, TAUT, WEAK, jump, rows, run, step_response
 
 Array = NDArray[np.float64]
@@ -148,7 +148,9 @@ def test_plant_and_simulator_do_the_same_with_an_effect(name: str) -> None:
     """Angle and force, of what the effect changes; at rest only the angle of dry friction."""
     bench = "pendulum" if name in MIX_OF else "spring_weak"
     planted = DRAWS[name](np.random.default_rng(3), 1.0)
-    causes = planted.built_on(Causes(bristle=BRISTLE, guide_bristle=BRISTLE))
+    dry = COULOMB_KNOWN if name in WITH_FRICTION else 0.0
+    known = {"coulomb_friction": {"force": dry}} if dry else {}
+    causes = planted.built_on(Causes(coulomb=dry, bristle=BRISTLE, guide_bristle=BRISTLE))
     rng = np.random.default_rng(7)
     command = np.concatenate([COMMANDS[kind](rng, HALF) for kind in ("steps", "sine")]).round(6)
     damping = {}
@@ -158,10 +160,11 @@ def test_plant_and_simulator_do_the_same_with_an_effect(name: str) -> None:
     time = np.arange(command.size) / ROW_RATE
     runs = [
         Run(bench=BENCHES[bench], causes=hidden, time=time, command=command)
-        for hidden in (causes, Causes())
+        for hidden in (causes, Causes(coulomb=dry))
     ]
     plant, spared = simulate(runs)
-    found = simulated(commanded(command, bench, **damping), {name: dict(planted.parameters)})
+    run = commanded(command, bench, **damping)
+    found = simulated(run, {**known, name: dict(planted.parameters)})
     rows = np.abs(plant.speed) > (AT_REST if name in DRY else -1.0)
     angle = rms(found.motor_position[:, 0] - plant.angle)
     force = rms((found.force[:, 0] - plant.cell)[rows])

@@ -5,7 +5,7 @@ from typing import Any
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
-from tendon_newton.effects import EFFECTS
+from tendon_newton.effects import law_of
 from tendon_newton.exports.linking import Linker
 from tendon_newton.exports.model_law import ModelLaw
 from tendon_newton.exports.model_numbers import number
@@ -78,8 +78,9 @@ def servo_numbers(
 
     Signs and offsets [m] are as for `add_servo`.
     """
-    dry = any(
-        effect.values[name] != 0.0 for effect in model.effects for name in EFFECTS[effect.name].dry
+    dry, smooth = (
+        any(e.values[name] != 0.0 for e in model.effects for name in getattr(law_of(e.name), kind))
+        for kind in ("dry", "smooth")
     )
     radius = spool_radius_of(model)
     return [
@@ -90,7 +91,8 @@ def servo_numbers(
             "spool_radius": tendon.spool_radius if radius is None else radius,
             "force_limit": force_limit_of(model) or tendon.force_limit,
             "direct": tendon.direct,
-            "dry": dry,
+            "dry": dry and not smooth,
+            "bristles": dry and smooth,
         }
         for tendon, sign, offset in zip(mechanism.tendons, signs, offsets, strict=True)
     ]

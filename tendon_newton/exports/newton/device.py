@@ -16,7 +16,7 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.slots import encoder_effects, transmission_effects
+from tendon_newton.device_code.slots import encoder_effects
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.exports.newton.drive_spools import (
@@ -27,6 +27,7 @@ from tendon_newton.exports.newton.drive_spools import (
 )
 from tendon_newton.exports.newton.drive_structs import DriveAnswer, DriveBench, Kept
 from tendon_newton.exports.newton.grips import bent_on, bent_share, held_back, outrun_by, rebent
+from tendon_newton.law.bristles import rubbed_guides
 from tendon_newton.law.gear import gear_line, passed_share
 from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import SETTLED
@@ -96,8 +97,8 @@ def freely_answered(
         kept.wound_rate = tendon.velocity
         kept.wound = tendon.length + bench.step * tendon.velocity
     given = Jet(out.tension, real(0.0), real(0.0))
-    inward = transmission_effects(given, on_side(here, real(1.0)), p)
-    outward = transmission_effects(given, on_side(here, real(-1.0)), p)
+    inward = rubbed_guides(given, on_side(here, real(1.0)), p)
+    outward = rubbed_guides(given, on_side(here, real(-1.0)), p)
     half = real(0.5) * (outward[0] - inward[0])
     bend = rebent(before, inward[0], half, bench)
     kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)

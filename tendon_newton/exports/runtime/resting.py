@@ -20,6 +20,7 @@ SETTLING_STEPS = 400  # Most steps towards rest
 STRIDE = 0.3  # Longest of them [rad, m]
 STILL = 1.0e-11  # A step that is shorter has arrived [rad, m]
 GUIDE_STIFFNESS = 1.0e6  # Stiffness [N/m] of the guide that brings a tendon to a measured angle
+BENDING_SWEEPS = 4  # As `simulation.dynamics.settling` has them
 HALVINGS = 60  # Bisections of a balance between two forces
 
 
@@ -126,6 +127,21 @@ class Rest:
                 pace *= 0.4
         self.torque(q)
         self.relax()
+        self.bend()
+
+    def bend(self) -> None:
+        """Bend the bristles of each tendon as far as it takes to rest there."""
+        for d, (servo, now) in enumerate(zip(self.hook.servos, self.nows(), strict=True)):
+            if not servo.numbers["bristles"]:
+                continue
+            asked = hold = self.pull(d, servo, now)
+            least, most = (servo.taut_pull(now, side) for side in (1.0, -1.0))
+            ends = [servo.renewed(now, side) for side in (1.0, -1.0)]
+            for _ in range(BENDING_SWEEPS):
+                hold = min(max(hold, least), most)
+                share = (hold - least) / (most - least) if most > least else 0.5
+                servo.memory = [a + share * (b - a) for a, b in zip(*ends, strict=True)]
+                hold += asked - servo.taut_pull(now._replace(elapsed=0.0), 1.0)
 
     def mass(self) -> Any:
         """Return the mass matrix of the joints [kg m2]."""

@@ -18,13 +18,13 @@ from tendon_newton.device_code.slots import (
     radius_effects,
     speed_effects,
     string_effects,
-    transmission_effects,
 )
 from tendon_newton.device_code.structs import Flow, Tendon
 from tendon_newton.exports.runtime.facts import MEMORY_SIZE, PARAMETERS
+from tendon_newton.law.bristles import rubbed_guides
 from tendon_newton.law.servo import servo_flow
 from tendon_newton.law.spool import UNBOUNDED, felt_inertia, spool_balance
-from tendon_newton.law.string import renewed_memory, tendon_flow
+from tendon_newton.law.string import TAUT, renewed_memory, tendon_flow
 
 
 class Now(NamedTuple):
@@ -96,6 +96,12 @@ class ExportedServo:
         """Follow the signal from encoder to mechanism while the string moves with it."""
         return tendon_flow(self.tendon_at(now, side), PARAMETERS)
 
+    def taut_pull(self, now: Now, side: float) -> float:
+        """Return what such a string pulls with [N], be it below zero."""
+        tendon = self.tendon_at(now, side)
+        tendon.slack = TAUT
+        return tendon_flow(tendon, PARAMETERS).pull[0]
+
     def loose_tension(self, now: Now) -> float:
         """Return the tension [N] of a string whose spool moves on its own."""
         return self.string * max(now.lead, 0.0) if self.elastic else 0.0
@@ -116,7 +122,7 @@ class ExportedServo:
     def guided(self, tension: float, now: Now, side: float) -> float:
         """Return what guides leave of a tension [N] while the string slides on a side."""
         tendon = self.tendon_at(now, side)
-        return transmission_effects(Jet(tension, 0.0, 0.0), tendon, PARAMETERS)[0]
+        return rubbed_guides(Jet(tension, 0.0, 0.0), tendon, PARAMETERS)[0]
 
     def reported_angle(self, now: Now, side: float, tension: float) -> Jet:
         """Return what the encoder reports [rad]."""

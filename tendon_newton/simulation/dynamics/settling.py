@@ -14,6 +14,7 @@ from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
     HAS_BODY,
+    HAS_BRISTLES,
     HAS_MEMORY,
     HELD_MEMORY,
     HOLDS_FORCE,
@@ -23,7 +24,9 @@ from tendon_newton.device_code.placeholders import (
     STRIDE,
     TENDONS,
     JointVector,
+    MemoryVector,
     ParameterVector,
+    RowVector,
     TendonVector,
     real,
 )
@@ -40,6 +43,7 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.law.servo import servo_flow
 from tendon_newton.law.spool import SETTLED
+from tendon_newton.law.string import TAUT
 from tendon_newton.simulation.dynamics.events import EDGE
 from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
 from tendon_newton.simulation.dynamics.memory import remembered
@@ -57,6 +61,9 @@ OVERSHOOT = 0.5  # Share of the torque along a step that may push back at its en
 # A step towards equilibrium that is shorter has arrived [rad, m], unless inertia shortened it; one
 # that rounding swallows has arrived in any case
 STILL = 1.0e-12
+# Sweeps in which bristles bend at a start: those of a gear and of guides multiply. Four leave a
+# thousandth of what they hold
+BENDING_SWEEPS = 4
 # Where a recording starts: in the equilibrium to which it goes from relaxed springs, as its first
 # row says, in the equilibrium to which it goes from there, or as measured if friction may hold it
 FROM_SPRINGS, AS_MEASURED, NEAR_MEASURED, IF_HELD = 0, 1, 2, 3
@@ -203,7 +210,80 @@ def stepped(mechanism: Mechanism, world: int, q: JointVector, move: JointVector)
 def starts_as_measured(commands: Commands, recording: int, drive: Drive) -> bool:
     """Tell whether a recording starts at measured angles."""
     start = commands.start[recording]
-    return start == AS_MEASURED or (start == IF_HELD and drive.dry > real(0.0))
+    return start == AS_MEASURED or (start == IF_HELD and drive.dry != real(0.0))
+
+
+@device_template
+def held_between(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, begun: ContactStates, hold: TendonVector
+) -> ContactStates:
+    """Return contact states in which tendons are held by pulls [N], as far as friction can."""
+    contact = begun
+    between = RowVector()
+    for d in range(TENDONS):
+        least = flow_at(mechanism, p, here, d, real(1.0))
+        most = flow_at(mechanism, p, here, d, real(-1.0))
+        contact.row_held[d] = real(1.0)
+        contact.least_side[d] = real(1.0)
+        contact.most_side[d] = real(-1.0)
+        between[d] = wp.clamp(hold[d], least.pull[0], most.pull[0])
+    contact.hold = between
+    return contact
+
+
+@device_template
+def taut(here: Drive) -> Drive:
+    """Return a drive whose strings are taut: bristles bend alike, be a string taut or not."""
+    out = here
+    slack = TendonVector()
+    for d in range(TENDONS):
+        slack[d] = real(TAUT)
+    out.slack = slack
+    return out
+
+
+@device_template
+def at_once(here: Drive, memory: MemoryVector) -> Drive:
+    """Return a drive at the start of a step from what it remembers."""
+    out = here
+    out.memory = memory
+    out.elapsed = real(0.0)
+    return out
+
+
+@device_template
+def bent_memory(
+    mechanism: Mechanism,
+    p: ParameterVector,
+    drive: Drive,
+    guided: bool,
+    target: TendonVector,
+    x: JointVector,
+) -> MemoryVector:
+    """Return what effects remember where bristles are bent as far as it takes to rest there."""
+    rest = located(mechanism, drive, x, JointVector())
+    asked = TendonVector()
+    for d in range(TENDONS):
+        flow = flow_at(mechanism, p, rest, d, real(0.0))
+        pull = flow.pull[0]
+        if guided:
+            stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[drive.world][d]
+            pull = stiffness * (target[d] - flow.angle[0])
+        asked[d] = pull
+    here = taut(rest)
+    resting = resting_contact_states(mechanism, p, here, False)
+    hold = asked
+    memory = here.memory
+    for _sweep in range(wp.static(BENDING_SWEEPS)):
+        contact = held_between(mechanism, p, here, resting, hold)
+        memory = remembered(mechanism, p, here, contact)
+        now = at_once(here, memory)
+        given = TendonVector()
+        for d in range(TENDONS):
+            flow = flow_at(mechanism, p, now, d, real(1.0))
+            given[d] = contact.hold[d] + asked[d] - flow.pull[0]
+        hold = given
+    return memory
 
 
 @device_template
@@ -272,6 +352,9 @@ def settle_kernel(
                 here = located(mechanism, drive, x, rest)
                 contact = resting_contact_states(mechanism, p, here, False)
                 drive.memory = remembered(mechanism, p, here, contact)
+    if wp.static(HAS_BRISTLES):
+        if drive.dry < real(0.0):
+            drive.memory = bent_memory(mechanism, p, drive, as_measured, target, x)
     states.q[i] = x
     states.v[i] = rest
     states.memory[i] = drive.memory

@@ -45,6 +45,7 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.DUTY: (slots.duty_effects, stages.signal_stage),
     Stage.MOTOR_FORCE: (slots.motor_force_effects, stages.signal_stage),
     Stage.SPOOL_FORCE: (slots.spool_force_effects, stages.signal_stage),
+    Stage.SLIDING: (slots.sliding_effects, stages.signal_stage),
     Stage.TENSION: (slots.tension_effects, stages.signal_stage),
     Stage.ENCODER: (slots.encoder_effects, stages.signal_stage),
     Stage.LINE: (slots.line_effects, stages.signal_stage),

@@ -111,6 +111,8 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
         d.MAY_HOLD: structure.may_hold,
         d.HAS_DUTY: structure.uses(Stage.DUTY),
         d.DRY_OFFSETS: structure.dry_offsets,
+        d.HAS_BRISTLES: structure.uses(Stage.SLIDING),
+        d.SMOOTH_OFFSETS: structure.smooth_offsets,
         d.REST: REST[structure.precision],
     }
 

@@ -105,6 +105,17 @@ class Structure:
         )
 
     @property
+    def smooth_offsets(self) -> tuple[int, ...]:
+        """Where the parameters stand with which nothing sticks."""
+        return tuple(
+            start + index
+            for effect in self.declarations
+            for start in self.starts(effect.name)
+            for index, parameter in enumerate(effect.parameters)
+            if parameter.name in effect.smooth
+        )
+
+    @property
     def may_hold(self) -> bool:
         """Whether dry friction, or a motor at its greatest speed, may hold a tendon."""
         return bool(self.dry_offsets) or self.uses(Stage.SPEED)

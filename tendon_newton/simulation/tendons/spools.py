@@ -28,9 +28,10 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.slots import line_effects, radius_effects, transmission_effects
+from tendon_newton.device_code.slots import line_effects, radius_effects
 from tendon_newton.device_code.structs import ContactStates, Drive, Forces, Mechanism, Spool
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.bristles import rubbed_guides
 from tendon_newton.law.gear import felt_share, passed_share
 from tendon_newton.law.servo import on_side, servo_flow
 from tendon_newton.law.spool import UNBOUNDED, felt_inertia, spool_balance
@@ -98,7 +99,7 @@ def spool_at(
     felt = felt_share(given, line, guided, p)
     out = spool_balance(flow, tendon, p, line, felt * stiffness)
     out.inertia = rotor_inertia(mechanism, here.world, p, d)
-    out.pull = transmission_effects(given, guided, p)
+    out.pull = rubbed_guides(given, guided, p)
     out.pull_by_lead = passed_share(given, out.pull, guided, p) * stiffness
     return out
 

@@ -14,6 +14,7 @@ from tendon_newton.device_code.placeholders import (
     OWN_BITS,
     OWN_NULLS,
     SKIPS,
+    SMOOTH_OFFSETS,
     TENDONS,
     TOUCHES,
     Flags,
@@ -63,6 +64,11 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
         greatest_speed[d] = wp.min(speed * radius, real(UNBOUNDED))
     for i in range(wp.static(len(DRY_OFFSETS))):
         dry = dry + wp.abs(p[wp.static(DRY_OFFSETS[i])])
+    bristles = real(0.0)
+    for i in range(wp.static(len(SMOOTH_OFFSETS))):
+        bristles = bristles + p[wp.static(SMOOTH_OFFSETS[i])]
+    if bristles > real(0.0):
+        dry = -dry
     for i in range(wp.static(len(MEMORY_OFFSETS))):
         value = p[wp.static(MEMORY_OFFSETS[i])]
         null = real(wp.static(min(MEMORY_NULLS[i], UNBOUNDED)))

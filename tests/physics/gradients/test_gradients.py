@@ -271,9 +271,13 @@ def test_gradients_by_the_commands(rollout: DifferentiableRollout) -> None:
     assert rollout.backward(**only_early).command.grad.numpy()[last, 0] == 0.0
 
 
-def test_gradients_of_a_run_that_friction_holds_where_it_begins() -> None:
-    """No equilibrium moves with the gain there: the log says where it starts."""
-    model = ideal_model(**EFFECTS)
+@pytest.mark.parametrize("travel", [0.0, 2.0e-4])
+def test_gradients_of_a_run_that_friction_holds_where_it_begins(travel: float) -> None:
+    """No equilibrium moves with the gain there: the log says where it starts.
+
+    Where bristles bend they are bent by what holds the servo.
+    """
+    model = ideal_model(**EFFECTS, presliding={"travel": travel})
     run = held_run(model, "finger")
     rollout = DifferentiableRollout(load_mechanism("finger"), [run], model, device="cpu")
     check_gain_and_commands(rollout, ((60, 0), (140, 0)))

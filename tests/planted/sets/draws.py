@@ -12,8 +12,8 @@ from tests.planted.sets.draws_sensor import FURTHER_SENSORS, SENSOR
 from tests.planted.sets.planted import Draw
 
 __all__ = [
-    "COULOMB_KNOWN", "EFFECTS", "FURTHER_SENSORS", "MIX_OF", "NEAR", "OUTSIDE", "SIDES",
-    "VISCOUS_KNOWN", "base_causes",
+    "ALONE", "COULOMB_KNOWN", "EFFECTS", "FURTHER_SENSORS", "MIX_OF", "NEAR", "OUTSIDE", "SIDES",
+    "VISCOUS_KNOWN", "WITH_FRICTION", "base_causes",
 ]  # fmt: skip
 
 VISCOUS_KNOWN = 1.5  # [N s/rad] of a servo whose friction the model knows
@@ -29,6 +29,9 @@ SIDES: Mapping[str, Mapping[str, Draw]] = {
     "sensor": SENSOR,
 }
 EFFECTS: Mapping[str, Draw] = {name: draw for side in SIDES.values() for name, draw in side.items()}
+WITH_FRICTION = frozenset({"presliding"})  # Without dry friction these do nothing
+ALONE = tuple(name for name in EFFECTS if name not in WITH_FRICTION)
+"""What an exam plants."""
 
 
 def base_causes(

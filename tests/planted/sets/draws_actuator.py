@@ -87,6 +87,12 @@ def hysteresis(rng: np.random.Generator, size: float) -> Planted:
     return planted({"force": force, "travel": travel}, dahl=force, dahl_travel=travel)
 
 
+def presliding(rng: np.random.Generator, _size: float) -> Planted:
+    """Bristles of gear and guides that bend by 0.3 to 1 mm."""
+    travel = float(rng.uniform(3e-4, 1e-3))
+    return planted({"travel": travel}, bristle=travel, guide_bristle=travel)
+
+
 ACTUATOR: Mapping[str, Draw] = {
     # A servo 12 to 30 % too soft or too hard
     "gain_error": off("scale", "gain_scale", 0.12, 0.30),
@@ -122,4 +128,5 @@ ACTUATOR: Mapping[str, Draw] = {
     "overload_cut": overload_cut,
     "asymmetric_friction": asymmetric_friction,
     "hysteresis": hysteresis,
+    "presliding": presliding,
 }
