@@ -574,7 +574,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         "left = transmission_effects(force, tendon, p)",
         "tests/physics/servos/test_presliding.py -k guides"),
     Mutation("bristles-begin-straight", "tendon_newton/simulation/dynamics/settling.py",
-        "contact.hold[d] + asked[d] - flow.pull[0]", "contact.hold[d]",
+        "wanted = hold + missed", "wanted = hold",
         "tests/physics/servos/test_presliding.py -k guides"),
     Mutation("bristles-bend-as-in-equilibrium", "tendon_newton/simulation/dynamics/settling.py",
         "bent_memory(mechanism, p, drive, as_measured, target, x)",

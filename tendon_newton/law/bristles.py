@@ -12,6 +12,11 @@ from tendon_newton.device_code.placeholders import HAS_BRISTLES, Jet, ParameterV
 from tendon_newton.device_code.slots import sliding_effects, tension_effects, transmission_effects
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.servo import on_side
+
+# Sweeps in which bristles bend at a start: those of a gear and of guides multiply. Four leave a
+# thousandth of what they hold
+BENDING_SWEEPS = 4
 
 
 @device_template
@@ -53,8 +58,7 @@ def rubbed_gear(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         if bends(tendon, share):
             bent = tendon
             bent.direction = share[0]
-            away = tendon
-            away.direction = far_side(share)
+            away = on_side(tendon, far_side(share))
             left = tension_effects(force, bent, p)
             far = tension_effects(force, away, p)
             return with_bristles(left, far, share)
@@ -69,8 +73,7 @@ def rubbed_guides(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         if bends(tendon, share):
             bent = tendon
             bent.direction = share[0]
-            away = tendon
-            away.direction = far_side(share)
+            away = on_side(tendon, far_side(share))
             left = transmission_effects(force, bent, p)
             far = transmission_effects(force, away, p)
             return with_bristles(left, far, share)

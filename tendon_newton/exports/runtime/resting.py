@@ -13,6 +13,7 @@ from tendon_newton.device_code.placeholders import HAS_ROTOR
 from tendon_newton.exports.runtime.engine import mujoco
 from tendon_newton.exports.runtime.facts import PARAMETERS
 from tendon_newton.exports.runtime.servos import ExportedServo, Now
+from tendon_newton.law.bristles import BENDING_SWEEPS
 from tendon_newton.law.joint import spring_torque
 from tendon_newton.law.spool import SETTLED
 
@@ -20,7 +21,6 @@ SETTLING_STEPS = 400  # Most steps towards rest
 STRIDE = 0.3  # Longest of them [rad, m]
 STILL = 1.0e-11  # A step that is shorter has arrived [rad, m]
 GUIDE_STIFFNESS = 1.0e6  # Stiffness [N/m] of the guide that brings a tendon to a measured angle
-BENDING_SWEEPS = 4  # As `simulation.dynamics.settling` has them
 HALVINGS = 60  # Bisections of a balance between two forces
 
 

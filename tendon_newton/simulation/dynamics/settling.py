@@ -41,6 +41,7 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.bristles import BENDING_SWEEPS
 from tendon_newton.law.servo import servo_flow
 from tendon_newton.law.spool import SETTLED
 from tendon_newton.law.string import TAUT
@@ -50,7 +51,7 @@ from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.tendons.routes import located, tendon_arms
 from tendon_newton.simulation.tendons.spools import SNUG, is_rigid, is_string
 from tendon_newton.simulation.tendons.states import flow_at, tendon_state
-from tendon_newton.simulation.tendons.world_drive import world_drive
+from tendon_newton.simulation.tendons.world_drive import at_start, world_drive
 
 SETTLING_STEPS = 200  # Most steps towards an equilibrium; an asset's finger takes ten to sixty
 # Time [s] in which the first step lets inertia answer, and the longest such time
@@ -61,9 +62,6 @@ OVERSHOOT = 0.5  # Share of the torque along a step that may push back at its en
 # A step towards equilibrium that is shorter has arrived [rad, m], unless inertia shortened it; one
 # that rounding swallows has arrived in any case
 STILL = 1.0e-12
-# Sweeps in which bristles bend at a start: those of a gear and of guides multiply. Four leave a
-# thousandth of what they hold
-BENDING_SWEEPS = 4
 # Where a recording starts: in the equilibrium to which it goes from relaxed springs, as its first
 # row says, in the equilibrium to which it goes from there, or as measured if friction may hold it
 FROM_SPRINGS, AS_MEASURED, NEAR_MEASURED, IF_HELD = 0, 1, 2, 3
@@ -214,20 +212,16 @@ def starts_as_measured(commands: Commands, recording: int, drive: Drive) -> bool
 
 
 @device_template
-def held_between(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, begun: ContactStates, hold: TendonVector
-) -> ContactStates:
-    """Return contact states in which tendons are held by pulls [N], as far as friction can."""
+def held_by(begun: ContactStates, hold: TendonVector) -> ContactStates:
+    """Return contact states in which tendons are held by pulls [N]."""
     contact = begun
-    between = RowVector()
+    pulls = RowVector()
     for d in range(TENDONS):
-        least = flow_at(mechanism, p, here, d, real(1.0))
-        most = flow_at(mechanism, p, here, d, real(-1.0))
         contact.row_held[d] = real(1.0)
         contact.least_side[d] = real(1.0)
         contact.most_side[d] = real(-1.0)
-        between[d] = wp.clamp(hold[d], least.pull[0], most.pull[0])
-    contact.hold = between
+        pulls[d] = hold[d]
+    contact.hold = pulls
     return contact
 
 
@@ -243,15 +237,6 @@ def taut(here: Drive) -> Drive:
 
 
 @device_template
-def at_once(here: Drive, memory: MemoryVector) -> Drive:
-    """Return a drive at the start of a step from what it remembers."""
-    out = here
-    out.memory = memory
-    out.elapsed = real(0.0)
-    return out
-
-
-@device_template
 def bent_memory(
     mechanism: Mechanism,
     p: ParameterVector,
@@ -260,29 +245,41 @@ def bent_memory(
     target: TendonVector,
     x: JointVector,
 ) -> MemoryVector:
-    """Return what effects remember where bristles are bent as far as it takes to rest there."""
+    """Return what effects remember where bristles are bent as far as it takes to rest there.
+
+    No struct is written after it was read: on its way back a tape would read the later value.
+    """
     rest = located(mechanism, drive, x, JointVector())
+    here = taut(rest)
     asked = TendonVector()
+    least = TendonVector()
+    most = TendonVector()
     for d in range(TENDONS):
         flow = flow_at(mechanism, p, rest, d, real(0.0))
         pull = flow.pull[0]
         if guided:
             stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[drive.world][d]
             pull = stiffness * (target[d] - flow.angle[0])
+        winding = flow_at(mechanism, p, here, d, real(1.0))
+        giving_way = flow_at(mechanism, p, here, d, real(-1.0))
         asked[d] = pull
-    here = taut(rest)
+        least[d] = winding.pull[0]
+        most[d] = giving_way.pull[0]
     resting = resting_contact_states(mechanism, p, here, False)
-    hold = asked
+    wanted = asked
     memory = here.memory
     for _sweep in range(wp.static(BENDING_SWEEPS)):
-        contact = held_between(mechanism, p, here, resting, hold)
+        hold = TendonVector()
+        for d in range(TENDONS):
+            hold[d] = wp.clamp(wanted[d], least[d], most[d])
+        contact = held_by(resting, hold)
         memory = remembered(mechanism, p, here, contact)
-        now = at_once(here, memory)
-        given = TendonVector()
+        now = at_start(here, here.time, memory)
+        missed = TendonVector()
         for d in range(TENDONS):
             flow = flow_at(mechanism, p, now, d, real(1.0))
-            given[d] = contact.hold[d] + asked[d] - flow.pull[0]
-        hold = given
+            missed[d] = asked[d] - flow.pull[0]
+        wanted = hold + missed
     return memory
 
 

@@ -96,23 +96,20 @@ class Structure:
     @property
     def dry_offsets(self) -> tuple[int, ...]:
         """Where the parameters stand that make a tendon stick."""
-        return tuple(
-            start + index
-            for effect in self.declarations
-            for start in self.starts(effect.name)
-            for index, parameter in enumerate(effect.parameters)
-            if parameter.name in effect.dry
-        )
+        return self._offsets(lambda effect: effect.dry)
 
     @property
     def smooth_offsets(self) -> tuple[int, ...]:
         """Where the parameters stand with which nothing sticks."""
+        return self._offsets(lambda effect: effect.smooth)
+
+    def _offsets(self, names_of: Callable[[type[Effect]], tuple[str, ...]]) -> tuple[int, ...]:
         return tuple(
             start + index
             for effect in self.declarations
             for start in self.starts(effect.name)
             for index, parameter in enumerate(effect.parameters)
-            if parameter.name in effect.smooth
+            if parameter.name in names_of(effect)
         )
 
     @property
