@@ -499,8 +499,9 @@ def as_built(study: Study, found: Found) -> tuple[str, ...]:
     if not told:
         return ()
     text = (
-        "A bench may differ a little from its drawing, data sheet and calibration, and no cause is "
-        f"named for that. Fitted: {', '.join(told)}. The model has all such numbers."
+        "A bench may differ a little from its drawing, data sheet and calibration, and any gear "
+        "gives way a little before it slides. No cause is named for that. Fitted: "
+        f"{', '.join(told)}. The model has all such numbers."
     )
     return (f"{text} Measure {', '.join(far)}: nothing stated is so far off." if far else text,)
 
